@@ -1,0 +1,57 @@
+#pragma once
+
+#include <complex>
+#include <vector>
+
+namespace squeal
+{
+  /// A small dense matrix, column-major.
+  struct DenseMatrix
+  {
+    unsigned int        n_rows = 0, n_columns = 0;
+    std::vector<double> values;
+
+    DenseMatrix() = default;
+    DenseMatrix(const unsigned int m, const unsigned int n) : n_rows(m), n_columns(n), values(std::size_t(m) * n)
+    {}
+    DenseMatrix(const unsigned int m, const unsigned int n, std::vector<double> v)
+      : n_rows(m), n_columns(n), values(std::move(v))
+    {}
+
+    double &operator()(const unsigned int i, const unsigned int j)
+    {
+      return values[i + std::size_t(j) * n_rows];
+    }
+    double operator()(const unsigned int i, const unsigned int j) const
+    {
+      return values[i + std::size_t(j) * n_rows];
+    }
+    double largest_entry() const;
+  };
+
+  /// C := alpha A B + beta C (with A transposed on demand). C must have its size.
+  void gemm(bool transpose_a, double alpha, const DenseMatrix &a, const DenseMatrix &b, double beta, DenseMatrix &c);
+
+  /// A^{-1} B by LU with partial pivoting. Throws SolverError if A is singular.
+  DenseMatrix solve(DenseMatrix a, DenseMatrix b);
+
+  /// Eigenvalues (ascending) and eigenvectors of a symmetric matrix; @p a is overwritten by the vectors.
+  std::vector<double> symmetric_eigen(DenseMatrix &a);
+
+  /// One eigenpair of a small quadratic problem; vector has the size of the problem.
+  struct DensePair
+  {
+    std::complex<double>              lambda;
+    std::vector<std::complex<double>> vector;
+  };
+
+  /// All finite eigenpairs with Im l >= 0 of (l^2 M + l P + Q) x = 0, shift-inverted at the real @p shift:
+  /// with l = s + 1/theta, theta is an eigenvalue of the companion matrix
+  ///     [ -Q(s)^{-1} Q'(s)   -Q(s)^{-1} M ]
+  ///     [        I                 0      ].
+  /// Without a velocity term and at shift 0 the problem is solved in l^2, so that eigenvalues come in exact
+  /// +- pairs. @p p may have zero rows, which means zero. M may be singular: infinite eigenvalues are left
+  /// out. LAPACK dgeev. Throws SolverError.
+  std::vector<DensePair>
+  quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p, const DenseMatrix &q, double shift);
+} // namespace squeal

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <squeal/linear_algebra.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// Where a term of the equations of motion comes from.
+  enum class Origin
+  {
+    inertia,
+    elasticity,
+    material_damping,
+    transport,
+    contact,          ///< normal coupling N
+    friction,         ///< mu T, circulatory
+    friction_damping, ///< P_R, Q_R of the turning sliding direction
+    falling_friction  ///< P_R, Q_R of mu'
+  };
+
+  /// One term coefficient * matrix * (d/dt)^order u of the equations of motion. Matrices are shared between
+  /// terms: D = alpha M + beta K stores nothing.
+  struct Term
+  {
+    Origin                        origin;
+    unsigned int                  order; ///< 0: position, 1: velocity, 2: acceleration
+    double                        coefficient;
+    std::shared_ptr<const Matrix> matrix;
+  };
+
+  /// (l^2 M + l P + Q) x = 0 with real matrices, M symmetric positive semi-definite. No mesh, no dimension.
+  struct QuadraticEigenproblem
+  {
+    RowRange     rows;
+    Matrix       M, P, Q;           ///< P may be empty
+    unsigned int n_constraints = 0; ///< rows of contact pressures: M and P vanish there
+
+    /// The symmetric position matrix of the conservative reference problem l^2 M + Q_ref, whose modes can be
+    /// counted by inertia; empty: Q itself is symmetric and there is no P.
+    Matrix      reference;
+    std::string reference_name; ///< what the reference problem is, for the log
+  };
+
+  /// sum over the terms of one order, or the empty matrix.
+  Matrix sum_of(const RowRange &rows, const std::vector<Term> &terms, unsigned int order);
+} // namespace squeal

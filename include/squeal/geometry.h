@@ -1,0 +1,90 @@
+#pragma once
+
+#include <squeal/parameters.h>
+
+#include <deal.II/base/point.h>
+#include <deal.II/base/tensor.h>
+#include <deal.II/grid/tria.h>
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// Bodies are material ids of the mesh.
+  enum Body : dealii::types::material_id
+  {
+    rotor_body     = 0,
+    upper_pad_body = 1,
+    lower_pad_body = 2
+  };
+
+  inline bool is_pad(const dealii::types::material_id body)
+  {
+    return body != rotor_body;
+  }
+
+  /// A pair of faces in contact: the pad's face is the mortar (slave) side.
+  struct ContactInterface
+  {
+    std::string                name; ///< of the pad, as in static.csv
+    Body                       pad;
+    dealii::types::boundary_id pad_face, rotor_face;
+  };
+
+  /// A boundary on which some displacement components are zero.
+  template <int dim>
+  struct Support
+  {
+    dealii::types::boundary_id boundary;
+    std::array<bool, dim>      fixed;
+  };
+
+  /// A pressure on a boundary, Pa, against the outward normal.
+  struct PressureLoad
+  {
+    dealii::types::boundary_id boundary;
+    double                     pressure;
+  };
+
+  /// The bodies of a scene: coarse mesh, boundary names, supports, loads, contact pairs, transport field.
+  template <int dim>
+  struct Geometry
+  {
+    /// Boundary names, for example "rotor.inner" or "upper_pad.contact".
+    std::map<std::string, dealii::types::boundary_id> boundaries;
+
+    std::vector<Support<dim>>     supports;
+    std::vector<PressureLoad>     loads;
+    std::vector<ContactInterface> interfaces;
+
+    /// The transport field w of theory.md, section 1: the rotor's velocity is Omega w.
+    dealii::Tensor<1, dim> transport(const dealii::Point<dim> &x) const;
+
+    /// Fills an empty triangulation: disjoint bodies with material ids, manifolds and boundary ids.
+    void make_coarse_mesh(dealii::Triangulation<dim> &triangulation) const;
+
+    /// The coarse mesh as vertices and cells; ids of the boundaries follow from positions.
+    std::vector<dealii::Point<dim>>    vertices;
+    std::vector<dealii::CellData<dim>> cells;
+
+    struct BoundaryRule
+    {
+      Body                       body;
+      unsigned int               coordinate; ///< 0: radius, 1: angle, 2: z
+      double                     value;
+      dealii::types::boundary_id id;
+    };
+    std::vector<BoundaryRule> rules;
+  };
+
+  /// Interval ends of n equal cells on [a, b], of which the first (last) is divided @p at_start (@p at_end)
+  /// times, each layer @p ratio times as thick as the next one inwards.
+  std::vector<double>
+  graded_points(double a, double b, unsigned int n, unsigned int at_start, unsigned int at_end, double ratio);
+
+  /// Annular rotor about the z axis with mid-plane z = 0 and up to two sector pads on its plane faces.
+  Geometry<3> make_brake(const Parameters::All &parameters);
+} // namespace squeal

@@ -1,0 +1,155 @@
+#pragma once
+
+#include <squeal/errors.h>
+
+#include <petscmat.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace squeal
+{
+  /// Throws SolverError with PETSc's own text when a PETSc or SLEPc call fails.
+  void check_petsc(PetscErrorCode code, const char *call);
+
+#define SQUEAL_PETSC(call) ::squeal::check_petsc(call, #call)
+
+  /// Owns a PETSc matrix (real, AIJ, rows distributed). Movable, not copyable; may be empty, which
+  /// everywhere means the zero matrix.
+  class Matrix
+  {
+  public:
+    Matrix() = default;
+    explicit Matrix(Mat mat) : mat(mat) {}
+    Matrix(Matrix &&other) noexcept : mat(std::exchange(other.mat, nullptr)) {}
+    Matrix &operator=(Matrix &&other) noexcept
+    {
+      std::swap(mat, other.mat);
+      return *this;
+    }
+    Matrix(const Matrix &) = delete;
+    Matrix &operator=(const Matrix &) = delete;
+    ~Matrix();
+
+    operator Mat() const { return mat; }
+    explicit operator bool() const { return mat != nullptr; }
+
+    double        infinity_norm() const; ///< 0 for the empty matrix
+    std::uint64_t n_nonzeros() const;    ///< summed over all ranks
+
+  private:
+    Mat mat = nullptr;
+  };
+
+  /// The rows of the distributed unknowns that this rank owns: [begin, end) of size in all.
+  struct RowRange
+  {
+    MPI_Comm     comm  = MPI_COMM_NULL;
+    unsigned int begin = 0, end = 0, size = 0;
+
+    unsigned int n_local() const { return end - begin; }
+    bool         contains(const unsigned int row) const { return begin <= row && row < end; }
+  };
+
+  /// An empty matrix with room for n_columns[i] entries in the i-th local row; only that many are stored
+  /// and a further one is an error. diagonal and off_diagonal count the columns inside and outside the
+  /// rank's own range.
+  Matrix make_matrix(const RowRange              &rows,
+                     const std::vector<PetscInt> &diagonal,
+                     const std::vector<PetscInt> &off_diagonal);
+
+  /// Completes the assembly.
+  void compress(const Matrix &matrix);
+
+  /// One summand of a sum of matrices.
+  struct Summand
+  {
+    double coefficient;
+    Mat    matrix;
+    bool   transposed_too = false; ///< add also the transpose: used to symmetrise
+  };
+
+  /// sum_i c_i A_i on the union of the patterns, in two passes over the rows. Empty if every summand is.
+  Matrix sum_of(const RowRange &rows, const std::vector<Summand> &summands);
+
+  /// (A + A^T)/2.
+  Matrix symmetric_part(const RowRange &rows, const Matrix &matrix);
+
+  /// A block of distributed vectors, stored column by column: column j of this rank is
+  /// data[j*n_local ... (j+1)*n_local).
+  class Block
+  {
+  public:
+    Block() = default;
+    Block(const RowRange &rows, unsigned int n_columns)
+      : rows(rows), n_columns_(n_columns), data_(std::size_t(rows.n_local()) * n_columns)
+    {}
+
+    unsigned int    n_columns() const { return n_columns_; }
+    unsigned int    n_local() const { return rows.n_local(); }
+    const RowRange &row_range() const { return rows; }
+
+    double       *column(const unsigned int j) { return data_.data() + std::size_t(j) * n_local(); }
+    const double *column(const unsigned int j) const { return data_.data() + std::size_t(j) * n_local(); }
+    double       *data() { return data_.data(); }
+    const double *data() const { return data_.data(); }
+
+    /// The first n columns.
+    Block head(unsigned int n) const;
+    /// [this, other].
+    void append(const Block &other);
+
+  private:
+    RowRange            rows;
+    unsigned int        n_columns_ = 0;
+    std::vector<double> data_;
+  };
+
+  /// A B; zero if A is empty.
+  Block multiply(const Matrix &matrix, const Block &block);
+
+  /// A^T B as a small dense matrix, column-major, the same on all ranks.
+  std::vector<double> inner_products(const Block &a, const Block &b);
+
+  /// A C with a small dense C, column-major, of n_columns columns.
+  Block combine(const Block &a, const std::vector<double> &coefficients, unsigned int n_columns);
+
+  /// An orthonormal basis of the span of the columns. Directions that are linear combinations of the
+  /// others up to rounding are dropped. (SVQB of Stathopoulos and Wu, 2002, applied twice.)
+  Block orthonormalize(Block block);
+
+  /// A sparse LU or LDL^T factorisation by MUMPS.
+  class Factorization
+  {
+  public:
+    enum class Kind
+    {
+      lu,
+      ldlt
+    };
+    /// Throws SolverError if the matrix is singular or memory runs out.
+    Factorization(const Matrix &matrix, Kind kind, const std::string &what);
+    ~Factorization();
+    Factorization(const Factorization &) = delete;
+    Factorization &operator=(const Factorization &) = delete;
+
+    /// A^{-1} B.
+    Block solve(const Block &right_hand_sides) const;
+
+    struct Inertia
+    {
+      unsigned int negative, zero, positive;
+    };
+    /// Signs of the eigenvalues of a symmetric matrix (Sylvester's law). Kind ldlt only.
+    Inertia inertia() const;
+
+    double memory_mib() const; ///< of the factors, all ranks together
+    Mat    factor() const { return mat; }
+
+  private:
+    Mat         mat = nullptr;
+    std::string what;
+  };
+} // namespace squeal

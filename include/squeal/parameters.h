@@ -1,0 +1,190 @@
+#pragma once
+
+#include <squeal/friction_laws.h>
+#include <squeal/materials.h>
+
+#include <deal.II/base/parameter_handler.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// The paper's modelling ladder (theory.md, section 5).
+  enum class Stage
+  {
+    elastic,
+    transport,
+    friction,
+    friction_damping,
+    full
+  };
+
+  /// What a stage brings into the equations of motion.
+  struct StageTerms
+  {
+    bool transport        = false; ///< 2 Omega G and -Omega^2 M*
+    bool friction         = false; ///< mu T
+    bool friction_damping = false; ///< P_R, Q_R
+    bool material_damping = false; ///< D
+  };
+  StageTerms terms_of(Stage stage);
+
+  namespace Parameters
+  {
+    // One struct per section of the parameter file: defaults are the member initialisers, every text
+    // carries its unit, and check() holds the rules that no pattern of a single key can express.
+    // check() throws InputError with the path of the key.
+
+    struct MaterialSection : Material
+    {
+      explicit MaterialSection(const Material &defaults) : Material(defaults) {}
+      void declare(dealii::ParameterHandler &prm);
+      void check(const std::string &section) const;
+    };
+
+    struct Rotor
+    {
+      double          inner_radius = 0.05;
+      double          outer_radius = 0.15;
+      double          thickness    = 0.012;
+      std::string     clamped      = "inner";
+      MaterialSection material{Material{1.25e11, 0.25, 7200, 0, 1e-7}};
+
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
+    struct Pads
+    {
+      std::string     arrangement  = "both";
+      double          inner_radius = 0.09;
+      double          outer_radius = 0.14;
+      double          sector_angle = 50;
+      double          thickness    = 0.012;
+      std::string     back_face    = "guided";
+      double          pressure     = 1e6;
+      MaterialSection material{Material{1e10, 0.3, 2500, 0, 2e-6}};
+
+      bool upper() const { return arrangement == "both" || arrangement == "upper"; }
+      bool lower() const { return arrangement == "both"; }
+      int  n_pads() const { return int(upper()) + int(lower()); }
+
+      void declare(dealii::ParameterHandler &prm);
+      void check(const Rotor &rotor) const;
+    };
+
+    struct Operation
+    {
+      double angular_velocity = 20;
+      void   declare(dealii::ParameterHandler &prm);
+    };
+
+    struct Contact
+    {
+      std::string formulation                 = "mortar";
+      double      penalty_stiffness           = 1e12;
+      std::string steady_pressure             = "computed";
+      std::string friction_law                = "constant";
+      double      friction_coefficient        = 0.6;
+      double      friction_coefficient_moving = 0.3;
+      double      friction_decay_speed        = 1;
+
+      bool        mortar() const { return formulation == "mortar"; }
+      FrictionLaw law() const;
+
+      void declare(dealii::ParameterHandler &prm);
+      void check(Stage stage, double angular_velocity) const;
+    };
+
+    struct Discretization
+    {
+      unsigned int                degree             = 2;
+      std::array<unsigned int, 3> rotor_cells        = {{5, 36, 1}};
+      std::array<unsigned int, 3> pad_cells          = {{3, 6, 1}};
+      unsigned int                clamp_layers       = 0;
+      unsigned int                pad_edge_layers    = 0;
+      double                      layer_ratio        = 0.2;
+      std::string                 rotor_cells_text   = "5, 36, 1";
+      std::string                 pad_cells_text     = "3, 6, 1";
+
+      void declare(dealii::ParameterHandler &prm);
+      void check();
+    };
+
+    struct Refinement
+    {
+      std::string  strategy         = "none";
+      unsigned int cycles           = 1;
+      double       tolerance        = 1e-3;
+      unsigned int maximum_unknowns = 500000;
+
+      /// The number of meshes a run may use.
+      unsigned int n_cycles() const { return strategy == "none" ? 1 : cycles; }
+      void         declare(dealii::ParameterHandler &prm);
+      void         check() const;
+    };
+
+    struct Eigenproblem
+    {
+      double      maximum_frequency = 6000;
+      std::string solver            = "krylov";
+      double      tolerance         = 1e-9;
+      double      shift             = 0;
+
+      void declare(dealii::ParameterHandler &prm);
+    };
+
+    struct Sweep
+    {
+      std::string parameter = "none";
+      std::string values    = "";
+      void        declare(dealii::ParameterHandler &prm);
+      void        check() const;
+    };
+
+    struct Matrices
+    {
+      std::string mass, velocity, stiffness, circulatory;
+      double      circulatory_factor = 1;
+
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
+    struct Output
+    {
+      std::string  directory        = "";
+      std::string  fields           = "unstable";
+      unsigned int animation_frames = 16;
+      void         declare(dealii::ParameterHandler &prm);
+    };
+
+    /// Everything a run needs to know.
+    struct All
+    {
+      std::string    scene      = "brake";
+      std::string    stage_name = "full";
+      Rotor          rotor;
+      Pads           pads;
+      Operation      operation;
+      Contact        contact;
+      Discretization discretization;
+      Refinement     refinement;
+      Eigenproblem   eigenproblem;
+      Sweep          sweep;
+      Matrices       matrices;
+      Output         output;
+
+      Stage      stage() const;
+      StageTerms terms() const { return terms_of(stage()); }
+
+      /// Makes every member an entry of @p prm; parsing @p prm then fills the members.
+      void declare(dealii::ParameterHandler &prm);
+
+      /// The rules across keys. Throws InputError.
+      void check();
+    };
+  } // namespace Parameters
+} // namespace squeal

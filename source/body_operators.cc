@@ -1,0 +1,383 @@
+#include <squeal/body_operators.h>
+#include <squeal/dense.h>
+
+#include <deal.II/base/quadrature_lib.h>
+#include <deal.II/dofs/dof_tools.h>
+#include <deal.II/fe/fe_values.h>
+#include <deal.II/lac/dynamic_sparsity_pattern.h>
+#include <deal.II/lac/sparsity_tools.h>
+
+#include <petscsys.h>
+
+#include <petscblaslapack.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  namespace
+  {
+    /// Integrals over one cell of products of shape functions and their derivatives, all at once:
+    ///
+    ///     [ d_1 N ]           [ d_1 N ]^T
+    ///     [ d_2 N ]           [ d_2 N ]
+    /// int [ d_3 N ]           [ d_3 N ]         = one symmetric rank-k product of BLAS.
+    ///     [   N   ]           [   N   ]
+    ///     [ w.grad N ]        [ w.grad N ]
+    ///
+    /// Every matrix of a body is a combination of its n x n blocks, because the components of the
+    /// displacement share the scalar shape functions N.
+    template <int dim>
+    class CellIntegrals
+    {
+    public:
+      CellIntegrals(const Spaces<dim> &spaces, const bool with_transport)
+        : n(spaces.fe.n_dofs_per_cell()), n_rows((dim + 1 + with_transport) * n), spaces(spaces),
+          with_transport(with_transport),
+          fe_values(spaces.mapping,
+                    spaces.fe,
+                    QGauss<dim>(spaces.fe.degree + 1),
+                    update_values | update_gradients | update_quadrature_points | update_JxW_values),
+          factors(std::size_t(n_rows) * fe_values.n_quadrature_points), products(n_rows, n_rows)
+      {}
+
+      void reinit(const typename DoFHandler<dim>::active_cell_iterator &cell)
+      {
+        fe_values.reinit(cell);
+        for (const unsigned int q : fe_values.quadrature_point_indices())
+        {
+          const double         root   = std::sqrt(fe_values.JxW(q));
+          double              *column = factors.data() + std::size_t(q) * n_rows;
+          const Tensor<1, dim> w      = spaces.geometry.transport(fe_values.quadrature_point(q));
+          for (unsigned int a = 0; a < n; ++a)
+          {
+            const Tensor<1, dim> &gradient = fe_values.shape_grad(a, q);
+            for (unsigned int d = 0; d < dim; ++d)
+              column[d * n + a] = root * gradient[d];
+            column[dim * n + a] = root * fe_values.shape_value(a, q);
+            if (with_transport)
+              column[(dim + 1) * n + a] = root * (w * gradient);
+          }
+        }
+        const PetscBLASInt m = n_rows, k = fe_values.n_quadrature_points;
+        const double       one = 1, zero = 0;
+        BLASsyrk_("U", "N", &m, &k, &one, factors.data(), &m, &zero, products.values.data(), &m);
+        for (unsigned int j = 0; j < n_rows; ++j)
+          for (unsigned int i = 0; i < j; ++i)
+            products(j, i) = products(i, j);
+      }
+
+      double derivatives(unsigned int j, unsigned int l, unsigned int a, unsigned int b) const
+      {
+        return products(j * n + a, l * n + b);
+      }
+      double values(unsigned int a, unsigned int b) const { return products(dim * n + a, dim * n + b); }
+      double value_transport(unsigned int a, unsigned int b) const
+      {
+        return products(dim * n + a, (dim + 1) * n + b);
+      }
+      double transports(unsigned int a, unsigned int b) const
+      {
+        return products((dim + 1) * n + a, (dim + 1) * n + b);
+      }
+
+      const unsigned int n;
+
+    private:
+      const unsigned int  n_rows;
+      const Spaces<dim>  &spaces;
+      const bool          with_transport;
+      FEValues<dim>       fe_values;
+      std::vector<double> factors;
+      DenseMatrix         products;
+    };
+
+
+
+    /// Where the entries of a cell go: its free nodes and, on cells with hanging nodes, the interpolation
+    /// of the cell's nodes from them.
+    template <int dim>
+    class CellNodes
+    {
+    public:
+      CellNodes(const Spaces<dim> &spaces) : local(spaces.fe.n_dofs_per_cell()), spaces(spaces) {}
+
+      void reinit(const typename DoFHandler<dim>::active_cell_iterator &cell)
+      {
+        cell->get_dof_indices(local);
+        hanging = std::any_of(local.begin(), local.end(), [&](const auto node) {
+          return spaces.hanging.is_constrained(node);
+        });
+        free = local;
+        if (hanging)
+        {
+          free.clear();
+          std::vector<std::vector<WeightedNode>> expansions;
+          for (const auto node : local)
+          {
+            expansions.push_back(spaces.expand(node));
+            for (const WeightedNode &w : expansions.back())
+              free.push_back(w.node);
+          }
+          std::sort(free.begin(), free.end());
+          free.erase(std::unique(free.begin(), free.end()), free.end());
+          interpolation = DenseMatrix(local.size(), free.size());
+          for (unsigned int a = 0; a < local.size(); ++a)
+            for (const WeightedNode &w : expansions[a])
+              interpolation(a, std::lower_bound(free.begin(), free.end(), w.node) - free.begin()) += w.weight;
+        }
+        equations.resize(dim);
+        for (unsigned int c = 0; c < dim; ++c)
+        {
+          equations[c].clear();
+          for (const auto node : free)
+            equations[c].push_back(static_cast<PetscInt>(static_cast<int>(spaces.equation(node, c))));
+        }
+      }
+
+      /// W^T A W on cells with hanging nodes, A elsewhere.
+      const DenseMatrix &condense(const DenseMatrix &a)
+      {
+        if (!hanging)
+          return a;
+        DenseMatrix a_w(a.n_rows, free.size());
+        gemm(false, 1, a, interpolation, 0, a_w);
+        condensed = DenseMatrix(free.size(), free.size());
+        gemm(true, 1, interpolation, a_w, 0, condensed);
+        return condensed;
+      }
+
+      std::vector<types::global_dof_index> local, free;
+      std::vector<std::vector<PetscInt>>   equations; ///< per component; -1 (which PETSc skips): none
+
+    private:
+      const Spaces<dim> &spaces;
+      bool               hanging = false;
+      DenseMatrix        interpolation, condensed;
+    };
+
+
+
+    /// Adds A(a, b) between component i of node a and component k of node b. DenseMatrix is column-major and
+    /// PETSc expects rows, hence the transposed roles; all callers state their own symmetry.
+    template <int dim>
+    void add_block(const Matrix         &matrix,
+                   const CellNodes<dim> &cell_nodes,
+                   const unsigned int    i,
+                   const unsigned int    k,
+                   const DenseMatrix    &transposed)
+    {
+      const auto &rows = cell_nodes.equations[i], &columns = cell_nodes.equations[k];
+      SQUEAL_PETSC(MatSetValues(matrix,
+                                rows.size(),
+                                rows.data(),
+                                columns.size(),
+                                columns.data(),
+                                transposed.values.data(),
+                                ADD_VALUES));
+    }
+
+
+
+    /// Empty matrices with the exact pattern of the bodies' cells: all components coupled, or each component
+    /// with itself only.
+    template <int dim>
+    std::pair<std::vector<PetscInt>, std::vector<PetscInt>>
+    count_row_entries(const Spaces<dim> &spaces, const DynamicSparsityPattern &graph, const bool coupled)
+    {
+      const RowRange       &rows = spaces.rows;
+      std::vector<PetscInt> diagonal(rows.n_local()), off_diagonal(rows.n_local());
+      for (const auto node : spaces.nodes.locally_owned_dofs())
+        for (unsigned int c = 0; c < dim; ++c)
+        {
+          const unsigned int row = spaces.equation(node, c);
+          if (row == Spaces<dim>::none)
+            continue;
+          for (auto entry = graph.begin(node); entry != graph.end(node); ++entry)
+            for (unsigned int d = 0; d < dim; ++d)
+              if (coupled || c == d)
+              {
+                const unsigned int column = spaces.equation(entry->column(), d);
+                if (column != Spaces<dim>::none)
+                  ++(rows.contains(column) ? diagonal : off_diagonal)[row - rows.begin];
+              }
+        }
+      return {diagonal, off_diagonal};
+    }
+
+    template <int dim>
+    DynamicSparsityPattern node_graph(const Spaces<dim> &spaces, const std::vector<Body> &bodies)
+    {
+      DynamicSparsityPattern graph(spaces.nodes.n_dofs(), spaces.nodes.n_dofs(), spaces.relevant_nodes);
+      CellNodes<dim>         cell_nodes(spaces);
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
+        if (cell->is_locally_owned() &&
+            std::find(bodies.begin(), bodies.end(), cell->material_id()) != bodies.end())
+        {
+          cell_nodes.reinit(cell);
+          std::vector<types::global_dof_index> sorted = cell_nodes.free;
+          std::sort(sorted.begin(), sorted.end());
+          for (const auto node : sorted)
+            graph.add_entries(node, sorted.begin(), sorted.end(), true);
+        }
+      SparsityTools::distribute_sparsity_pattern(
+        graph, spaces.nodes.locally_owned_dofs(), spaces.comm, spaces.relevant_nodes);
+      return graph;
+    }
+  } // namespace
+
+
+
+  template <int dim>
+  BodyMatrices assemble_body(const Spaces<dim>       &spaces,
+                             const std::vector<Body> &bodies,
+                             const Material          &material,
+                             const bool               with_transport)
+  {
+    const DynamicSparsityPattern graph = node_graph(spaces, bodies);
+    const auto new_matrix = [&](const bool coupled) {
+      const auto [diagonal, off_diagonal] = count_row_entries(spaces, graph, coupled);
+      return make_matrix(spaces.rows, diagonal, off_diagonal);
+    };
+    Matrix K = new_matrix(true), M = new_matrix(false), G, M_star;
+    if (with_transport)
+    {
+      G      = new_matrix(false);
+      M_star = new_matrix(false);
+    }
+
+    const auto           C   = elasticity_tensor<dim>(material);
+    const double         rho = material.density;
+    CellIntegrals<dim>   integrals(spaces, with_transport);
+    CellNodes<dim>       cell_nodes(spaces);
+    const unsigned int   n = integrals.n;
+    DenseMatrix          block(n, n);
+
+    for (const auto &cell : spaces.nodes.active_cell_iterators())
+    {
+      if (!cell->is_locally_owned() ||
+          std::find(bodies.begin(), bodies.end(), cell->material_id()) == bodies.end())
+        continue;
+      integrals.reinit(cell);
+      cell_nodes.reinit(cell);
+
+      // K_ab^ik = C_ijkl int d_j N_a d_l N_b; the block (k, i) is the transpose of (i, k). PETSc reads rows,
+      // the block is stored by columns: what is filled here is the transpose of what is added.
+      for (unsigned int i = 0; i < dim; ++i)
+        for (unsigned int k = i; k < dim; ++k)
+        {
+          std::fill(block.values.begin(), block.values.end(), 0.);
+          for (unsigned int j = 0; j < dim; ++j)
+            for (unsigned int l = 0; l < dim; ++l)
+            {
+              const double c = C[((i * dim + k) * dim + j) * dim + l];
+              if (c == 0)
+                continue;
+              for (unsigned int a = 0; a < n; ++a)
+                for (unsigned int b = 0; b < n; ++b)
+                  block(b, a) += c * integrals.derivatives(j, l, a, b);
+            }
+          if (i == k) // rounding: the order of summation differs between (a, b) and (b, a)
+            for (unsigned int a = 0; a < n; ++a)
+              for (unsigned int b = 0; b < a; ++b)
+                block(b, a) = block(a, b);
+          add_block(K, cell_nodes, i, k, cell_nodes.condense(block));
+          if (i != k)
+          {
+            for (unsigned int a = 0; a < n; ++a)
+              for (unsigned int b = 0; b < a; ++b)
+                std::swap(block(b, a), block(a, b));
+            add_block(K, cell_nodes, k, i, cell_nodes.condense(block));
+          }
+        }
+
+      // M_ab = int rho N_a N_b, the same for every component
+      for (unsigned int a = 0; a < n; ++a)
+        for (unsigned int b = 0; b < n; ++b)
+          block(b, a) = rho * integrals.values(a, b);
+      const auto add_each_component = [&](const Matrix &matrix) {
+        const DenseMatrix &condensed = cell_nodes.condense(block);
+        for (unsigned int c = 0; c < dim; ++c)
+          add_block(matrix, cell_nodes, c, c, condensed);
+      };
+      add_each_component(M);
+
+      if (with_transport)
+      {
+        // G_ab = 1/2 int rho (N_a d_phi N_b - d_phi N_a N_b)
+        for (unsigned int a = 0; a < n; ++a)
+          for (unsigned int b = 0; b < n; ++b)
+            block(b, a) = rho / 2 * (integrals.value_transport(a, b) - integrals.value_transport(b, a));
+        add_each_component(G);
+        // M*_ab = int rho d_phi N_a d_phi N_b
+        for (unsigned int a = 0; a < n; ++a)
+          for (unsigned int b = 0; b < n; ++b)
+            block(b, a) = rho * integrals.transports(a, b);
+        add_each_component(M_star);
+      }
+    }
+
+    const auto share = [](Matrix &matrix) {
+      if (!matrix)
+        return std::shared_ptr<const Matrix>();
+      compress(matrix);
+      return std::shared_ptr<const Matrix>(std::make_shared<Matrix>(std::move(matrix)));
+    };
+    return {share(M), share(K), share(G), share(M_star)};
+  }
+
+
+
+  template <int dim>
+  Block assemble_pressure_load(const Spaces<dim> &spaces)
+  {
+    Vec load = nullptr;
+    SQUEAL_PETSC(VecCreateMPI(spaces.comm, spaces.rows.n_local(), spaces.rows.size, &load));
+    const unsigned int n = spaces.fe.n_dofs_per_cell();
+    FEFaceValues<dim>  fe_values(spaces.mapping,
+                                spaces.fe,
+                                QGauss<dim - 1>(spaces.fe.degree + 1),
+                                update_values | update_normal_vectors | update_JxW_values);
+    std::vector<types::global_dof_index> cell_nodes(n);
+    for (const auto &cell : spaces.nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+        for (const unsigned int f : cell->face_indices())
+          for (const PressureLoad &pressure_load : spaces.geometry.loads)
+            if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == pressure_load.boundary)
+            {
+              fe_values.reinit(cell, f);
+              cell->get_dof_indices(cell_nodes);
+              for (unsigned int a = 0; a < n; ++a)
+              {
+                // f_a = int -p n N_a
+                Tensor<1, dim> force;
+                for (const unsigned int q : fe_values.quadrature_point_indices())
+                  force -= pressure_load.pressure * fe_values.JxW(q) * fe_values.shape_value(a, q) *
+                           fe_values.normal_vector(q);
+                for (const WeightedNode &w : spaces.expand(cell_nodes[a]))
+                  for (unsigned int c = 0; c < dim; ++c)
+                  {
+                    const PetscInt row = static_cast<int>(spaces.equation(w.node, c));
+                    SQUEAL_PETSC(VecSetValue(load, row, w.weight * force[c], ADD_VALUES));
+                  }
+              }
+            }
+    SQUEAL_PETSC(VecAssemblyBegin(load));
+    SQUEAL_PETSC(VecAssemblyEnd(load));
+
+    Block              result(spaces.rows, 1);
+    const PetscScalar *values = nullptr;
+    SQUEAL_PETSC(VecGetArrayRead(load, &values));
+    std::copy(values, values + spaces.rows.n_local(), result.data());
+    SQUEAL_PETSC(VecRestoreArrayRead(load, &values));
+    SQUEAL_PETSC(VecDestroy(&load));
+    return result;
+  }
+
+  template BodyMatrices
+  assemble_body<3>(const Spaces<3> &, const std::vector<Body> &, const Material &, bool);
+  template Block assemble_pressure_load<3>(const Spaces<3> &);
+} // namespace squeal

@@ -1,0 +1,400 @@
+#include <squeal/dense.h>
+#include <squeal/linear_algebra.h>
+
+#include <petscsys.h>
+
+#include <petscblaslapack.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  void check_petsc(const PetscErrorCode code, const char *call)
+  {
+    if (code == 0)
+      return;
+    const char *text     = nullptr;
+    char       *specific = nullptr;
+    PetscErrorMessage(code, &text, &specific);
+    std::string message = std::string("PETSc error ") + std::to_string(code);
+    if (text)
+      message += std::string(" (") + text + ")";
+    if (specific && *specific)
+      message += std::string(": ") + specific;
+    throw SolverError(message + " in " + call);
+  }
+
+
+
+  Matrix::~Matrix()
+  {
+    if (mat)
+      MatDestroy(&mat);
+  }
+
+
+
+  double Matrix::infinity_norm() const
+  {
+    PetscReal norm = 0;
+    if (mat)
+      SQUEAL_PETSC(MatNorm(mat, NORM_INFINITY, &norm));
+    return norm;
+  }
+
+
+
+  std::uint64_t Matrix::n_nonzeros() const
+  {
+    MatInfo info{};
+    if (mat)
+      SQUEAL_PETSC(MatGetInfo(mat, MAT_GLOBAL_SUM, &info));
+    return static_cast<std::uint64_t>(info.nz_used);
+  }
+
+
+
+  Matrix make_matrix(const RowRange              &rows,
+                     const std::vector<PetscInt> &diagonal,
+                     const std::vector<PetscInt> &off_diagonal)
+  {
+    Mat            mat = nullptr;
+    const PetscInt n = rows.n_local(), n_global = rows.size;
+    SQUEAL_PETSC(MatCreateAIJ(
+      rows.comm, n, n, n_global, n_global, 0, diagonal.data(), 0, off_diagonal.data(), &mat));
+    Matrix matrix(mat);
+    SQUEAL_PETSC(MatSetOption(mat, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
+    return matrix;
+  }
+
+
+
+  void compress(const Matrix &matrix)
+  {
+    SQUEAL_PETSC(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY));
+    SQUEAL_PETSC(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
+  }
+
+
+
+  namespace
+  {
+    /// Merges one row of several matrices into sorted columns with summed values.
+    class RowMerger
+    {
+    public:
+      void start() { entries.clear(); }
+      void add(const double c, const PetscInt n, const PetscInt *columns, const PetscScalar *values)
+      {
+        for (PetscInt k = 0; k < n; ++k)
+          entries.emplace_back(columns[k], c * values[k]);
+      }
+      void finish(const bool several)
+      {
+        columns.clear();
+        values.clear();
+        // Stable, so that equal columns are added in the order of the summands on every rank.
+        if (several)
+          std::stable_sort(entries.begin(), entries.end(), [](const auto &a, const auto &b) {
+            return a.first < b.first;
+          });
+        for (const auto &[column, value] : entries)
+          if (!columns.empty() && columns.back() == column)
+            values.back() += value;
+          else
+          {
+            columns.push_back(column);
+            values.push_back(value);
+          }
+      }
+      std::vector<PetscInt>    columns;
+      std::vector<PetscScalar> values;
+
+    private:
+      std::vector<std::pair<PetscInt, PetscScalar>> entries;
+    };
+  } // namespace
+
+
+
+  Matrix sum_of(const RowRange &rows, const std::vector<Summand> &given)
+  {
+    std::vector<Summand> summands;
+    std::vector<Matrix>  transposes;
+    for (const Summand &s : given)
+      if (s.matrix && s.coefficient != 0)
+      {
+        summands.push_back(s);
+        if (s.transposed_too)
+        {
+          Mat transpose = nullptr;
+          SQUEAL_PETSC(MatTranspose(s.matrix, MAT_INITIAL_MATRIX, &transpose));
+          transposes.emplace_back(transpose);
+          summands.push_back({s.coefficient, transpose});
+        }
+      }
+    if (summands.empty())
+      return {};
+
+    RowMerger  merger;
+    const auto merge_row = [&](const unsigned int row) {
+      merger.start();
+      unsigned int n_contributing = 0;
+      for (const Summand &s : summands)
+      {
+        PetscInt           n       = 0;
+        const PetscInt    *columns = nullptr;
+        const PetscScalar *values  = nullptr;
+        SQUEAL_PETSC(MatGetRow(s.matrix, row, &n, &columns, &values));
+        merger.add(s.coefficient, n, columns, values);
+        n_contributing += n > 0;
+        SQUEAL_PETSC(MatRestoreRow(s.matrix, row, &n, &columns, &values));
+      }
+      merger.finish(n_contributing > 1);
+    };
+
+    std::vector<PetscInt> diagonal(rows.n_local()), off_diagonal(rows.n_local());
+    for (unsigned int row = rows.begin; row < rows.end; ++row)
+    {
+      merge_row(row);
+      for (const PetscInt column : merger.columns)
+        ++(rows.contains(column) ? diagonal : off_diagonal)[row - rows.begin];
+    }
+    Matrix sum = make_matrix(rows, diagonal, off_diagonal);
+    for (unsigned int row = rows.begin; row < rows.end; ++row)
+    {
+      merge_row(row);
+      const PetscInt global_row = row;
+      SQUEAL_PETSC(MatSetValues(sum,
+                                1,
+                                &global_row,
+                                merger.columns.size(),
+                                merger.columns.data(),
+                                merger.values.data(),
+                                INSERT_VALUES));
+    }
+    compress(sum);
+    return sum;
+  }
+
+
+
+  Matrix symmetric_part(const RowRange &rows, const Matrix &matrix)
+  {
+    return sum_of(rows, {{0.5, matrix, true}});
+  }
+
+
+
+  Block Block::head(const unsigned int n) const
+  {
+    Block result(rows, n);
+    std::copy(data(), data() + std::size_t(n) * n_local(), result.data());
+    return result;
+  }
+
+
+
+  void Block::append(const Block &other)
+  {
+    data_.insert(data_.end(), other.data_.begin(), other.data_.end());
+    n_columns_ += other.n_columns_;
+  }
+
+
+
+  namespace
+  {
+    /// A PETSc dense matrix that borrows the memory of a block.
+    Matrix view(const Block &block)
+    {
+      Mat             mat  = nullptr;
+      const RowRange &rows = block.row_range();
+      SQUEAL_PETSC(MatCreateDense(rows.comm,
+                                  rows.n_local(),
+                                  PETSC_DECIDE,
+                                  rows.size,
+                                  block.n_columns(),
+                                  const_cast<double *>(block.data()),
+                                  &mat));
+      return Matrix(mat);
+    }
+
+    void sum_over_ranks(const MPI_Comm comm, std::vector<double> &values)
+    {
+      MPI_Allreduce(MPI_IN_PLACE, values.data(), values.size(), MPI_DOUBLE, MPI_SUM, comm);
+    }
+  } // namespace
+
+
+
+  Block multiply(const Matrix &matrix, const Block &block)
+  {
+    Block result(block.row_range(), block.n_columns());
+    if (!matrix || block.n_columns() == 0)
+      return result;
+    // Column by column: PETSc's sparse-dense product is not faster than this and copies the block.
+    const RowRange &rows = block.row_range();
+    Vec             x = nullptr, y = nullptr;
+    SQUEAL_PETSC(VecCreateMPIWithArray(rows.comm, 1, rows.n_local(), rows.size, nullptr, &x));
+    SQUEAL_PETSC(VecCreateMPIWithArray(rows.comm, 1, rows.n_local(), rows.size, nullptr, &y));
+    for (unsigned int j = 0; j < block.n_columns(); ++j)
+    {
+      SQUEAL_PETSC(VecPlaceArray(x, block.column(j)));
+      SQUEAL_PETSC(VecPlaceArray(y, result.column(j)));
+      SQUEAL_PETSC(MatMult(matrix, x, y));
+      SQUEAL_PETSC(VecResetArray(x));
+      SQUEAL_PETSC(VecResetArray(y));
+    }
+    SQUEAL_PETSC(VecDestroy(&x));
+    SQUEAL_PETSC(VecDestroy(&y));
+    return result;
+  }
+
+
+
+  std::vector<double> inner_products(const Block &a, const Block &b)
+  {
+    const PetscBLASInt  m = a.n_columns(), n = b.n_columns(), k = a.n_local(), ld = std::max(1, k);
+    std::vector<double> result(std::size_t(m) * n);
+    const double        one = 1, zero = 0;
+    if (k > 0 && m > 0 && n > 0)
+      BLASgemm_("T", "N", &m, &n, &k, &one, a.data(), &ld, b.data(), &ld, &zero, result.data(), &m);
+    sum_over_ranks(a.row_range().comm, result);
+    return result;
+  }
+
+
+
+  Block combine(const Block &a, const std::vector<double> &coefficients, const unsigned int n_columns)
+  {
+    Block              result(a.row_range(), n_columns);
+    const PetscBLASInt m = a.n_local(), n = n_columns, k = a.n_columns(), ld = std::max(1, m);
+    const double       one = 1, zero = 0;
+    if (k > 0 && m > 0 && n > 0)
+      BLASgemm_("N", "N", &m, &n, &k, &one, a.data(), &ld, coefficients.data(), &k, &zero, result.data(), &ld);
+    return result;
+  }
+
+
+
+  Block orthonormalize(Block block)
+  {
+    for (int pass = 0; pass < 2; ++pass)
+    {
+      const unsigned int n = block.n_columns();
+      DenseMatrix        gram(n, n, inner_products(block, block));
+      std::vector<double> scale(n);
+      for (unsigned int j = 0; j < n; ++j)
+        scale[j] = gram(j, j) > 0 ? 1 / std::sqrt(gram(j, j)) : 0;
+      for (unsigned int j = 0; j < n; ++j)
+        for (unsigned int i = 0; i < n; ++i)
+          gram(i, j) *= scale[i] * scale[j];
+
+      const std::vector<double> eigenvalues = symmetric_eigen(gram);
+      // The Gram matrix resolves directions down to sqrt(eps); the second pass cleans what is left.
+      const double        smallest = 1e-13 * (n > 0 ? eigenvalues.back() : 0);
+      std::vector<double> coefficients;
+      unsigned int        n_kept = 0;
+      for (unsigned int j = 0; j < n; ++j)
+        if (eigenvalues[j] > smallest)
+        {
+          for (unsigned int i = 0; i < n; ++i)
+            coefficients.push_back(scale[i] * gram(i, j) / std::sqrt(eigenvalues[j]));
+          ++n_kept;
+        }
+      block = combine(block, coefficients, n_kept);
+    }
+    return block;
+  }
+
+
+
+  Factorization::Factorization(const Matrix &matrix, const Kind kind, const std::string &what) : what(what)
+  {
+    const bool lu = kind == Kind::lu;
+    if (!lu)
+      SQUEAL_PETSC(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE));
+    MatFactorInfo info;
+    SQUEAL_PETSC(MatFactorInfoInitialize(&info));
+    SQUEAL_PETSC(
+      MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
+    try
+    {
+      SQUEAL_PETSC(MatMumpsSetIcntl(mat, 14, 50)); // room for delayed pivots, percent
+      if (lu)
+      {
+        SQUEAL_PETSC(MatLUFactorSymbolic(mat, matrix, nullptr, nullptr, &info));
+        SQUEAL_PETSC(MatLUFactorNumeric(mat, matrix, &info));
+      }
+      else
+      {
+        SQUEAL_PETSC(MatCholeskyFactorSymbolic(mat, matrix, nullptr, &info));
+        SQUEAL_PETSC(MatCholeskyFactorNumeric(mat, matrix, &info));
+      }
+      MatFactorError error;
+      SQUEAL_PETSC(MatFactorGetError(mat, &error));
+      if (error != MAT_FACTOR_NOERROR)
+      {
+        PetscInt code = 0, detail = 0;
+        MatMumpsGetInfog(mat, 1, &code);
+        MatMumpsGetInfog(mat, 2, &detail);
+        std::string advice = "see the MUMPS manual.";
+        if (error == MAT_FACTOR_OUTMEMORY)
+          advice = "out of memory: use a coarser mesh or a machine with more memory.";
+        else if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
+          advice = "the matrix is singular: if a body is free to move, set Eigenproblem/Shift, for "
+                   "example to 0.1.";
+        throw SolverError("MUMPS cannot factorise " + what + " (INFOG(1) = " + std::to_string(code) +
+                          ", INFOG(2) = " + std::to_string(detail) + "): " + advice);
+      }
+    }
+    catch (...)
+    {
+      MatDestroy(&mat);
+      throw;
+    }
+  }
+
+
+
+  Factorization::~Factorization()
+  {
+    if (mat)
+      MatDestroy(&mat);
+  }
+
+
+
+  Block Factorization::solve(const Block &right_hand_sides) const
+  {
+    Block solution(right_hand_sides.row_range(), right_hand_sides.n_columns());
+    if (right_hand_sides.n_columns() == 0)
+      return solution;
+    const Matrix b = view(right_hand_sides), x = view(solution);
+    SQUEAL_PETSC(MatMatSolve(mat, b, x));
+    for (std::size_t i = 0; i < std::size_t(solution.n_local()) * solution.n_columns(); ++i)
+      if (!std::isfinite(solution.data()[i]))
+        throw SolverError("A solve with the factors of " + what + " gave a non-finite number.");
+    return solution;
+  }
+
+
+
+  Factorization::Inertia Factorization::inertia() const
+  {
+    PetscInt negative = 0, zero = 0, positive = 0;
+    SQUEAL_PETSC(MatGetInertia(mat, &negative, &zero, &positive));
+    return {unsigned(negative), unsigned(zero), unsigned(positive)};
+  }
+
+
+
+  double Factorization::memory_mib() const
+  {
+    PetscInt megabytes = 0;
+    SQUEAL_PETSC(MatMumpsGetInfog(mat, 22, &megabytes)); // memory used, sum over ranks, 10^6 bytes
+    return megabytes * 1e6 / (1024. * 1024.);
+  }
+} // namespace squeal

@@ -1,0 +1,452 @@
+#include <squeal/errors.h>
+#include <squeal/parameters.h>
+
+#include <deal.II/base/utilities.h>
+
+#include <sstream>
+
+namespace squeal
+{
+  StageTerms terms_of(const Stage stage)
+  {
+    return {stage >= Stage::transport,
+            stage >= Stage::friction,
+            stage >= Stage::friction_damping,
+            stage >= Stage::full};
+  }
+
+  namespace Parameters
+  {
+    namespace
+    {
+      using dealii::ParameterHandler;
+      namespace Patterns = dealii::Patterns;
+
+      constexpr double smallest = std::numeric_limits<double>::min();
+
+      Patterns::Double positive()
+      {
+        return Patterns::Double(smallest, Patterns::Double::max_double_value);
+      }
+      Patterns::Double not_negative()
+      {
+        return Patterns::Double(0, Patterns::Double::max_double_value);
+      }
+
+      [[noreturn]] void
+      fail(const std::string &key, const double value, const std::string &what_is_allowed)
+      {
+        std::ostringstream message;
+        message << key << " = " << value << ": " << what_is_allowed;
+        throw InputError(message.str());
+      }
+
+      std::array<unsigned int, 3> three_counts(const std::string &key, const std::string &text)
+      {
+        const std::vector<std::string> parts = dealii::Utilities::split_string_list(text, ',');
+        if (parts.size() != 3)
+          throw InputError(key + " = " + text +
+                           ": three numbers of cells are needed: radial, circumferential, axial.");
+        std::array<unsigned int, 3> counts;
+        for (unsigned int d = 0; d < 3; ++d)
+          counts[d] = dealii::Utilities::string_to_int(parts[d]);
+        return counts;
+      }
+    } // namespace
+
+
+
+    void MaterialSection::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Material");
+      prm.add_parameter("Young modulus", young_modulus, "Young's modulus E, Pa.", positive());
+      prm.add_parameter("Poisson ratio",
+                        poisson_ratio,
+                        "Poisson's ratio nu, -. Between -1 and 0.5, both excluded.",
+                        Patterns::Double());
+      prm.add_parameter("Density", density, "Density rho, kg/m^3.", positive());
+      prm.add_parameter("Mass proportional damping",
+                        mass_damping,
+                        "Rayleigh damping alpha in D = alpha M + beta K, 1/s. Used in the stage full.",
+                        not_negative());
+      prm.add_parameter("Stiffness proportional damping",
+                        stiffness_damping,
+                        "Rayleigh damping beta in D = alpha M + beta K, s. Used in the stage full.",
+                        not_negative());
+      prm.leave_subsection();
+    }
+
+    void MaterialSection::check(const std::string &section) const
+    {
+      if (!(poisson_ratio > -1 && poisson_ratio < 0.5))
+        fail(section + "/Material/Poisson ratio",
+             poisson_ratio,
+             "it must lie between -1 and 0.5, both excluded. At 0.5 the material is incompressible "
+             "and its stiffness infinite; 0.499 is accepted.");
+    }
+
+
+
+    void Rotor::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Rotor");
+      prm.add_parameter("Inner radius", inner_radius, "Inner radius of the annular disc, m.", positive());
+      prm.add_parameter("Outer radius", outer_radius, "Outer radius of the annular disc, m.", positive());
+      prm.add_parameter("Thickness",
+                        thickness,
+                        "Thickness of the disc, m. Its mid-plane is z = 0.",
+                        positive());
+      prm.add_parameter("Clamped boundary",
+                        clamped,
+                        "The cylinder on which all displacements are zero.",
+                        Patterns::Selection("none|inner|outer"));
+      material.declare(prm);
+      prm.leave_subsection();
+    }
+
+    void Rotor::check() const
+    {
+      if (inner_radius >= outer_radius)
+        fail("Rotor/Inner radius",
+             inner_radius,
+             "it must be smaller than Rotor/Outer radius = " + std::to_string(outer_radius) + " m.");
+      material.check("Rotor");
+    }
+
+
+
+    void Pads::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Pads");
+      prm.add_parameter("Arrangement",
+                        arrangement,
+                        "Which pads there are: on both faces of the rotor, on the upper one, none.",
+                        Patterns::Selection("both|upper|none"));
+      prm.add_parameter("Inner radius", inner_radius, "Inner radius of the pad's sector, m.", positive());
+      prm.add_parameter("Outer radius", outer_radius, "Outer radius of the pad's sector, m.", positive());
+      prm.add_parameter("Sector angle",
+                        sector_angle,
+                        "Angle of the pad's sector, degrees, centred on phi = 0.",
+                        Patterns::Double(smallest, 350));
+      prm.add_parameter("Thickness", thickness, "Thickness of a pad, m.", positive());
+      prm.add_parameter("Back face",
+                        back_face,
+                        "Support of the pad's back face. guided: in-plane fixed, axial free.",
+                        Patterns::Selection("guided|free|fixed"));
+      prm.add_parameter("Pressure",
+                        pressure,
+                        "Pressure on the pad's back face, towards the rotor, Pa.",
+                        not_negative());
+      material.declare(prm);
+      prm.leave_subsection();
+    }
+
+    void Pads::check(const Rotor &rotor) const
+    {
+      if (n_pads() == 0)
+        return;
+      if (inner_radius >= outer_radius)
+        fail("Pads/Inner radius",
+             inner_radius,
+             "it must be smaller than Pads/Outer radius = " + std::to_string(outer_radius) + " m.");
+      if (inner_radius < rotor.inner_radius || outer_radius > rotor.outer_radius)
+      {
+        std::ostringstream message;
+        message << "Pads/Inner radius = " << inner_radius << ", Pads/Outer radius = " << outer_radius
+                << ": the pads must lie on the rotor, whose radii are " << rotor.inner_radius << " to "
+                << rotor.outer_radius << " m.";
+        throw InputError(message.str());
+      }
+      material.check("Pads");
+    }
+
+
+
+    void Operation::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Operation");
+      prm.add_parameter("Angular velocity",
+                        angular_velocity,
+                        "Angular velocity Omega of the rotor about +z, rad/s (strip: belt speed, m/s).");
+      prm.leave_subsection();
+    }
+
+
+
+    void Contact::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Contact");
+      prm.add_parameter("Formulation",
+                        formulation,
+                        "mortar: Lagrange multiplier on the pad's face. penalty: pressure = stiffness "
+                        "times penetration.",
+                        Patterns::Selection("mortar|penalty"));
+      prm.add_parameter("Penalty stiffness",
+                        penalty_stiffness,
+                        "Contact stiffness k_C, N/m^3. Used by the formulation penalty.",
+                        positive());
+      prm.add_parameter("Steady pressure",
+                        steady_pressure,
+                        "The pressure p_0 about which friction is linearised. computed: from the static "
+                        "equilibrium. uniform: the applied pressure.",
+                        Patterns::Selection("computed|uniform"));
+      prm.enter_subsection("Friction");
+      prm.add_parameter("Law",
+                        friction_law,
+                        "mu(v). constant: Coefficient. falling: mu_k + (mu_s - mu_k) exp(-v/v_d) with "
+                        "mu_s = Coefficient, mu_k = Coefficient at speed, v_d = Decay speed.",
+                        Patterns::Selection("constant|falling"));
+      prm.add_parameter("Coefficient",
+                        friction_coefficient,
+                        "Friction coefficient mu (falling: at rest), -.",
+                        not_negative());
+      prm.add_parameter("Coefficient at speed",
+                        friction_coefficient_moving,
+                        "Friction coefficient at high sliding speed, -. Used by the law falling.",
+                        not_negative());
+      prm.add_parameter("Decay speed",
+                        friction_decay_speed,
+                        "Sliding speed over which the coefficient falls, m/s. Used by the law falling.",
+                        positive());
+      prm.leave_subsection();
+      prm.leave_subsection();
+    }
+
+    void Contact::check(const Stage stage, const double angular_velocity) const
+    {
+      if (angular_velocity == 0 && terms_of(stage).friction_damping)
+        fail("Operation/Angular velocity",
+             angular_velocity,
+             "the friction damping of the stages friction_damping and full grows like 1/Omega and has "
+             "no value at rest. Choose a speed other than 0, or one of the stages elastic, transport, "
+             "friction.");
+    }
+
+    FrictionLaw Contact::law() const
+    {
+      FrictionLaw law;
+      law.kind = friction_law == "falling" ? FrictionLaw::Kind::falling : FrictionLaw::Kind::constant;
+      law.coefficient        = friction_coefficient;
+      law.coefficient_moving = friction_coefficient_moving;
+      law.decay_speed        = friction_decay_speed;
+      return law;
+    }
+
+
+
+    void Discretization::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Discretization");
+      prm.add_parameter("Degree",
+                        degree,
+                        "Polynomial degree of the displacement; the geometry is mapped with the same.",
+                        Patterns::Integer(1, 8));
+      const Patterns::List counts(Patterns::Integer(1, 100000), 3, 3, ",");
+      prm.add_parameter("Rotor cells",
+                        rotor_cells_text,
+                        "Cells of the rotor's coarse mesh: radial, circumferential, axial.",
+                        counts);
+      prm.add_parameter("Pad cells",
+                        pad_cells_text,
+                        "Cells of a pad's coarse mesh: radial, circumferential, axial.",
+                        counts);
+      prm.add_parameter("Clamp layers",
+                        clamp_layers,
+                        "Number of thin cell layers by which the rotor's mesh is graded towards the "
+                        "clamped cylinder and the two plane faces, where the stress at the clamped "
+                        "edges is singular.",
+                        Patterns::Integer(0, 20));
+      prm.add_parameter("Pad edge layers",
+                        pad_edge_layers,
+                        "Number of thin cell layers by which the pads' meshes are graded towards the "
+                        "edges of the contact face, where the contact pressure is singular.",
+                        Patterns::Integer(0, 20));
+      prm.add_parameter("Layer ratio",
+                        layer_ratio,
+                        "Thickness of each layer relative to the next one inwards, -.",
+                        Patterns::Double(0.01, 0.5));
+      prm.leave_subsection();
+    }
+
+    void Discretization::check()
+    {
+      rotor_cells = three_counts("Discretization/Rotor cells", rotor_cells_text);
+      pad_cells   = three_counts("Discretization/Pad cells", pad_cells_text);
+      // With fewer cells around, the edges of one cell would meet at the same two lines.
+      if (rotor_cells[1] < 3)
+        fail("Discretization/Rotor cells",
+             rotor_cells[1],
+             "at least 3 cells are needed in the circumferential direction.");
+    }
+
+
+
+    void Refinement::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Refinement");
+      prm.add_parameter("Strategy",
+                        strategy,
+                        "none: one mesh. uniform: every cell is refined from cycle to cycle.",
+                        Patterns::Selection("none|uniform|adaptive"));
+      prm.add_parameter("Cycles", cycles, "At most so many meshes.", Patterns::Integer(1, 100));
+      prm.add_parameter("Tolerance",
+                        tolerance,
+                        "Strategy adaptive: wanted relative error |dl|/|l| of every mode in the window, "
+                        "-; 0: only the verdicts decide.",
+                        not_negative());
+      prm.add_parameter("Maximum unknowns",
+                        maximum_unknowns,
+                        "A mesh with more unknowns is not begun.",
+                        Patterns::Integer(1));
+      prm.leave_subsection();
+    }
+
+    void Refinement::check() const
+    {
+      if (strategy == "adaptive")
+        throw InputError("Refinement/Strategy = adaptive: this version has none and uniform.");
+    }
+
+
+
+    void Eigenproblem::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Eigenproblem");
+      prm.add_parameter("Maximum frequency",
+                        maximum_frequency,
+                        "Every mode with 0 < |Im l|/(2 pi) up to this frequency is wanted, Hz.",
+                        positive());
+      prm.add_parameter("Solver",
+                        solver,
+                        "krylov: SLEPc's PEP (TOAR), shift-invert with MUMPS. dense: LAPACK, for small "
+                        "problems.",
+                        Patterns::Selection("krylov|dense"));
+      prm.add_parameter("Tolerance",
+                        tolerance,
+                        "Backward error that every reported mode reaches, -.",
+                        Patterns::Double(1e-15, 1e-2));
+      prm.add_parameter("Shift",
+                        shift,
+                        "Real shift of the shift-invert transform relative to 2 pi times Maximum "
+                        "frequency, -. 0: chosen by the program (nonzero only where a body is free to "
+                        "move as a rigid body).",
+                        Patterns::Double(0, 1));
+      prm.leave_subsection();
+    }
+
+
+
+    void Sweep::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Sweep");
+      prm.add_parameter("Parameter",
+                        parameter,
+                        "Number to vary, for example Contact/Friction/Coefficient; none: no sweep.");
+      prm.add_parameter("Values", values, "List 0, 0.1, 0.2 or range 0 : 0.7 : 15.");
+      prm.leave_subsection();
+    }
+
+    void Sweep::check() const
+    {
+      if (parameter != "none")
+        throw InputError("Sweep/Parameter = " + parameter + ": this version has no sweeps; only none "
+                                                            "is allowed.");
+    }
+
+
+
+    void Matrices::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Matrices");
+      prm.add_parameter("Mass", mass, "Matrix Market file of M. Required by the scene matrices.");
+      prm.add_parameter("Velocity", velocity, "Matrix Market file of P; empty: zero.");
+      prm.add_parameter("Stiffness",
+                        stiffness,
+                        "Matrix Market file of K. Required by the scene matrices.");
+      prm.add_parameter("Circulatory",
+                        circulatory,
+                        "Matrix Market file of N in K + p N; empty: zero.");
+      prm.add_parameter("Circulatory factor", circulatory_factor, "The factor p in K + p N, -.");
+      prm.leave_subsection();
+    }
+
+    void Matrices::check() const
+    {
+      if (mass.empty())
+        throw InputError("Matrices/Mass: the scene matrices needs the file of the mass matrix.");
+      if (stiffness.empty())
+        throw InputError("Matrices/Stiffness: the scene matrices needs the file of the stiffness "
+                         "matrix.");
+    }
+
+
+
+    void Output::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Output");
+      prm.add_parameter("Directory",
+                        directory,
+                        "Where the results go; empty: output/<name of the parameter file>.");
+      prm.add_parameter("Fields",
+                        fields,
+                        "Modes written for ParaView. unstable: those not stable, or, if there are none, "
+                        "the least stable one.",
+                        Patterns::Selection("none|unstable|all"));
+      prm.add_parameter("Animation frames",
+                        animation_frames,
+                        "Frames over one period of each written mode; 0: no animation.",
+                        Patterns::Integer(0, 1000));
+      prm.leave_subsection();
+    }
+
+
+
+    void All::declare(ParameterHandler &prm)
+    {
+      prm.add_parameter("Scene",
+                        scene,
+                        "brake: annular rotor and sector pads. matrices: Matrix Market files.",
+                        Patterns::Selection("brake|strip|mesh|matrices"));
+      prm.add_parameter("Stage",
+                        stage_name,
+                        "What the model contains. elastic: M, K. transport: and G, M*. friction: and "
+                        "mu T. friction_damping: and P_R, Q_R. full: and material damping.",
+                        Patterns::Selection("elastic|transport|friction|friction_damping|full"));
+      rotor.declare(prm);
+      pads.declare(prm);
+      operation.declare(prm);
+      contact.declare(prm);
+      discretization.declare(prm);
+      refinement.declare(prm);
+      eigenproblem.declare(prm);
+      sweep.declare(prm);
+      matrices.declare(prm);
+      output.declare(prm);
+    }
+
+    Stage All::stage() const
+    {
+      static const std::vector<std::string> names = {
+        "elastic", "transport", "friction", "friction_damping", "full"};
+      return Stage(std::find(names.begin(), names.end(), stage_name) - names.begin());
+    }
+
+    void All::check()
+    {
+      if (scene == "strip" || scene == "mesh")
+        throw InputError("Scene = " + scene + ": this version has the scenes brake and matrices.");
+      sweep.check();
+      refinement.check();
+      if (scene == "matrices")
+      {
+        matrices.check();
+        return;
+      }
+      rotor.check();
+      pads.check(rotor);
+      discretization.check();
+      if (pads.n_pads() > 0)
+        contact.check(stage(), operation.angular_velocity);
+    }
+  } // namespace Parameters
+} // namespace squeal
