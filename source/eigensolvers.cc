@@ -426,7 +426,8 @@ namespace squeal
       const unsigned int n_expected = count_reference_modes(problem, radius);
 
       // At shift 0 the position matrix itself is factorised; a rigid body makes it singular.
-      const unsigned int n_rigid = count_reference_modes(problem, rigid_body_limit(options.max_imaginary));
+      const unsigned int n_rigid =
+        problem.may_move_rigidly ? count_reference_modes(problem, rigid_body_limit(options.max_imaginary)) : 0;
       const double shift = options.max_imaginary * (options.shift > 0 ? options.shift : n_rigid > 0 ? 0.1 : 0.);
       const Matrix shifted =
         shift == 0 ? Matrix() :

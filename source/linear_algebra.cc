@@ -323,6 +323,8 @@ namespace squeal
     try
     {
       SQUEAL_PETSC(MatMumpsSetIcntl(mat, 14, 50)); // room for delayed pivots, percent
+      if (!lu)
+        SQUEAL_PETSC(MatMumpsSetIcntl(mat, 24, 1)); // null pivots are counted, as an inertia needs
       if (lu)
       {
         SQUEAL_PETSC(MatLUFactorSymbolic(mat, matrix, nullptr, nullptr, &info));

@@ -1,1 +1,140 @@
-int main() {}
+#include <squeal/brake_squeal.h>
+#include <squeal/errors.h>
+
+#include <deal.II/base/mpi.h>
+
+#include <petscsys.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+
+namespace
+{
+  const char *usage = "squeal " SQUEAL_VERSION ": predicts disc-brake squeal\n"
+                      "\n"
+                      "  squeal FILE.prm [--set \"Section/Key=value\"]...   run (in parallel: mpirun -np N squeal ...)\n"
+                      "  squeal --check FILE.prm                          validate, print what would run\n"
+                      "  squeal --print-parameters=prm|json|md            every key with default, unit, allowed values\n"
+                      "  squeal --version | --help\n"
+                      "\n"
+                      "Exit status: 0 finished, 2 the input is wrong, 3 a solver failed, 1 anything else.\n";
+
+  struct CommandLine
+  {
+    bool                     check = false, help = false, version = false;
+    std::string              print_format, filename;
+    std::vector<std::string> overrides;
+  };
+
+  CommandLine parse(const std::vector<std::string> &arguments)
+  {
+    using squeal::InputError;
+    CommandLine       result;
+    const std::string print = "--print-parameters";
+    for (std::size_t i = 0; i < arguments.size(); ++i)
+    {
+      const std::string &argument = arguments[i];
+      if (argument == "--help" || argument == "-h")
+        result.help = true;
+      else if (argument == "--version")
+        result.version = true;
+      else if (argument == "--check")
+        result.check = true;
+      else if (argument == "--set")
+      {
+        if (++i == arguments.size())
+          throw InputError("--set: expected \"Section/Key=value\" after it.");
+        result.overrides.push_back(arguments[i]);
+      }
+      else if (argument == print)
+        result.print_format = "prm";
+      else if (argument.rfind(print + "=", 0) == 0)
+        result.print_format = argument.substr(print.size() + 1);
+      else if (!argument.empty() && argument[0] == '-')
+        throw InputError("Unknown option " + argument + ".\n\n" + usage);
+      else if (!result.filename.empty())
+        throw InputError("One parameter file is expected, not both " + result.filename + " and " + argument + ".");
+      else
+        result.filename = argument;
+    }
+    return result;
+  }
+
+  void run(const std::vector<std::string> &arguments, const MPI_Comm comm)
+  {
+    const CommandLine command = parse(arguments);
+    const bool        speaks  = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
+    std::ostream      nowhere(nullptr);
+    std::ostream     &out = speaks ? std::cout : nowhere;
+
+    squeal::ParameterFile file;
+    if (command.help)
+      out << usage;
+    else if (command.version)
+      out << "squeal " SQUEAL_VERSION "\n";
+    else if (!command.print_format.empty())
+      file.print_manual(out, command.print_format);
+    else if (command.filename.empty())
+      throw squeal::InputError(std::string("A parameter file is needed.\n\n") + usage);
+    else
+    {
+      file.read(command.filename, command.overrides);
+      std::string directory = file.parameters().output.directory;
+      if (directory.empty())
+        directory = "output/" + std::filesystem::path(command.filename).stem().string();
+      if (command.check)
+        out << command.filename << ": valid\n" << squeal::describe(file.parameters(), directory);
+      else
+        squeal::make_analysis(file, directory, comm)->run();
+    }
+    out << std::flush;
+  }
+
+  /// One rank speaks. A rank that fails alone must not leave the others waiting: after a failure in parallel
+  /// all are ended.
+  int fail(const int status, const std::string &message, const MPI_Comm comm)
+  {
+    const unsigned int n_ranks = dealii::Utilities::MPI::n_mpi_processes(comm);
+    const bool         speaks  = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
+    if (!speaks)
+      usleep(500000); // let rank 0 speak first, if it fails too
+    std::cerr << (speaks ? "" : "\n") << "\nsqueal: " << message << std::endl;
+    if (n_ranks > 1)
+      MPI_Abort(comm, status);
+    return status;
+  }
+} // namespace
+
+int main(int argc, char *argv[])
+{
+  // PETSc would take --help and the like for its own options, so it sees only the program's name.
+  int    n_visible = 1;
+  char **visible   = argv;
+  const std::vector<std::string>           arguments(argv + 1, argv + argc);
+  char                                    *only_name[] = {argv[0], nullptr};
+  visible                                              = only_name;
+  dealii::Utilities::MPI::MPI_InitFinalize mpi(n_visible, visible, 1);
+  PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
+  dealii::deal_II_exceptions::disable_abort_on_exception();
+
+  const MPI_Comm comm = MPI_COMM_WORLD;
+  try
+  {
+    run(arguments, comm);
+  }
+  catch (const squeal::InputError &error)
+  {
+    return fail(squeal::exit_bad_input, error.what(), comm);
+  }
+  catch (const squeal::SolverError &error)
+  {
+    return fail(squeal::exit_solver_error, error.what(), comm);
+  }
+  catch (const std::exception &error)
+  {
+    return fail(squeal::exit_other, error.what(), comm);
+  }
+  return squeal::exit_finished;
+}

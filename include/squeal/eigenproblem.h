@@ -42,6 +42,9 @@ namespace squeal
     /// counted by inertia; empty: Q itself is symmetric and there is no P.
     Matrix      reference;
     std::string reference_name; ///< what the reference problem is, for the log
+
+    /// Whether zero eigenvalues must be looked for (they rule out a shift of zero).
+    bool may_move_rigidly = true;
   };
 
   /// sum over the terms of one order, or the empty matrix.

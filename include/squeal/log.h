@@ -1,0 +1,74 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// What the screen shows, and the same in log.txt. Only rank 0 speaks.
+  class Log
+  {
+  public:
+    explicit Log(MPI_Comm comm);
+
+    /// Everything printed so far and from now on goes to this file too.
+    void open(const std::string &filename);
+
+    void print(const std::string &text);
+    void line(const std::string &text) { print(text + "\n"); }
+
+    /// A line that the next one overwrites; shown on terminals only.
+    void progress(const std::string &text);
+
+  private:
+    const bool    speaks, terminal;
+    bool          progress_shown = false;
+    std::ofstream file;
+    std::string   so_far;
+  };
+
+  /// Wall-clock seconds by phase, in the order of their first use.
+  class PhaseTimer
+  {
+  public:
+    class Scope
+    {
+    public:
+      Scope(PhaseTimer &timer, const std::string &phase)
+        : timer(timer), phase(phase), start(std::chrono::steady_clock::now())
+      {}
+      ~Scope() { timer.add(phase, seconds_since(start)); }
+      Scope(const Scope &) = delete;
+      Scope &operator=(const Scope &) = delete;
+
+    private:
+      PhaseTimer                                 &timer;
+      const std::string                           phase;
+      const std::chrono::steady_clock::time_point start;
+    };
+
+    static double seconds_since(const std::chrono::steady_clock::time_point start)
+    {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+
+    void   add(const std::string &phase, double seconds);
+    double seconds(const std::string &phase) const;
+    double total() const { return seconds_since(start); }
+    /// Forgets the phases and starts the total anew.
+    void restart();
+
+  private:
+    std::map<std::string, double>         phases;
+    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  };
+
+  /// Peak resident memory so far, summed over ranks, MiB.
+  double peak_memory_mib(MPI_Comm comm);
+} // namespace squeal

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <squeal/parameter_file.h>
+#include <squeal/stability.h>
+
+#include <mpi.h>
+
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// A number with 12 significant digits, or an empty field if it is unknown or not finite.
+  std::string number(double value);
+  std::string number(const std::optional<double> &value);
+
+  /// Makes the directory and its record of the input: original.prm and parameters.prm. Collective; throws
+  /// InputError on every rank if the directory cannot be written.
+  void start_run_directory(const std::string &directory, const ParameterFile &file, MPI_Comm comm);
+
+  /// A CSV file that grows line by line; complete lines are on disk after each call. Rank 0 writes.
+  class Table
+  {
+  public:
+    Table(const std::string &filename, const std::string &header, MPI_Comm comm);
+    void add(const std::vector<std::string> &fields);
+
+  private:
+    const std::string filename;
+    const bool        writes;
+  };
+
+  /// The header of modes.csv, as the first columns that users rely on, and one line of it.
+  extern const char       *modes_header;
+  std::vector<std::string> modes_fields(const ModeRow &row);
+
+  /// The table of modes as the screen shows it.
+  std::string modes_table(const std::vector<ModeRow> &rows);
+
+  /// Frequencies and growth rates of the modes of the finest mesh over the meshes, with observed rates of
+  /// convergence of the eigenvalue (log2 of the ratio of successive changes).
+  std::string convergence_table(const std::vector<std::vector<ModeRow>> &cycles, const std::vector<unsigned int> &dofs);
+} // namespace squeal

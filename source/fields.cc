@@ -1,0 +1,236 @@
+#include <squeal/fields.h>
+
+#include <deal.II/base/data_out_base.h>
+#include <deal.II/dofs/dof_tools.h>
+#include <deal.II/fe/fe_system.h>
+#include <deal.II/numerics/data_out.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  namespace
+  {
+    using Vector = LinearAlgebra::distributed::Vector<double>;
+
+    /// Turns columns of unknowns into finite-element fields and writes them.
+    template <int dim>
+    class FieldWriter
+    {
+    public:
+      explicit FieldWriter(const Spaces<dim> &spaces)
+        : spaces(spaces), vector_fe(spaces.fe, dim), vector_nodes(spaces.triangulation)
+      {
+        vector_nodes.distribute_dofs(vector_fe);
+        body.reinit(spaces.triangulation.n_active_cells());
+        for (const auto &cell : spaces.triangulation.active_cell_iterators())
+          if (cell->is_locally_owned())
+            body(cell->active_cell_index()) = cell->material_id();
+      }
+
+      /// The displacement field of a column.
+      Vector displacement(const double *column) const
+      {
+        std::vector<Vector> components;
+        for (unsigned int c = 0; c < dim; ++c)
+          components.push_back(
+            nodal_field(column, [&](const auto node) { return spaces.equation(node, c); }));
+
+        IndexSet relevant;
+        DoFTools::extract_locally_relevant_dofs(vector_nodes, relevant);
+        Vector field(vector_nodes.locally_owned_dofs(), relevant, spaces.comm);
+        std::vector<types::global_dof_index> scalar_dofs(spaces.fe.n_dofs_per_cell()),
+          vector_dofs(vector_fe.n_dofs_per_cell());
+        for (const auto &cell : vector_nodes.active_cell_iterators())
+          if (cell->is_locally_owned())
+          {
+            const typename DoFHandler<dim>::active_cell_iterator scalar_cell(
+              &spaces.triangulation, cell->level(), cell->index(), &spaces.nodes);
+            cell->get_dof_indices(vector_dofs);
+            scalar_cell->get_dof_indices(scalar_dofs);
+            for (unsigned int i = 0; i < vector_dofs.size(); ++i)
+              if (vector_nodes.locally_owned_dofs().is_element(vector_dofs[i]))
+              {
+                const auto [component, base] = vector_fe.system_to_component_index(i);
+                field(vector_dofs[i])        = components[component](scalar_dofs[base]);
+              }
+          }
+        field.update_ghost_values();
+        return field;
+      }
+
+      /// The multiplier field of a column times a factor.
+      Vector pressure(const double *column, const double factor) const
+      {
+        Vector field = nodal_field(column, [&](const auto node) { return spaces.multiplier(node); });
+        field *= factor;
+        field.update_ghost_values();
+        return field;
+      }
+
+      /// Writes <base>.pvtu (or <base>_<frame>.pvtu) with one .vtu per rank.
+      std::string write(const std::vector<std::pair<std::string, const Vector *>> &displacements,
+                        const std::vector<std::pair<std::string, const Vector *>> &pressures,
+                        const std::string                                         &directory,
+                        const std::string                                         &base,
+                        const double                                               time) const
+      {
+        DataOut<dim>          data_out;
+        DataOutBase::VtkFlags flags;
+        flags.compression_level = DataOutBase::VtkFlags::best_speed;
+        flags.time              = time;
+        data_out.set_flags(flags);
+        const std::vector<DataComponentInterpretation::DataComponentInterpretation> is_vector(
+          dim, DataComponentInterpretation::component_is_part_of_vector);
+        for (const auto &[name, field] : displacements)
+          data_out.add_data_vector(vector_nodes, *field, std::vector<std::string>(dim, name), is_vector);
+        for (const auto &[name, field] : pressures)
+          data_out.add_data_vector(spaces.nodes, *field, name);
+        data_out.attach_triangulation(spaces.triangulation);
+        data_out.add_data_vector(body, "body");
+        data_out.build_patches(spaces.mapping, spaces.fe.degree, DataOut<dim>::curved_inner_cells);
+
+        const unsigned int rank = Utilities::MPI::this_mpi_process(spaces.comm);
+        const unsigned int n    = Utilities::MPI::n_mpi_processes(spaces.comm);
+        const auto         piece = [&](const unsigned int r) {
+          return n == 1 ? base + ".vtu" : base + "." + std::to_string(r) + ".vtu";
+        };
+        std::ofstream out(directory + "/" + piece(rank));
+        data_out.write_vtu(out);
+        if (!out)
+          throw std::runtime_error("The file " + directory + "/" + piece(rank) +
+                                   " cannot be written; is the disk full?");
+        const std::string record = base + ".pvtu";
+        if (rank == 0)
+        {
+          std::vector<std::string> pieces;
+          for (unsigned int r = 0; r < n; ++r)
+            pieces.push_back(piece(r));
+          std::ofstream pvtu(directory + "/" + record);
+          data_out.write_pvtu_record(pvtu, pieces);
+        }
+        return record;
+      }
+
+    private:
+      template <typename Equation>
+      Vector nodal_field(const double *column, const Equation &equation) const
+      {
+        Vector field(spaces.nodes.locally_owned_dofs(), spaces.relevant_nodes, spaces.comm);
+        for (const auto node : spaces.nodes.locally_owned_dofs())
+          if (equation(node) != Spaces<dim>::none)
+            field(node) = column[equation(node) - spaces.rows.begin];
+        spaces.hanging.distribute(field);
+        field.update_ghost_values();
+        return field;
+      }
+
+      const Spaces<dim>    &spaces;
+      const FESystem<dim>   vector_fe;
+      DoFHandler<dim>       vector_nodes;
+      dealii::Vector<float> body;
+    };
+
+    void write_pvd(const std::string                                       &filename,
+                   const std::vector<std::pair<double, std::string>> &records,
+                   const MPI_Comm                                           comm)
+    {
+      if (Utilities::MPI::this_mpi_process(comm) != 0)
+        return;
+      std::ofstream out(filename);
+      DataOutBase::write_pvd_record(out, records);
+    }
+
+    std::string padded(const unsigned int number, const unsigned int digits)
+    {
+      return Utilities::int_to_string(number, digits);
+    }
+  } // namespace
+
+
+
+  template <int dim>
+  void write_state(const Spaces<dim> &spaces,
+                   const Block       &state,
+                   const double       pressure_scale,
+                   const std::string &directory,
+                   const unsigned int cycle)
+  {
+    const FieldWriter<dim>                                writer(spaces);
+    const Vector                                          u = writer.displacement(state.column(0));
+    Vector                                                p;
+    std::vector<std::pair<std::string, const Vector *>> pressures;
+    if (spaces.n_multipliers > 0)
+    {
+      p = writer.pressure(state.column(0), pressure_scale);
+      pressures.emplace_back("contact_pressure_pa", &p);
+    }
+    const std::string base   = "state-" + std::to_string(cycle);
+    const std::string record = writer.write({{"displacement_m", &u}}, pressures, directory, base, 0);
+    write_pvd(directory + "/" + base + ".pvd", {{0., record}}, spaces.comm);
+  }
+
+
+
+  template <int dim>
+  void write_mode(const Spaces<dim> &spaces,
+                  const Block       &re,
+                  const Block       &im,
+                  const unsigned int column,
+                  const double       pressure_scale,
+                  const std::string &directory,
+                  const unsigned int cycle,
+                  const unsigned int mode,
+                  const unsigned int n_frames)
+  {
+    const FieldWriter<dim> writer(spaces);
+    Vector                 u_re = writer.displacement(re.column(column));
+    Vector                 u_im = writer.displacement(im.column(column));
+    const double           size = std::max(u_re.linfty_norm(), u_im.linfty_norm());
+    u_re /= size;
+    u_im /= size;
+    u_re.update_ghost_values();
+    u_im.update_ghost_values();
+
+    Vector                                                p_re, p_im;
+    std::vector<std::pair<std::string, const Vector *>> pressures;
+    if (spaces.n_multipliers > 0)
+    {
+      p_re = writer.pressure(re.column(column), pressure_scale / size);
+      p_im = writer.pressure(im.column(column), pressure_scale / size);
+      pressures = {{"contact_pressure_re", &p_re}, {"contact_pressure_im", &p_im}};
+    }
+    const std::string base = "mode-" + std::to_string(cycle) + "-" + padded(mode, 3);
+    writer.write({{"displacement_re", &u_re}, {"displacement_im", &u_im}}, pressures, directory, base, 0);
+
+    // Re[u exp(i omega t)] = Re u cos(omega t) - Im u sin(omega t)
+    std::vector<std::pair<double, std::string>> records;
+    for (unsigned int frame = 0; frame < n_frames; ++frame)
+    {
+      const double time = double(frame) / n_frames, angle = 2 * numbers::PI * time;
+      Vector       u = u_re;
+      u *= std::cos(angle);
+      u.add(-std::sin(angle), u_im);
+      u.update_ghost_values();
+      records.emplace_back(
+        time, writer.write({{"displacement", &u}}, {}, directory, base + "-frame-" + padded(frame, 3), time));
+    }
+    if (n_frames > 0)
+      write_pvd(directory + "/" + base + ".pvd", records, spaces.comm);
+  }
+
+  template void write_state<3>(const Spaces<3> &, const Block &, double, const std::string &, unsigned int);
+  template void write_mode<3>(const Spaces<3> &,
+                              const Block &,
+                              const Block &,
+                              unsigned int,
+                              double,
+                              const std::string &,
+                              unsigned int,
+                              unsigned int,
+                              unsigned int);
+} // namespace squeal

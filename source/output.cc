@@ -1,0 +1,205 @@
+#include <squeal/errors.h>
+#include <squeal/output.h>
+
+#include <deal.II/base/convergence_table.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace squeal
+{
+  namespace
+  {
+    bool is_rank_zero(const MPI_Comm comm)
+    {
+      int rank = 0;
+      MPI_Comm_rank(comm, &rank);
+      return rank == 0;
+    }
+
+    void write_file(const std::filesystem::path &path, const std::string &text)
+    {
+      std::ofstream out(path, std::ios::binary);
+      out << text << std::flush;
+      if (!out)
+        throw InputError("Output/Directory: the file " + path.string() +
+                         " cannot be written. Is the directory writable, is there space on the disk?");
+    }
+
+    std::string formatted(const char *format, const double value)
+    {
+      char text[64];
+      std::snprintf(text, sizeof(text), format, value);
+      return text;
+    }
+  } // namespace
+
+
+
+  std::string number(const double value)
+  {
+    return std::isfinite(value) ? formatted("%.12g", value) : "";
+  }
+
+  std::string number(const std::optional<double> &value)
+  {
+    return value ? number(*value) : "";
+  }
+
+
+
+  void start_run_directory(const std::string &directory, const ParameterFile &file, const MPI_Comm comm)
+  {
+    std::string error;
+    if (is_rank_zero(comm))
+      try
+      {
+        std::error_code code;
+        std::filesystem::create_directories(directory, code);
+        if (code)
+          throw InputError("Output/Directory = " + directory + ": the directory cannot be made (" + code.message() +
+                           ").");
+        std::ostringstream used;
+        file.print_used(used);
+        write_file(std::filesystem::path(directory) / "original.prm", file.original_text());
+        write_file(std::filesystem::path(directory) / "parameters.prm", used.str());
+        // Results of an earlier run in the same place must not be taken for this one's.
+        for (const auto &entry : std::filesystem::directory_iterator(directory))
+        {
+          const std::string extension = entry.path().extension(), name = entry.path().filename();
+          if (extension == ".vtu" || extension == ".pvtu" || extension == ".pvd" || name == "modes.csv" ||
+              name == "cycles.csv" || name == "static.csv" || name == "log.txt")
+            std::filesystem::remove(entry.path());
+        }
+      }
+      catch (const std::exception &e)
+      {
+        error = e.what();
+      }
+    unsigned int length = error.size();
+    MPI_Bcast(&length, 1, MPI_UNSIGNED, 0, comm);
+    error.resize(length);
+    MPI_Bcast(error.data(), length, MPI_CHAR, 0, comm);
+    if (length > 0)
+      throw InputError(error);
+  }
+
+
+
+  Table::Table(const std::string &filename, const std::string &header, const MPI_Comm comm)
+    : filename(filename), writes(is_rank_zero(comm))
+  {
+    if (writes)
+      write_file(filename, header + "\n");
+  }
+
+
+
+  void Table::add(const std::vector<std::string> &fields)
+  {
+    if (!writes)
+      return;
+    std::string line;
+    for (const std::string &field : fields)
+      line += (line.empty() && &field == &fields.front() ? "" : ",") + field;
+    std::ofstream out(filename, std::ios::app);
+    out << line << '\n' << std::flush;
+    if (!out)
+      throw std::runtime_error("The file " + filename + " cannot be written; is the disk full?");
+  }
+
+
+
+  const char *modes_header = "cycle,mode,growth_rate_1_per_s,frequency_hz,damping_ratio,verdict,"
+                             "growth_rate_error_1_per_s,frequency_error_hz,backward_error,condition_number,"
+                             "d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2";
+
+  std::vector<std::string> modes_fields(const ModeRow &row)
+  {
+    return {std::to_string(row.cycle),
+            std::to_string(row.mode),
+            number(row.growth_rate()),
+            number(row.frequency()),
+            number(row.damping_ratio()),
+            row.verdict,
+            number(row.growth_rate_error),
+            number(row.frequency_error),
+            number(row.backward_error),
+            number(row.condition_number),
+            number(row.d),
+            number(row.g),
+            number(row.k),
+            number(row.n)};
+  }
+
+
+
+  std::string modes_table(const std::vector<ModeRow> &rows)
+  {
+    std::string text = "  mode   frequency, Hz   growth rate, 1/s   damping ratio   backward error   verdict\n";
+    for (const ModeRow &row : rows)
+    {
+      const bool unstable = row.verdict == "flutter" || row.verdict == "divergence";
+      char       line[200];
+      std::snprintf(line,
+                    sizeof(line),
+                    "%s %4u   %13.4f   %16.5f   %13.3e   %14.1e   %s\n",
+                    unstable ? ">" : " ",
+                    row.mode,
+                    row.frequency(),
+                    row.growth_rate(),
+                    row.damping_ratio(),
+                    row.backward_error,
+                    row.verdict.c_str());
+      text += line;
+    }
+    return text;
+  }
+
+
+
+  std::string convergence_table(const std::vector<std::vector<ModeRow>> &cycles, const std::vector<unsigned int> &dofs)
+  {
+    dealii::ConvergenceTable table;
+    const auto              &finest = cycles.back();
+    std::vector<std::vector<int>> match;
+    for (const auto &cycle : cycles)
+      match.push_back(match_modes(finest, cycle));
+    for (unsigned int m = 0; m < finest.size(); ++m)
+      for (unsigned int c = 0; c < cycles.size(); ++c)
+      {
+        if (match[c][m] < 0)
+          continue;
+        const ModeRow &row = cycles[c][match[c][m]];
+        table.add_value("mode", m + 1);
+        table.add_value("cycle", c);
+        table.add_value("unknowns", dofs[c]);
+        table.add_value("frequency, Hz", row.frequency());
+        table.add_value("growth rate, 1/s", row.growth_rate());
+        // |l_c - l_(c-1)| / |l| and its rate: both need earlier meshes.
+        std::string change = "-", rate = "-";
+        if (c >= 1 && match[c - 1][m] >= 0)
+        {
+          const double d = std::abs(row.lambda - cycles[c - 1][match[c - 1][m]].lambda);
+          change         = formatted("%.2e", d / std::abs(row.lambda));
+          if (c >= 2 && match[c - 2][m] >= 0)
+            rate = formatted("%.2f",
+                             std::log2(std::abs(cycles[c - 1][match[c - 1][m]].lambda -
+                                                cycles[c - 2][match[c - 2][m]].lambda) /
+                                       d));
+        }
+        table.add_value("change", change);
+        table.add_value("rate", rate);
+      }
+    if (finest.empty())
+      return "";
+    table.set_precision("frequency, Hz", 5);
+    table.set_precision("growth rate, 1/s", 5);
+    std::ostringstream text;
+    table.write_text(text, dealii::TableHandler::org_mode_table);
+    return text.str();
+  }
+} // namespace squeal
