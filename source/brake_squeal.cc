@@ -61,7 +61,7 @@ namespace squeal
     options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
     options.tolerance     = prm.eigenproblem.tolerance;
     options.shift         = prm.eigenproblem.shift;
-    options.progress      = [this](const std::string &text) { log.progress(text); };
+    options.progress      = [this](const std::string &text) { (getenv("SQV") ? log.line(text) : log.progress(text)); };
 
     modes                           = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
     const std::vector<ModeRow> rows = analyse(problem, modes, cycle, options.tolerance);

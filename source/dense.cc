@@ -158,7 +158,7 @@ namespace squeal
 
 
   std::vector<DensePair>
-  quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p, const DenseMatrix &q, const double shift)
+  quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p, const DenseMatrix &q, const double shift, const double scale)
   {
     const unsigned int n = m.n_rows;
     if (n == 0)
@@ -166,9 +166,7 @@ namespace squeal
     if (p.n_rows == 0 && shift == 0)
       return without_velocity_term(m, q);
 
-    // Scaled l = scale * l', so that both columns of the companion matrix have entries of one size.
-    const double scale = std::sqrt(q.largest_entry() / std::max(m.largest_entry(), 1e-300));
-    const double s     = shift / scale;
+    const double s = shift / scale;
     DenseMatrix  q_s = q, right(n, 2 * n);
     for (std::size_t k = 0; k < q.values.size(); ++k)
     {

@@ -172,7 +172,7 @@ namespace squeal
         return matrix ? DenseMatrix(n, n, inner_products(basis, multiply(matrix, basis))) : DenseMatrix();
       };
       const std::vector<DensePair> all =
-        quadratic_eigenpairs(project(problem.M), project(problem.P), project(problem.Q), shift);
+        quadratic_eigenpairs(project(problem.M), project(problem.P), project(problem.Q), shift, radius);
 
       Pairs               pairs;
       std::vector<double> c_re, c_im;
@@ -248,7 +248,7 @@ namespace squeal
               change = std::max(change, nearest / std::abs(l));
           }
         options.progress("  polishing step " + std::to_string(step) + ": " + std::to_string(order.size()) +
-                         " pairs, largest backward error " + std::to_string(worst));
+                         " pairs, largest backward error " + [](double w, double c) { std::ostringstream t; t << w << " " << c; return t.str(); }(worst, change));
         if (order.size() >= n_wanted && worst <= options.tolerance && change <= options.tolerance)
           return modes;
         previous = modes.lambda;

@@ -279,34 +279,82 @@ namespace squeal
 
 
 
-  Block orthonormalize(Block block)
+  namespace
   {
-    for (int pass = 0; pass < 2; ++pass)
+    DenseMatrix gram_matrix(const Block &block)
     {
-      const unsigned int n = block.n_columns();
-      DenseMatrix        gram(n, n, inner_products(block, block));
-      std::vector<double> scale(n);
-      for (unsigned int j = 0; j < n; ++j)
-        scale[j] = gram(j, j) > 0 ? 1 / std::sqrt(gram(j, j)) : 0;
-      for (unsigned int j = 0; j < n; ++j)
-        for (unsigned int i = 0; i < n; ++i)
-          gram(i, j) *= scale[i] * scale[j];
+      return {block.n_columns(), block.n_columns(), inner_products(block, block)};
+    }
 
-      const std::vector<double> eigenvalues = symmetric_eigen(gram);
-      // The Gram matrix resolves directions down to sqrt(eps); the second pass cleans what is left.
-      const double        smallest = 1e-13 * (n > 0 ? eigenvalues.back() : 0);
+    /// Scales the columns to unit length and leaves out those not longer than @p shortest.
+    Block normalized_columns(const Block &block, const double shortest)
+    {
+      const DenseMatrix   gram = gram_matrix(block);
       std::vector<double> coefficients;
       unsigned int        n_kept = 0;
-      for (unsigned int j = 0; j < n; ++j)
-        if (eigenvalues[j] > smallest)
+      for (unsigned int j = 0; j < block.n_columns(); ++j)
+        if (const double length = std::sqrt(gram(j, j)); length > shortest)
         {
-          for (unsigned int i = 0; i < n; ++i)
-            coefficients.push_back(scale[i] * gram(i, j) / std::sqrt(eigenvalues[j]));
-          ++n_kept;
+          coefficients.resize(std::size_t(block.n_columns()) * ++n_kept);
+          coefficients[std::size_t(block.n_columns()) * (n_kept - 1) + j] = 1 / length;
         }
-      block = combine(block, coefficients, n_kept);
+      return combine(block, coefficients, n_kept);
     }
-    return block;
+
+    /// block -= basis basis^T block
+    void project_out(const Block &basis, Block &block)
+    {
+      if (basis.n_columns() == 0)
+        return;
+      const Block parallel = combine(basis, inner_products(basis, block), block.n_columns());
+      for (std::size_t i = 0; i < std::size_t(block.n_local()) * block.n_columns(); ++i)
+        block.data()[i] -= parallel.data()[i];
+    }
+  } // namespace
+
+
+
+  Block orthonormalize(Block block)
+  {
+    // Gram eigenvalues below this hold directions of length 1e-4, whose relative rounding error is 1e-12.
+    constexpr double resolved = 1e-8;
+    constexpr double rounding = 1e-14;
+
+    Block  basis(block.row_range(), 0);
+    double length = 1; // of the remaining columns, relative to the original ones
+    block         = normalized_columns(block, 0);
+    for (unsigned int level = 0; block.n_columns() > 0 && length > rounding; ++level)
+    {
+      project_out(basis, block);
+      project_out(basis, block);
+      block                       = normalized_columns(block, rounding / length);
+      const unsigned int        n = block.n_columns();
+      DenseMatrix               vectors     = gram_matrix(block);
+      const std::vector<double> eigenvalues = symmetric_eigen(vectors);
+      std::vector<double>       kept, left;
+      for (unsigned int j = 0; j < n; ++j)
+      {
+        const bool   keep = eigenvalues[j] > resolved * eigenvalues.back();
+        const double c    = keep ? 1 / std::sqrt(eigenvalues[j]) : 1;
+        for (unsigned int i = 0; i < n; ++i)
+          (keep ? kept : left).push_back(c * vectors(i, j));
+      }
+      if (n == 0)
+        break;
+      Block next = combine(block, kept, kept.size() / n);
+      project_out(basis, next);
+      basis.append(next);
+      block = combine(block, left, left.size() / n);
+      length *= std::sqrt(resolved);
+    }
+
+    // Loss of orthogonality by rounding is small by now: one more pass removes it.
+    DenseMatrix               vectors     = gram_matrix(basis);
+    const std::vector<double> eigenvalues = symmetric_eigen(vectors);
+    for (unsigned int j = 0; j < basis.n_columns(); ++j)
+      for (unsigned int i = 0; i < basis.n_columns(); ++i)
+        vectors(i, j) /= std::sqrt(eigenvalues[j]);
+    return combine(basis, vectors.values, basis.n_columns());
   }
 
 

@@ -46,12 +46,14 @@ namespace squeal
   };
 
   /// All finite eigenpairs with Im l >= 0 of (l^2 M + l P + Q) x = 0, shift-inverted at the real @p shift:
-  /// with l = s + 1/theta, theta is an eigenvalue of the companion matrix
-  ///     [ -Q(s)^{-1} Q'(s)   -Q(s)^{-1} M ]
-  ///     [        I                 0      ].
+  /// with l = s + c/theta, theta is an eigenvalue of the companion matrix
+  ///     [ -c Q(s)^{-1} Q'(s)   -c^2 Q(s)^{-1} M ]
+  ///     [         I                   0         ].
+  /// The @p scale c > 0 should be of the size of the eigenvalues that matter: then theta is of size one for
+  /// them, and theirs is the accuracy that dgeev gives.
   /// Without a velocity term and at shift 0 the problem is solved in l^2, so that eigenvalues come in exact
   /// +- pairs. @p p may have zero rows, which means zero. M may be singular: infinite eigenvalues are left
   /// out. LAPACK dgeev. Throws SolverError.
   std::vector<DensePair>
-  quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p, const DenseMatrix &q, double shift);
+  quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p, const DenseMatrix &q, double shift, double scale);
 } // namespace squeal

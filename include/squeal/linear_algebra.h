@@ -116,8 +116,10 @@ namespace squeal
   /// A C with a small dense C, column-major, of n_columns columns.
   Block combine(const Block &a, const std::vector<double> &coefficients, unsigned int n_columns);
 
-  /// An orthonormal basis of the span of the columns. Directions that are linear combinations of the
-  /// others up to rounding are dropped. (SVQB of Stathopoulos and Wu, 2002, applied twice.)
+  /// An orthonormal basis of the span of the columns; only directions that are linear combinations of the
+  /// others up to rounding are dropped. Level-3 operations throughout: SVQB (Stathopoulos and Wu, 2002) keeps
+  /// the well-conditioned directions of the Gram matrix; the others, which the Gram matrix cannot resolve,
+  /// are formed explicitly, orthogonalised against what was kept, and treated the same way.
   Block orthonormalize(Block block);
 
   /// A sparse LU or LDL^T factorisation by MUMPS.
