@@ -336,6 +336,7 @@ namespace squeal
   {
     Vec load = nullptr;
     SQUEAL_PETSC(VecCreateMPI(spaces.comm, spaces.rows.n_local(), spaces.rows.size, &load));
+    SQUEAL_PETSC(VecSetOption(load, VEC_IGNORE_NEGATIVE_INDICES, PETSC_TRUE));
     const unsigned int n = spaces.fe.n_dofs_per_cell();
     FEFaceValues<dim>  fe_values(spaces.mapping,
                                 spaces.fe,

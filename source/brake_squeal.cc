@@ -61,7 +61,7 @@ namespace squeal
     options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
     options.tolerance     = prm.eigenproblem.tolerance;
     options.shift         = prm.eigenproblem.shift;
-    options.progress      = [this](const std::string &text) { (getenv("SQV") ? log.line(text) : log.progress(text)); };
+    options.progress      = [this](const std::string &text) { log.progress(text); };
 
     modes                           = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
     const std::vector<ModeRow> rows = analyse(problem, modes, cycle, options.tolerance);
@@ -360,6 +360,7 @@ namespace squeal
       problem.P             = sum_of(spaces.rows, terms, 1);
       problem.Q             = sum_of(spaces.rows, terms, 0);
       problem.n_constraints = spaces.n_multipliers;
+      problem.n_local_constraints = spaces.rows.end - spaces.first_local_multiplier;
       std::vector<Term> symmetric;
       bool              is_reference = !problem.P;
       for (const Term &term : terms)

@@ -164,12 +164,18 @@ namespace squeal
       Block                re, im;
     };
 
-    /// Rayleigh-Ritz on the span of an orthonormal real basis: all Ritz pairs with Im l >= 0 and |l| <= radius.
-    Pairs rayleigh_ritz(const QuadraticEigenproblem &problem, const Block &basis, const double radius, const double shift)
+    /// Rayleigh-Ritz on the span of an orthonormal real basis U, tested with Z: all Ritz pairs
+    ///     (l^2 Z^T M U + l Z^T P U + Z^T Q U) c = 0,   x = U c,
+    /// with Im l >= 0 and |l| <= radius.
+    Pairs rayleigh_ritz(const QuadraticEigenproblem &problem,
+                        const Block                 &trial,
+                        const Block                 &test,
+                        const double                 radius,
+                        const double                 shift)
     {
-      const unsigned int n       = basis.n_columns();
+      const unsigned int n       = trial.n_columns();
       const auto         project = [&](const Matrix &matrix) {
-        return matrix ? DenseMatrix(n, n, inner_products(basis, multiply(matrix, basis))) : DenseMatrix();
+        return matrix ? DenseMatrix(n, n, inner_products(test, multiply(matrix, trial))) : DenseMatrix();
       };
       const std::vector<DensePair> all =
         quadratic_eigenpairs(project(problem.M), project(problem.P), project(problem.Q), shift, radius);
@@ -186,55 +192,106 @@ namespace squeal
             c_im.push_back(c.imag());
           }
         }
-      pairs.re = combine(basis, c_re, pairs.lambda.size());
-      pairs.im = combine(basis, c_im, pairs.lambda.size());
+      pairs.re = combine(trial, c_re, pairs.lambda.size());
+      pairs.im = combine(trial, c_im, pairs.lambda.size());
       return pairs;
     }
 
-    /// Improves approximate eigenpairs until their backward errors and their last relative changes are below
-    /// the tolerance: the residuals, preconditioned by the factorisation at the shift, enlarge the subspace
-    /// of all vectors (block Davidson), then Rayleigh-Ritz. All of it is real arithmetic on blocks. Ritz
-    /// values without a small residual are not eigenvalues and are left out; modes.lambda.size() tells how
-    /// many are. @p n_wanted pairs inside the radius are expected, else SolverError.
+    /// One step of inverse iteration with the factorisation at the shift s: with m = l - s,
+    ///     x := -Q(s)^{-1} (m^2 M + m Q'(s)) x  =  x - Q(s)^{-1} Q(l) x.
+    /// It damps what is far outside of the window, and gives multipliers that belong to the displacements.
+    void inverse_iteration(const QuadraticEigenproblem &problem,
+                           const Factorization         &factorization,
+                           const double                 shift,
+                           Pairs                       &pairs)
+    {
+      const unsigned int n_pairs = pairs.lambda.size(), n = problem.rows.n_local();
+      const Block        m_re = multiply(problem.M, pairs.re), m_im = multiply(problem.M, pairs.im);
+      const Block        p_re = multiply(problem.P, pairs.re), p_im = multiply(problem.P, pairs.im);
+      Block              right(problem.rows, 2 * n_pairs);
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        // m^2 M + m (P + 2 s M) = (l^2 - s^2) M + m P
+        const Complex c_m = pairs.lambda[j] * pairs.lambda[j] - shift * shift, c_p = pairs.lambda[j] - shift;
+        for (unsigned int i = 0; i < n; ++i)
+        {
+          const Complex r = -c_m * Complex(m_re.column(j)[i], m_im.column(j)[i]) -
+                            c_p * Complex(p_re.column(j)[i], p_im.column(j)[i]);
+          right.column(2 * j)[i]     = r.real();
+          right.column(2 * j + 1)[i] = r.imag();
+        }
+      }
+      const Block x = factorization.solve(right);
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        std::copy_n(x.column(2 * j), n, pairs.re.column(j));
+        std::copy_n(x.column(2 * j + 1), n, pairs.im.column(j));
+      }
+    }
+
+    /// Multipliers are no part of a subspace: they follow from the displacements.
+    void clear_multipliers(const QuadraticEigenproblem &problem, Block &block)
+    {
+      for (unsigned int k = 0; k < block.n_columns(); ++k)
+        std::fill_n(block.column(k) + problem.rows.n_local() - problem.n_local_constraints,
+                    problem.n_local_constraints,
+                    0.);
+    }
+
+    /// Improves approximate eigenvectors until their backward errors and the last relative changes of their
+    /// eigenvalues are below the tolerance. Each step is Rayleigh-Ritz and one inverse iteration, whose result
+    /// enlarges the next subspace: block Davidson with the factorisation at the shift as preconditioner, in
+    /// real arithmetic.
+    ///
+    /// The displacements satisfy N^T u = 0, and test vectors must satisfy (N + mu T)^T z = 0 for the contact
+    /// pressures to drop out. With friction U itself does not; Z = Q(s)^{-T} M U does, and is smooth.
+    ///
+    /// Ritz values without a small residual are no eigenvalues and are left out; @p n_wanted pairs inside the
+    /// radius are expected, else SolverError.
     Modes polish(const QuadraticEigenproblem &problem,
                  const Factorization         &factorization,
-                 const Block                 &start,
+                 Block                        start,
                  const unsigned int           n_wanted,
                  const double                 radius,
                  const double                 shift,
                  const EigensolverOptions    &options)
     {
       const BackwardError backward_error(problem);
-      Block               basis = orthonormalize(start);
-      Modes               modes;
+      const bool          galerkin = problem.n_constraints == 0 || !problem.reference;
+      clear_multipliers(problem, start);
+      Block                basis = orthonormalize(std::move(start));
+      Modes                modes;
       std::vector<Complex> previous;
       double               worst = 0, change = 0;
       for (unsigned int step = 0; step < 8; ++step)
       {
-        const Pairs pairs     = rayleigh_ritz(problem, basis, radius, shift);
-        const auto  residuals = backward_error(pairs.lambda, pairs.re, pairs.im);
+        Pairs pairs = galerkin ? rayleigh_ritz(problem, basis, basis, radius, shift) :
+                                 rayleigh_ritz(problem,
+                                               basis,
+                                               factorization.solve_transposed(multiply(problem.M, basis)),
+                                               radius,
+                                               shift);
+        modes.n_solves += 2 * pairs.lambda.size() + (galerkin ? 0 : basis.n_columns());
+        Block next = pairs.re;
+        next.append(pairs.im);
+        inverse_iteration(problem, factorization, shift, pairs);
+        const std::vector<double> errors = backward_error(pairs.lambda, pairs.re, pairs.im).errors;
 
         std::vector<unsigned int> order(pairs.lambda.size());
         std::iota(order.begin(), order.end(), 0);
         std::sort(order.begin(), order.end(), [&](const unsigned int a, const unsigned int b) {
-          return residuals.errors[a] < residuals.errors[b];
+          return errors[a] < errors[b];
         });
-        // The wanted ones are the best; a clear gap in the errors separates what is no eigenvalue.
         order.resize(std::min<std::size_t>(order.size(), n_wanted));
         modes.lambda.clear();
         modes.backward_error.clear();
         modes.re = modes.im = Block(problem.rows, order.size());
-        Block corrections(problem.rows, 2 * order.size());
         for (unsigned int k = 0; k < order.size(); ++k)
         {
-          const unsigned int j = order[k];
-          modes.lambda.push_back(pairs.lambda[j]);
-          modes.backward_error.push_back(residuals.errors[j]);
-          const unsigned int n = problem.rows.n_local();
-          std::copy_n(pairs.re.column(j), n, modes.re.column(k));
-          std::copy_n(pairs.im.column(j), n, modes.im.column(k));
-          std::copy_n(residuals.re.column(j), n, corrections.column(2 * k));
-          std::copy_n(residuals.im.column(j), n, corrections.column(2 * k + 1));
+          modes.lambda.push_back(pairs.lambda[order[k]]);
+          modes.backward_error.push_back(errors[order[k]]);
+          std::copy_n(pairs.re.column(order[k]), problem.rows.n_local(), modes.re.column(k));
+          std::copy_n(pairs.im.column(order[k]), problem.rows.n_local(), modes.im.column(k));
         }
         worst  = order.empty() ? 0 : *std::max_element(modes.backward_error.begin(), modes.backward_error.end());
         change = previous.size() == order.size() ? 0 : 1;
@@ -247,18 +304,17 @@ namespace squeal
             if (std::abs(l) > rigid_body_limit(options.max_imaginary))
               change = std::max(change, nearest / std::abs(l));
           }
-        options.progress("  polishing step " + std::to_string(step) + ": " + std::to_string(order.size()) +
-                         " pairs, largest backward error " + [](double w, double c) { std::ostringstream t; t << w << " " << c; return t.str(); }(worst, change));
+        std::ostringstream progress;
+        progress << "  polishing step " << step << ": " << order.size() << " pairs, largest backward error " << worst
+                 << ", largest change " << change;
+        options.progress(progress.str());
         if (order.size() >= n_wanted && worst <= options.tolerance && change <= options.tolerance)
           return modes;
         previous = modes.lambda;
 
-        modes.n_solves += corrections.n_columns();
-        Block next = modes.re;
-        next.append(modes.im);
-        // Corrections far smaller than the vectors would drown in their rounding: orthonormalise on their own
-        // scale first.
-        next.append(orthonormalize(factorization.solve(corrections)));
+        next.append(pairs.re);
+        next.append(pairs.im);
+        clear_multipliers(problem, next);
         basis = orthonormalize(std::move(next));
       }
       std::ostringstream message;
@@ -514,7 +570,7 @@ namespace squeal
         const double radius = search_radius(options.max_imaginary);
         const double shift  = options.max_imaginary * options.shift;
         options.progress("  dense: " + std::to_string(problem.rows.size) + " unknowns");
-        Pairs pairs = rayleigh_ritz(problem, identity, radius, shift);
+        Pairs pairs = rayleigh_ritz(problem, identity, identity, radius, shift);
         Modes modes;
         modes.backward_error = BackwardError(problem)(pairs.lambda, pairs.re, pairs.im).errors;
         modes.lambda         = pairs.lambda;

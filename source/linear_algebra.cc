@@ -432,6 +432,17 @@ namespace squeal
 
 
 
+  Block Factorization::solve_transposed(const Block &right_hand_sides) const
+  {
+    // PETSc has no transposed solve of a block with MUMPS; MUMPS itself has.
+    SQUEAL_PETSC(MatMumpsSetIcntl(mat, 9, 2));
+    Block solution = solve(right_hand_sides);
+    SQUEAL_PETSC(MatMumpsSetIcntl(mat, 9, 1));
+    return solution;
+  }
+
+
+
   Factorization::Inertia Factorization::inertia() const
   {
     PetscInt negative = 0, zero = 0, positive = 0;

@@ -36,7 +36,8 @@ namespace squeal
   {
     RowRange     rows;
     Matrix       M, P, Q;           ///< P may be empty
-    unsigned int n_constraints = 0; ///< rows of contact pressures: M and P vanish there
+    unsigned int n_constraints       = 0; ///< rows of contact pressures: M and P vanish there
+    unsigned int n_local_constraints = 0; ///< of this rank; they are its last rows
 
     /// The symmetric position matrix of the conservative reference problem l^2 M + Q_ref, whose modes can be
     /// counted by inertia; empty: Q itself is symmetric and there is no P.

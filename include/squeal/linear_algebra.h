@@ -139,6 +139,8 @@ namespace squeal
 
     /// A^{-1} B.
     Block solve(const Block &right_hand_sides) const;
+    /// A^{-T} B.
+    Block solve_transposed(const Block &right_hand_sides) const;
 
     struct Inertia
     {

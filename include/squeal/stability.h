@@ -20,7 +20,7 @@ namespace squeal
 
     double growth_rate() const { return lambda.real(); }
     double frequency() const { return std::abs(lambda.imag()) / (2 * M_PI); }
-    double damping_ratio() const { return -lambda.real() / std::abs(lambda); }
+    double damping_ratio() const { return 0. - lambda.real() / std::abs(lambda); } // no -0
   };
 
   /// The verdict on an eigenvalue whose relative error is @p tolerance.
