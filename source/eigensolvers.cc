@@ -246,12 +246,13 @@ namespace squeal
     /// The displacements satisfy N^T u = 0, and test vectors must satisfy (N + mu T)^T z = 0 for the contact
     /// pressures to drop out. With friction U itself does not; Z = Q(s)^{-T} M U does, and is smooth.
     ///
-    /// Ritz values without a small residual are no eigenvalues and are left out; @p n_wanted pairs inside the
-    /// radius are expected, else SolverError.
+    /// @p start spans the approximate vectors, @p previous holds their eigenvalues inside the radius. Ritz
+    /// values without a small residual are no eigenvalues and are left out; fewer pairs than given are a
+    /// SolverError.
     Modes polish(const QuadraticEigenproblem &problem,
                  const Factorization         &factorization,
                  Block                        start,
-                 const unsigned int           n_wanted,
+                 std::vector<Complex>         previous,
                  const double                 radius,
                  const double                 shift,
                  const EigensolverOptions    &options)
@@ -261,7 +262,7 @@ namespace squeal
       clear_multipliers(problem, start);
       Block                basis = orthonormalize(std::move(start));
       Modes                modes;
-      std::vector<Complex> previous;
+      const unsigned int   n_wanted = previous.size();
       double               worst = 0, change = 0;
       for (unsigned int step = 0; step < 8; ++step)
       {
@@ -545,7 +546,7 @@ namespace squeal
       for (const Complex &l : found.lambda)
         if (std::abs(l) <= radius)
           inside.push_back(l);
-      Modes modes = polish(problem, factorization, found.vectors, inside.size(), radius, shift, options);
+      Modes modes = polish(problem, factorization, found.vectors, inside, radius, shift, options);
       modes.factor_memory_mib = factorization.memory_mib();
       modes.completeness      = completeness.str();
       return finish(problem, options, std::move(modes));

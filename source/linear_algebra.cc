@@ -234,21 +234,13 @@ namespace squeal
     Block result(block.row_range(), block.n_columns());
     if (!matrix || block.n_columns() == 0)
       return result;
-    // Column by column: PETSc's sparse-dense product is not faster than this and copies the block.
-    const RowRange &rows = block.row_range();
-    Vec             x = nullptr, y = nullptr;
-    SQUEAL_PETSC(VecCreateMPIWithArray(rows.comm, 1, rows.n_local(), rows.size, nullptr, &x));
-    SQUEAL_PETSC(VecCreateMPIWithArray(rows.comm, 1, rows.n_local(), rows.size, nullptr, &y));
-    for (unsigned int j = 0; j < block.n_columns(); ++j)
-    {
-      SQUEAL_PETSC(VecPlaceArray(x, block.column(j)));
-      SQUEAL_PETSC(VecPlaceArray(y, result.column(j)));
-      SQUEAL_PETSC(MatMult(matrix, x, y));
-      SQUEAL_PETSC(VecResetArray(x));
-      SQUEAL_PETSC(VecResetArray(y));
-    }
-    SQUEAL_PETSC(VecDestroy(&x));
-    SQUEAL_PETSC(VecDestroy(&y));
+    // PETSc's sparse-dense product reads the matrix once for several columns, which is what limits the speed.
+    const Matrix dense = view(block);
+    Matrix       product = view(result);
+    Mat          raw     = nullptr;
+    SQUEAL_PETSC(MatMatMult(matrix, dense, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &raw));
+    const Matrix owner(raw);
+    SQUEAL_PETSC(MatCopy(owner, product, SAME_NONZERO_PATTERN));
     return result;
   }
 
@@ -328,7 +320,9 @@ namespace squeal
       project_out(basis, block);
       project_out(basis, block);
       block                       = normalized_columns(block, rounding / length);
-      const unsigned int        n = block.n_columns();
+      const unsigned int n        = block.n_columns();
+      if (n == 0)
+        break;
       DenseMatrix               vectors     = gram_matrix(block);
       const std::vector<double> eigenvalues = symmetric_eigen(vectors);
       std::vector<double>       kept, left;
@@ -339,8 +333,6 @@ namespace squeal
         for (unsigned int i = 0; i < n; ++i)
           (keep ? kept : left).push_back(c * vectors(i, j));
       }
-      if (n == 0)
-        break;
       Block next = combine(block, kept, kept.size() / n);
       project_out(basis, next);
       basis.append(next);
@@ -349,6 +341,8 @@ namespace squeal
     }
 
     // Loss of orthogonality by rounding is small by now: one more pass removes it.
+    if (basis.n_columns() == 0)
+      return basis;
     DenseMatrix               vectors     = gram_matrix(basis);
     const std::vector<double> eigenvalues = symmetric_eigen(vectors);
     for (unsigned int j = 0; j < basis.n_columns(); ++j)

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <iostream>
 
 namespace squeal
@@ -19,7 +20,10 @@ namespace squeal
 
 
 
-  Log::Log(const MPI_Comm comm) : speaks(is_rank_zero(comm)), terminal(isatty(STDOUT_FILENO)) {}
+  // mpirun pretends to be a terminal even where its own output goes to a file.
+  Log::Log(const MPI_Comm comm)
+    : speaks(is_rank_zero(comm)), terminal(isatty(STDOUT_FILENO) && !std::getenv("OMPI_COMM_WORLD_RANK"))
+  {}
 
 
 

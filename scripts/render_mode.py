@@ -1,0 +1,235 @@
+"""Render a vibration mode of a brake, without a display:
+
+    xvfb-run -a pvbatch scripts/render_mode.py OUTPUT_DIR [--mode N] [--cycle C] [--phase DEG] [--output FILE.png]
+
+Left: rotor and pads as they vibrate together, the displacement Re[u exp(i phase)] enlarged. Right: the same, the pads
+lifted off the rotor. Colour: the axial displacement u_z, in units of the largest component of the mode; the dark lines
+across the rotor are the nodal lines u_z = 0. Needs ParaView (Debian: apt-get install paraview python3-paraview xvfb xauth).
+"""
+
+import argparse
+import csv
+import glob
+import math
+import os
+import re
+import sys
+
+ROTOR, UPPER_PAD, LOWER_PAD = 0, 1, 2  # values of the field "body"
+WIDTH, HEIGHT = 1600, 660  # pixels
+
+
+def fail(message):
+    print("render_mode.py: " + message, file=sys.stderr, flush=True)
+    os._exit(2)  # pvbatch answers sys.exit with 0
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(prog="xvfb-run -a pvbatch scripts/render_mode.py",
+                                     description="Render a vibration mode of a brake.")
+    parser.add_argument("directory", metavar="OUTPUT_DIR", help="output directory of a run, e.g. output/brake")
+    parser.add_argument("--mode", type=int, help="its number in modes.csv; default: the largest growth rate of those written")
+    parser.add_argument("--cycle", type=int, help="refinement cycle; default: the last one")
+    parser.add_argument("--phase", type=float, default=0, metavar="DEG", help="instant in the period, degrees; default 0")
+    parser.add_argument("--scale", type=float, metavar="METRES", help="largest displacement drawn; default: rotor radius / 14")
+    parser.add_argument("--output", metavar="FILE.png", help="default: mode-C-N.png in OUTPUT_DIR")
+    return parser.parse_args()
+
+
+def read_modes(directory):
+    """{(cycle, mode): line of modes.csv}"""
+    path = os.path.join(directory, "modes.csv")
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            return {(int(line["cycle"]), int(line["mode"])): line for line in csv.DictReader(file)}
+    except OSError as error:
+        fail(f"{path} cannot be read: {error.strerror}. Give the output directory of a run, e.g. output/brake.")
+    except (KeyError, TypeError, ValueError) as error:
+        fail(f"{path} is not a table of modes: {error}")
+
+
+def choose_mode(arguments, modes):
+    """Cycle, number and file of the mode to draw."""
+    files = {}
+    for path in glob.glob(os.path.join(glob.escape(arguments.directory), "mode-*.pvtu")):
+        match = re.fullmatch(r"mode-(\d+)-(\d+)\.pvtu", os.path.basename(path))
+        if match:
+            files[int(match[1]), int(match[2])] = path
+    if not files:
+        fail(f"{arguments.directory} holds no mode-*.pvtu; run with  --set \"Output/Fields=all\"")
+    cycle = max(c for c, _ in files) if arguments.cycle is None else arguments.cycle
+    written = sorted(m for c, m in files if c == cycle)
+    if not written:
+        fail(f"no mode of cycle {cycle} was written; there are: {', '.join(sorted({str(c) for c, _ in files}))}")
+    mode = arguments.mode
+    if mode is None:
+        mode = max(written, key=lambda m: float((modes.get((cycle, m)) or {}).get("growth_rate_1_per_s") or -math.inf))
+    if mode not in written:
+        fail(f"mode {mode} of cycle {cycle} was not written; written are: {', '.join(map(str, written))}. "
+             "A run with  --set \"Output/Fields=all\"  writes every mode.")
+    return cycle, mode, files[cycle, mode]
+
+
+def caption(cycle, mode, line):
+    words = f"mode {mode}"
+    if cycle > 0:
+        words += f" of cycle {cycle}"
+    if line:
+        words = f"{line['verdict'].capitalize()}, {words}"
+        words += f": {float(line['frequency_hz']):.0f} Hz, growth rate " + f"{float(line['growth_rate_1_per_s']):+#.3g}".rstrip(".") + " 1/s"
+    return words[0].upper() + words[1:]
+
+
+class Bodies:
+    """The parts of the brake at one instant of the vibration, ready to be shown."""
+
+    def __init__(self, pv, path, phase):
+        self.pv = pv
+        reader = pv.XMLPartitionedUnstructuredGridReader(FileName=[path])
+        reader.UpdatePipeline()
+        names = reader.PointData.keys()
+        for name in ("displacement_re", "displacement_im", "body"):
+            if name not in names:
+                fail(f"{path} has no field {name}; it has: {', '.join(names)}")
+        # Of all phases, so that pictures of several phases share their scales.
+        parts = [reader.PointData[name] for name in ("displacement_re", "displacement_im")]
+        self.largest = max(abs(value) for part in parts for value in part.GetRange(2)) or 1
+        self.size = max(part.GetRange(-1)[1] for part in parts) or 1
+        bounds = reader.GetDataInformation().GetBounds()
+        self.radius = max(abs(value) for value in bounds[:4])
+        self.thickness = bounds[5] - bounds[4]
+        angle = math.radians(phase)
+        self.surfaces = {}
+        for body in (ROTOR, UPPER_PAD, LOWER_PAD):
+            # Not Threshold: in ParaView 5.11.0 (Debian 12) it crashes now and then on what was read from a .pvtu.
+            part = reader
+            for value, below in ((body - 0.5, 0), (body + 0.5, 1)):
+                part = pv.Clip(Input=part, ClipType="Scalar", Scalars=["POINTS", "body"], Value=value, Invert=below)
+            part.UpdatePipeline()
+            if part.GetDataInformation().GetNumberOfCells() == 0:
+                continue
+            # Cells do not share points in the file: weld them, or each would show its own faces.
+            part = pv.ExtractSurface(Input=pv.CleantoGrid(Input=part))
+            part = pv.Calculator(Input=part, ResultArrayName="u",
+                                 Function=f"displacement_re*({math.cos(angle):.16g})"
+                                          f" - displacement_im*({math.sin(angle):.16g})")
+            self.surfaces[body] = pv.Calculator(Input=part, ResultArrayName="u_z", Function="u_Z")
+
+    def displaced(self, source, scale, lift):
+        """A surface or line moved by the displacement times scale and lifted along the axis."""
+        return self.pv.Calculator(Input=source, CoordinateResults=1, ResultArrayName="x",
+                                  Function=f"coords + {scale:.10g}*u + {lift:.10g}*kHat")
+
+
+def show(pv, view, bodies, scale, lift):
+    """All bodies in one view, the pads moved away from the rotor by lift."""
+    for body, surface in bodies.surfaces.items():
+        offset = {ROTOR: 0, UPPER_PAD: lift, LOWER_PAD: -lift}[body]
+        moved = bodies.displaced(surface, scale, offset)
+        smooth = pv.GenerateSurfaceNormals(Input=moved, FeatureAngle=40)
+        display = pv.Show(smooth, view)
+        pv.ColorBy(display, ("POINTS", "u_z"))
+        display.Specular = 0
+        display.Ambient = 0.35
+        display.Diffuse = 0.7
+        edges = pv.FeatureEdges(Input=surface, FeatureAngle=40, BoundaryEdges=0, ManifoldEdges=0, NonManifoldEdges=0)
+        lines = [edges]
+        if body == ROTOR:
+            lines.append(pv.Contour(Input=surface, ContourBy=["POINTS", "u_z"], Isosurfaces=[0]))
+        for line in lines:
+            line = pv.Show(bodies.displaced(line, scale, offset), view)
+            line.ColorArrayName = ["POINTS", ""]
+            line.AmbientColor = line.DiffuseColor = [0.15, 0.15, 0.15]
+            line.LineWidth = 3
+            line.RenderLinesAsTubes = 1
+            line.Ambient, line.Diffuse = 1, 0
+    pv.HideUnusedScalarBars(view)
+
+
+def make_view(pv, size):
+    view = pv.CreateView("RenderView")
+    view.ViewSize = size
+    view.UseColorPaletteForBackground = 0
+    view.BackgroundColorMode = "Single Color"
+    view.Background = [1, 1, 1]
+    view.OrientationAxesVisibility = 0
+    view.UseFXAA = 1
+    return view
+
+
+def look(view, centre, direction, distance, angle):
+    elevation, azimuth = (math.radians(value) for value in direction)
+    eye = (math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation))
+    view.CameraFocalPoint = centre
+    view.CameraPosition = [c + distance * e for c, e in zip(centre, eye)]
+    view.CameraViewUp = [0, 0, 1]
+    view.CameraViewAngle = angle
+
+
+def label(pv, view, text, position, size, bold=False):
+    display = pv.Show(pv.Text(Text=text), view)
+    display.WindowLocation = "Any Location"
+    display.Position = position
+    display.FontSize = size
+    display.Color = [0, 0, 0]
+    display.Bold = int(bold)
+
+
+def render(pv, arguments, path, words):
+    pv._DisableFirstRenderCameraReset()
+    bodies = Bodies(pv, path, arguments.phase)
+    scale = (arguments.scale or bodies.radius / 14) / bodies.size
+    layout = pv.CreateLayout("mode")
+    left, right = make_view(pv, [WIDTH // 2, HEIGHT]), make_view(pv, [WIDTH // 2, HEIGHT])
+    pv.AssignViewToLayout(left, layout, 0)
+    layout.SplitHorizontal(0, 0.5)
+    pv.AssignViewToLayout(right, layout, 2)
+    layout.SetSize(WIDTH, HEIGHT)
+
+    show(pv, left, bodies, scale, 0)
+    show(pv, right, bodies, scale, 1.65 * bodies.thickness)
+    look(left, [0, 0, 0.05 * bodies.radius], (52, 0), 6 * bodies.radius, 20)
+    look(right, [0, 0, -0.13 * bodies.radius], (15, 12), 6 * bodies.radius, 20)
+    label(pv, left, words, [0.03, 0.92], 27, bold=True)
+    label(pv, right, "pads lifted off the rotor, seen from the side", [0.16, 0.925], 23)
+
+    table = pv.GetColorTransferFunction("u_z")
+    table.AutomaticRescaleRangeMode = "Never"
+    table.ApplyPreset("Cool to Warm", True)
+    table.Discretize, table.NumberOfTableValues = 1, 50  # hardly visible steps, a file of half the size
+    table.RescaleTransferFunction(-bodies.largest, bodies.largest)
+    bar = pv.GetScalarBar(table, right)
+    bar.Title, bar.ComponentTitle = "axial displacement u_z (largest component = 1)", ""
+    bar.TitleColor = bar.LabelColor = [0, 0, 0]
+    bar.Orientation, bar.WindowLocation = "Horizontal", "Any Location"
+    bar.Position, bar.ScalarBarLength, bar.ScalarBarThickness = [0.2, 0.01], 0.6, 14
+    bar.TitleFontSize = bar.LabelFontSize = 22
+    bar.UseCustomLabels, bar.AddRangeLabels = 1, 0
+    bar.CustomLabels = [bodies.largest * x for x in (-1, -0.5, 0, 0.5, 1)]
+    bar.AutomaticLabelFormat, bar.LabelFormat = 0, "%.2g"
+    bar.Visibility = 1
+    pv.SaveScreenshot(arguments.output, layout, ImageResolution=[WIDTH, HEIGHT], SeparatorWidth=0,
+                      SeparatorColor=[1, 1, 1], OverrideColorPalette="WhiteBackground", CompressionLevel="9")
+    if not os.path.isfile(arguments.output):
+        fail(f"{arguments.output} was not written; is the directory writable?")
+
+
+def main():
+    arguments = parse_arguments()
+    modes = read_modes(arguments.directory)
+    cycle, mode, path = choose_mode(arguments, modes)
+    if not os.environ.get("DISPLAY"):
+        fail("there is no display; start it as  xvfb-run -a pvbatch scripts/render_mode.py ...")
+    try:
+        import paraview
+        paraview.compatibility.major, paraview.compatibility.minor = 5, 11
+        import paraview.simple as pv
+    except ImportError as error:
+        fail(f"ParaView cannot be loaded ({error}). Debian: apt-get install paraview python3-paraview xvfb xauth; "
+             "start it as  xvfb-run -a pvbatch scripts/render_mode.py ...")
+    arguments.output = arguments.output or os.path.join(arguments.directory, f"mode-{cycle}-{mode:03d}.png")
+    render(pv, arguments, path, caption(cycle, mode, modes.get((cycle, mode))))
+    print(arguments.output)
+
+
+main()
