@@ -1,10 +1,12 @@
 """Render a vibration mode of a brake, without a display:
 
-    xvfb-run -a pvbatch scripts/render_mode.py OUTPUT_DIR [--mode N] [--cycle C] [--phase DEG] [--output FILE.png]
+    xvfb-run -a pvbatch scripts/render_mode.py OUTPUT_DIR [--mode N] [--cycle C] [--phase DEG] [--scale METRES]
+                                               [--output FILE.png]
 
 Left: rotor and pads as they vibrate together, the displacement Re[u exp(i phase)] enlarged. Right: the same, the pads
 lifted off the rotor. Colour: the axial displacement u_z, in units of the largest component of the mode; the dark lines
-across the rotor are the nodal lines u_z = 0. Needs ParaView (Debian: apt-get install paraview python3-paraview xvfb xauth).
+across the rotor are the nodal lines u_z = 0.
+Needs ParaView (Debian: apt-get install --no-install-recommends paraview python3-paraview xvfb xauth).
 """
 
 import argparse
@@ -28,10 +30,13 @@ def parse_arguments():
     parser = argparse.ArgumentParser(prog="xvfb-run -a pvbatch scripts/render_mode.py",
                                      description="Render a vibration mode of a brake.")
     parser.add_argument("directory", metavar="OUTPUT_DIR", help="output directory of a run, e.g. output/brake")
-    parser.add_argument("--mode", type=int, help="its number in modes.csv; default: the largest growth rate of those written")
-    parser.add_argument("--cycle", type=int, help="refinement cycle; default: the last one")
-    parser.add_argument("--phase", type=float, default=0, metavar="DEG", help="instant in the period, degrees; default 0")
-    parser.add_argument("--scale", type=float, metavar="METRES", help="largest displacement drawn; default: rotor radius / 14")
+    parser.add_argument("--mode", type=int, metavar="N",
+                        help="its number in modes.csv; default: of those written, the one growing fastest")
+    parser.add_argument("--cycle", type=int, metavar="C", help="refinement cycle; default: the last one")
+    parser.add_argument("--phase", type=float, default=0, metavar="DEG",
+                        help="instant in the period, degrees; default 0")
+    parser.add_argument("--scale", type=float, metavar="METRES",
+                        help="largest displacement drawn; default: rotor radius / 14")
     parser.add_argument("--output", metavar="FILE.png", help="default: mode-C-N.png in OUTPUT_DIR")
     return parser.parse_args()
 
@@ -75,8 +80,8 @@ def caption(cycle, mode, line):
     if cycle > 0:
         words += f" of cycle {cycle}"
     if line:
-        words = f"{line['verdict'].capitalize()}, {words}"
-        words += f": {float(line['frequency_hz']):.0f} Hz, growth rate " + f"{float(line['growth_rate_1_per_s']):+#.3g}".rstrip(".") + " 1/s"
+        growth = f"{float(line['growth_rate_1_per_s']):+#.3g}".rstrip(".")
+        words = f"{line['verdict']}, {words}: {float(line['frequency_hz']):.0f} Hz, growth rate {growth} 1/s"
     return words[0].upper() + words[1:]
 
 
