@@ -196,11 +196,11 @@ namespace squeal
           const unsigned int row = spaces.equation(node, c);
           if (row == Spaces<dim>::none)
             continue;
-          for (auto entry = graph.begin(node); entry != graph.end(node); ++entry)
+          for (unsigned int k = 0; k < graph.row_length(node); ++k)
             for (unsigned int d = 0; d < dim; ++d)
               if (coupled || c == d)
               {
-                const unsigned int column = spaces.equation(entry->column(), d);
+                const unsigned int column = spaces.equation(graph.column_number(node, k), d);
                 if (column != Spaces<dim>::none)
                   ++(rows.contains(column) ? diagonal : off_diagonal)[row - rows.begin];
               }

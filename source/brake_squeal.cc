@@ -336,6 +336,10 @@ namespace squeal
                       r.friction_torque,
                       r.max_pressure);
         log.line(text);
+        if (r.tension_area > 0)
+          log.line("  Warning: on " + number(std::round(1000 * r.tension_area / r.area) / 10) +
+                   " % of this pad's face the computed pressure is negative; there the pad would lift off, "
+                   "which this version does not model.");
       }
       if (stage.friction_damping)
       {

@@ -520,6 +520,7 @@ namespace squeal
         r.friction_force += friction;
         r.friction_torque += friction * k.radii[q];
         r.max_pressure = std::max(r.max_pressure, p);
+        r.tension_area += p < 0 ? k.weights[q] : 0;
         double penetration = 0;
         for (unsigned int m = 0; m < local.size(); ++m)
           penetration += k.n(m, q) * local[m];
@@ -528,7 +529,7 @@ namespace squeal
     });
     for (ContactResultants &r : results)
     {
-      for (double *sum : {&r.area, &r.normal_force, &r.friction_force, &r.friction_torque})
+      for (double *sum : {&r.area, &r.tension_area, &r.normal_force, &r.friction_force, &r.friction_torque})
         *sum = Utilities::MPI::sum(*sum, spaces.comm);
       for (double *maximum : {&r.max_pressure, &r.max_penetration})
         *maximum = Utilities::MPI::max(*maximum, spaces.comm);

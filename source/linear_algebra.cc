@@ -80,39 +80,39 @@ namespace squeal
 
   namespace
   {
-    /// Merges one row of several matrices into sorted columns with summed values.
+    /// Merges one row of several matrices into sorted columns with summed values. PETSc's rows are sorted, so
+    /// each row is merged into the ones before it.
     class RowMerger
     {
     public:
-      void start() { entries.clear(); }
-      void add(const double c, const PetscInt n, const PetscInt *columns, const PetscScalar *values)
-      {
-        for (PetscInt k = 0; k < n; ++k)
-          entries.emplace_back(columns[k], c * values[k]);
-      }
-      void finish(const bool several)
+      void start()
       {
         columns.clear();
         values.clear();
-        // Stable, so that equal columns are added in the order of the summands on every rank.
-        if (several)
-          std::stable_sort(entries.begin(), entries.end(), [](const auto &a, const auto &b) {
-            return a.first < b.first;
-          });
-        for (const auto &[column, value] : entries)
-          if (!columns.empty() && columns.back() == column)
-            values.back() += value;
-          else
-          {
-            columns.push_back(column);
-            values.push_back(value);
-          }
+      }
+      void add(const double c, const PetscInt n, const PetscInt *new_columns, const PetscScalar *new_values)
+      {
+        old_columns.swap(columns);
+        old_values.swap(values);
+        start();
+        std::size_t i = 0;
+        PetscInt    k = 0;
+        while (i < old_columns.size() || k < n)
+        {
+          const bool take_old = i < old_columns.size() && (k == n || old_columns[i] <= new_columns[k]);
+          const bool take_new = k < n && (i == old_columns.size() || new_columns[k] <= old_columns[i]);
+          columns.push_back(take_old ? old_columns[i] : new_columns[k]);
+          values.push_back((take_old ? old_values[i] : 0.) + (take_new ? c * new_values[k] : 0.));
+          i += take_old;
+          k += take_new;
+        }
       }
       std::vector<PetscInt>    columns;
       std::vector<PetscScalar> values;
 
     private:
-      std::vector<std::pair<PetscInt, PetscScalar>> entries;
+      std::vector<PetscInt>    old_columns;
+      std::vector<PetscScalar> old_values;
     };
   } // namespace
 
@@ -140,18 +140,16 @@ namespace squeal
     RowMerger  merger;
     const auto merge_row = [&](const unsigned int row) {
       merger.start();
-      unsigned int n_contributing = 0;
       for (const Summand &s : summands)
       {
         PetscInt           n       = 0;
         const PetscInt    *columns = nullptr;
         const PetscScalar *values  = nullptr;
         SQUEAL_PETSC(MatGetRow(s.matrix, row, &n, &columns, &values));
-        merger.add(s.coefficient, n, columns, values);
-        n_contributing += n > 0;
+        if (n > 0)
+          merger.add(s.coefficient, n, columns, values);
         SQUEAL_PETSC(MatRestoreRow(s.matrix, row, &n, &columns, &values));
       }
-      merger.finish(n_contributing > 1);
     };
 
     std::vector<PetscInt> diagonal(rows.n_local()), off_diagonal(rows.n_local());

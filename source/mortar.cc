@@ -16,7 +16,9 @@ namespace squeal
   FaceElement<dim>::FaceElement(const unsigned int degree)
     : p(degree), n(Utilities::pow(degree + 1, dim - 1)),
       basis(Polynomials::generate_complete_Lagrange_basis(QGaussLobatto<1>(degree + 1).get_points()))
-  {}
+  {
+    AssertThrow(degree <= max_degree, ExcMessage("The degree of contact faces is limited."));
+  }
 
 
 
@@ -25,13 +27,10 @@ namespace squeal
                                   std::vector<double>   &values,
                                   std::vector<Gradient> *gradients) const
   {
-    std::array<std::vector<std::array<double, 2>>, dim - 1> one_d; // [direction][node]{value, derivative}
+    double one_d[dim - 1][max_degree + 1][2]; // [direction][node]{value, derivative}
     for (unsigned int d = 0; d < dim - 1; ++d)
-    {
-      one_d[d].resize(p + 1);
       for (unsigned int i = 0; i <= p; ++i)
-        basis[i].value(xi[d], 1, one_d[d][i].data());
-    }
+        basis[i].value(xi[d], gradients ? 1 : 0, one_d[d][i]);
     values.assign(n, 1.);
     if (gradients)
       gradients->resize(n);
@@ -57,8 +56,9 @@ namespace squeal
   typename FaceElement<dim>::Frame FaceElement<dim>::frame(const SurfaceFace<dim> &face,
                                                            const Coordinates      &xi) const
   {
-    std::vector<double>   values;
-    std::vector<Gradient> gradients;
+    // Called some hundred thousand times: the scratch memory is kept.
+    thread_local std::vector<double>   values;
+    thread_local std::vector<Gradient> gradients;
     evaluate(xi, values, &gradients);
     Frame result;
     for (unsigned int a = 0; a < n; ++a)

@@ -1,7 +1,7 @@
 #include <squeal/stability.h>
 
 #include <algorithm>
-#include <tuple>
+#include <limits>
 
 namespace squeal
 {
@@ -59,20 +59,61 @@ namespace squeal
 
   std::vector<int> match_modes(const std::vector<ModeRow> &fine, const std::vector<ModeRow> &coarse)
   {
-    std::vector<std::tuple<double, unsigned int, unsigned int>> distances;
+    // The assignment problem by shortest augmenting paths (Jonker and Volgenant, 1987) on a square cost matrix;
+    // missing partners are dear.
+    const unsigned int               n = std::max(fine.size(), coarse.size());
+    std::vector<std::vector<double>> cost(n + 1, std::vector<double>(n + 1, 0));
     for (unsigned int i = 0; i < fine.size(); ++i)
       for (unsigned int j = 0; j < coarse.size(); ++j)
-        distances.emplace_back(std::abs(fine[i].lambda - coarse[j].lambda), i, j);
-    std::sort(distances.begin(), distances.end());
+        cost[i + 1][j + 1] = std::norm(fine[i].lambda - coarse[j].lambda);
 
-    std::vector<int>  match(fine.size(), -1);
-    std::vector<bool> used(coarse.size(), false);
-    for (const auto &[distance, i, j] : distances)
-      if (match[i] < 0 && !used[j])
+    std::vector<double>       row_price(n + 1), column_price(n + 1);
+    std::vector<unsigned int> row_of(n + 1), previous(n + 1); // index 0: none
+    for (unsigned int i = 1; i <= n; ++i)
+    {
+      std::vector<double> shortest(n + 1, std::numeric_limits<double>::infinity());
+      std::vector<bool>   done(n + 1, false);
+      unsigned int        column = 0;
+      row_of[0]                  = i;
+      do
       {
-        match[i] = j;
-        used[j]  = true;
-      }
+        done[column]           = true;
+        const unsigned int row = row_of[column];
+        unsigned int       next  = 0;
+        double             delta = std::numeric_limits<double>::infinity();
+        for (unsigned int j = 1; j <= n; ++j)
+          if (!done[j])
+          {
+            const double reduced = cost[row][j] - row_price[row] - column_price[j];
+            if (reduced < shortest[j])
+            {
+              shortest[j] = reduced;
+              previous[j] = column;
+            }
+            if (shortest[j] < delta)
+            {
+              delta = shortest[j];
+              next  = j;
+            }
+          }
+        for (unsigned int j = 0; j <= n; ++j)
+          if (done[j])
+          {
+            row_price[row_of[j]] += delta;
+            column_price[j] -= delta;
+          }
+          else
+            shortest[j] -= delta;
+        column = next;
+      } while (row_of[column] != 0);
+      for (; column != 0; column = previous[column])
+        row_of[column] = row_of[previous[column]];
+    }
+
+    std::vector<int> match(fine.size(), -1);
+    for (unsigned int j = 1; j <= coarse.size(); ++j)
+      if (row_of[j] <= fine.size())
+        match[row_of[j] - 1] = j - 1;
     return match;
   }
 } // namespace squeal

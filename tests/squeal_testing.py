@@ -90,8 +90,15 @@ def run(*arguments, ranks=1, directory=None, timeout=300, executable=SQUEAL):
     command = [str(executable), *(str(argument) for argument in arguments)]
     if ranks > 1:
         command = ["mpirun", "-np", str(ranks), *command]
-    return subprocess.run(command, cwd=directory, env=ENVIRONMENT, timeout=timeout,
-                          stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    process = subprocess.Popen(command, cwd=directory, env=ENVIRONMENT, stdin=subprocess.DEVNULL,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        out, err = process.communicate(timeout=timeout)
+    except subprocess.TimeoutExpired:
+        process.terminate()  # unlike kill() this lets mpirun end its ranks
+        out, err = process.communicate()
+        raise AssertionError(f"{' '.join(command)} did not end within {timeout} s.\n{out}{err}") from None
+    return subprocess.CompletedProcess(command, process.returncode, out, err)
 
 
 class TestCase(unittest.TestCase):

@@ -23,6 +23,7 @@ namespace squeal
   {
     std::string name;
     double      normal_force = 0, friction_force = 0, friction_torque = 0, area = 0, max_pressure = 0;
+    double      tension_area    = 0; ///< part of the area where the pressure is negative
     double      max_penetration = 0; ///< meaningful only for a computed state
   };
 

@@ -22,6 +22,8 @@ namespace squeal
   class FaceElement
   {
   public:
+    static constexpr unsigned int max_degree = 8;
+
     explicit FaceElement(unsigned int degree);
 
     unsigned int n_nodes() const { return n; }

@@ -33,7 +33,8 @@ namespace squeal
   std::vector<ModeRow>
   analyse(const QuadraticEigenproblem &problem, const Modes &modes, unsigned int cycle, double tolerance);
 
-  /// For every mode of @p fine the index of the mode of @p coarse that belongs to it, or -1: nearest
-  /// eigenvalues first, each used once.
+  /// For every mode of @p fine the index of the mode of @p coarse that belongs to it, or -1 if there is none
+  /// left: the assignment with the least sum of squared distances of the eigenvalues. (A common shift of all
+  /// modes by the mesh does not confuse it, as it would a search for the nearest.)
   std::vector<int> match_modes(const std::vector<ModeRow> &fine, const std::vector<ModeRow> &coarse);
 } // namespace squeal

@@ -1,0 +1,35 @@
+"""The number of ranks changes nothing but the time."""
+
+import unittest
+
+import squeal_testing as st
+
+
+class Parallel(st.TestCase):
+    def test_brake(self):
+        for name, contact in {"mortar": st.MORTAR, "penalty": st.PENALTY}.items():
+            serial = self.eigenvalues({**st.SMALL_BRAKE, **contact})
+            self.assertGreater(len(serial), 10)
+            for ranks in [2, 4]:
+                with self.subTest(contact=name, ranks=ranks):
+                    self.assertSameModes(self.eigenvalues({**st.SMALL_BRAKE, **contact}, ranks=ranks), serial, 1e-8)
+
+    def test_steady_state(self):
+        serial, parallel = (st.read_table(self.analyse(st.SMALL_BRAKE, ranks=ranks) / "static.csv")
+                            for ranks in [1, 2])
+        self.assertEqual(len(serial), 2)
+        for a, b in zip(serial, parallel):
+            for key in ["normal_force_n", "friction_force_n", "friction_torque_nm", "contact_area_m2",
+                        "max_pressure_pa"]:
+                self.assertLessEqual(abs(a[key] - b[key]), 1e-8 * abs(a[key]), key)
+
+    def test_fewer_unknowns_than_ranks(self):
+        """A rank without rows takes part in everything all the same."""
+        self.write("one.mtx", "%%MatrixMarket matrix array real general\n2 2\n2\n0\n0\n3\n")
+        values = self.eigenvalues({"Scene": "matrices", "Matrices/Mass": "one.mtx", "Matrices/Stiffness": "one.mtx",
+                                   "Eigenproblem/Maximum frequency": 1}, ranks=3, timeout=60)
+        self.assertSameModes(values, [1j, 1j], 1e-10)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

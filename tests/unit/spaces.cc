@@ -1,0 +1,155 @@
+#include "fields.h"
+
+#include <doctest/doctest.h>
+
+#include <set>
+
+using namespace dealii;
+using namespace squeal;
+using namespace squeal::tests;
+
+TEST_CASE("spaces: numbers of displacements and multipliers")
+{
+  // Nodes of a tensor-product mesh of degree p: p n + 1 along n cells, p n around a ring. The
+  // clamped cylinder has no displacements, guided back faces have only the axial ones; one
+  // multiplier per node of the contact faces.
+  for (const unsigned int p : {1u, 2u, 3u})
+    for (const std::string back_face : {"guided", "free", "fixed"})
+      for (const bool with_multipliers : {true, false})
+      {
+        CAPTURE(p);
+        CAPTURE(back_face);
+        Parameters::All prm;
+        prm.discretization.rotor_cells = {{2, 5, 1}};
+        prm.discretization.pad_cells   = {{1, 3, 2}};
+        prm.pads.back_face             = back_face;
+        const Geometry<3> geometry     = make_brake(prm);
+        Spaces<3> spaces(geometry, p, with_multipliers, MPI_COMM_WORLD);
+        spaces.distribute();
+
+        const unsigned int rotor    = 3 * (2 * p + 1) * 5 * p * (p + 1) - 3 * 5 * p * (p + 1);
+        const unsigned int face     = (p + 1) * (3 * p + 1);
+        const unsigned int per_node = back_face == "guided" ? 2 : back_face == "fixed" ? 3 : 0;
+        const unsigned int pad      = 3 * face * (2 * p + 1) - per_node * face;
+        CHECK(spaces.n_displacements == rotor + 2 * pad);
+        CHECK(spaces.n_multipliers == (with_multipliers ? 2 * face : 0));
+        CHECK(spaces.rows.size == spaces.n_displacements + spaces.n_multipliers);
+      }
+}
+
+TEST_CASE("spaces: every equation belongs to one component of one node, ranks own contiguous rows")
+{
+  Parameters::All prm;
+  prm.discretization.rotor_cells = {{1, 6, 1}};
+  prm.discretization.pad_cells   = {{2, 2, 1}};
+  prm.pads.arrangement           = "upper";
+  const Geometry<3> geometry     = make_brake(prm);
+  Spaces<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
+  spaces.distribute();
+  // One corner cell of the pad and one cell of the rotor, so that nodes hang.
+  refine_where(spaces,
+               [](const Point<3> &x, const types::material_id body) {
+                 return body == upper_pad_body ? x[1] > 0 && std::hypot(x[0], x[1]) < 0.115
+                                               : x[1] > 0.08;
+               });
+
+  const RowRange &rows = spaces.rows;
+  const auto parts =
+      Utilities::MPI::all_gather(MPI_COMM_WORLD, std::make_pair(rows.begin, rows.end));
+  CHECK(parts.front().first == 0);
+  CHECK(parts.back().second == rows.size);
+  for (unsigned int r = 1; r < parts.size(); ++r)
+    CHECK(parts[r].first == parts[r - 1].second);
+
+  // Own nodes give the own rows, each once, displacements before multipliers.
+  std::set<unsigned int> displacements, multipliers;
+  unsigned int n = 0, n_hanging = 0;
+  for (const auto node : spaces.nodes.locally_owned_dofs())
+    if (spaces.hanging.is_constrained(node))
+    {
+      ++n_hanging;
+      for (unsigned int c = 0; c < 3; ++c)
+        CHECK(spaces.equation(node, c) == Spaces<3>::none);
+      CHECK(spaces.multiplier(node) == Spaces<3>::none);
+    }
+    else
+    {
+      for (unsigned int c = 0; c < 3; ++c)
+        if (const unsigned int row = spaces.equation(node, c); row != Spaces<3>::none)
+        {
+          displacements.insert(row);
+          ++n;
+        }
+      if (const unsigned int row = spaces.multiplier(node); row != Spaces<3>::none)
+      {
+        multipliers.insert(row);
+        ++n;
+      }
+    }
+  CHECK(n == rows.n_local());
+  CHECK(displacements.size() + multipliers.size() == n);
+  if (!displacements.empty())
+  {
+    CHECK(*displacements.begin() == rows.begin);
+    CHECK(*displacements.rbegin() + 1 == spaces.first_local_multiplier);
+  }
+  if (!multipliers.empty())
+  {
+    CHECK(*multipliers.begin() == spaces.first_local_multiplier);
+    CHECK(*multipliers.rbegin() + 1 == rows.end);
+  }
+  CHECK(Utilities::MPI::sum(n_hanging, MPI_COMM_WORLD) > 0);
+  CHECK(Utilities::MPI::sum(unsigned(multipliers.size()), MPI_COMM_WORLD) == spaces.n_multipliers);
+
+  // Every node of every cell that this rank sees is interpolated from free nodes with weights of
+  // sum 1; of contact faces from nodes with multipliers.
+  std::vector<types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());
+  double worst      = 0;
+  bool all_are_free = true;
+  for (const auto &cell : spaces.nodes.active_cell_iterators())
+    if (cell->is_locally_owned())
+    {
+      cell->get_dof_indices(cell_nodes);
+      for (const auto node : cell_nodes)
+      {
+        double sum = 0;
+        for (const WeightedNode &w : spaces.expand(node))
+        {
+          sum += w.weight;
+          all_are_free &= !spaces.hanging.is_constrained(w.node);
+        }
+        worst = std::max(worst, std::abs(sum - 1));
+      }
+      for (const unsigned int f : cell->face_indices())
+        if (cell->face(f)->at_boundary() &&
+            cell->face(f)->boundary_id() == geometry.boundaries.at("upper_pad.contact"))
+        {
+          std::vector<types::global_dof_index> face_nodes(spaces.fe.n_dofs_per_face());
+          cell->face(f)->get_dof_indices(face_nodes);
+          for (const auto node : face_nodes)
+            for (const WeightedNode &w : spaces.expand(node))
+              all_are_free &= spaces.multiplier(w.node) != Spaces<3>::none;
+        }
+    }
+  CHECK(worst <= 1e-14);
+  CHECK(all_are_free);
+}
+
+TEST_CASE("spaces: distribute forgets the mesh before")
+{
+  // Refining the pad only leaves the rotor's numbers alone and makes (2 n p + 1) nodes of n p + 1.
+  Parameters::All prm;
+  prm.discretization.rotor_cells = {{1, 6, 1}};
+  prm.discretization.pad_cells   = {{1, 2, 1}};
+  prm.pads.arrangement           = "upper";
+  const Geometry<3> geometry     = make_brake(prm);
+  Spaces<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
+  spaces.distribute();
+  const unsigned int rotor = 3 * 2 * 12 * 3; // clamped inside: 2 of 3 nodes along r
+  CHECK(spaces.n_displacements == rotor + 3 * 3 * 5 * 3 - 2 * 3 * 5);
+  CHECK(spaces.n_multipliers == 3 * 5);
+  refine_where(spaces, [](const Point<3> &, const types::material_id body)
+               { return body == upper_pad_body; });
+  CHECK(spaces.n_displacements == rotor + 3 * 5 * 9 * 5 - 2 * 5 * 9);
+  CHECK(spaces.n_multipliers == 5 * 9);
+}
