@@ -334,19 +334,19 @@ namespace squeal
   template <int dim>
   Block assemble_pressure_load(const Spaces<dim> &spaces)
   {
-    Vec load = nullptr;
-    SQUEAL_PETSC(VecCreateMPI(spaces.comm, spaces.rows.n_local(), spaces.rows.size, &load));
-    SQUEAL_PETSC(VecSetOption(load, VEC_IGNORE_NEGATIVE_INDICES, PETSC_TRUE));
+    std::vector<PetscInt> rows;
+    std::vector<double>   values;
     const unsigned int n = spaces.fe.n_dofs_per_cell();
     FEFaceValues<dim>  fe_values(spaces.mapping,
                                 spaces.fe,
                                 QGauss<dim - 1>(spaces.fe.degree + 1),
-                                update_values | update_normal_vectors | update_JxW_values);
+                                update_values | update_normal_vectors | update_quadrature_points |
+                                   update_JxW_values);
     std::vector<types::global_dof_index> cell_nodes(n);
     for (const auto &cell : spaces.nodes.active_cell_iterators())
       if (cell->is_locally_owned())
         for (const unsigned int f : cell->face_indices())
-          for (const PressureLoad &pressure_load : spaces.geometry.loads)
+          for (const PressureLoad<dim> &pressure_load : spaces.geometry.loads)
             if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == pressure_load.boundary)
             {
               fe_values.reinit(cell, f);
@@ -356,29 +356,23 @@ namespace squeal
                 // f_a = int -p n N_a
                 Tensor<1, dim> force;
                 for (const unsigned int q : fe_values.quadrature_point_indices())
-                  force -= pressure_load.pressure * fe_values.JxW(q) * fe_values.shape_value(a, q) *
+                  force -= pressure_load.pressure(fe_values.quadrature_point(q)) * fe_values.JxW(q) * fe_values.shape_value(a, q) *
                            fe_values.normal_vector(q);
                 for (const WeightedNode &w : spaces.expand(cell_nodes[a]))
                   for (unsigned int c = 0; c < dim; ++c)
                   {
-                    const PetscInt row = static_cast<int>(spaces.equation(w.node, c));
-                    SQUEAL_PETSC(VecSetValue(load, row, w.weight * force[c], ADD_VALUES));
+                    rows.push_back(static_cast<int>(spaces.equation(w.node, c)));
+                    values.push_back(w.weight * force[c]);
                   }
               }
             }
-    SQUEAL_PETSC(VecAssemblyBegin(load));
-    SQUEAL_PETSC(VecAssemblyEnd(load));
-
-    Block              result(spaces.rows, 1);
-    const PetscScalar *values = nullptr;
-    SQUEAL_PETSC(VecGetArrayRead(load, &values));
-    std::copy(values, values + spaces.rows.n_local(), result.data());
-    SQUEAL_PETSC(VecRestoreArrayRead(load, &values));
-    SQUEAL_PETSC(VecDestroy(&load));
-    return result;
+    return sum_entries(spaces.rows, rows, values);
   }
 
   template BodyMatrices
+  assemble_body<2>(const Spaces<2> &, const std::vector<Body> &, const Material &, bool);
+  template BodyMatrices
   assemble_body<3>(const Spaces<3> &, const std::vector<Body> &, const Material &, bool);
+  template Block assemble_pressure_load<2>(const Spaces<2> &);
   template Block assemble_pressure_load<3>(const Spaces<3> &);
 } // namespace squeal

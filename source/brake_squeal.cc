@@ -1,6 +1,7 @@
 #include <squeal/body_operators.h>
 #include <squeal/brake_squeal.h>
 #include <squeal/contact.h>
+#include <squeal/expressions.h>
 #include <squeal/fields.h>
 #include <squeal/matrix_market.h>
 #include <squeal/static_equilibrium.h>
@@ -132,6 +133,30 @@ namespace squeal
 
   namespace
   {
+    std::string iteration_table(const std::vector<StaticIteration> &iterations, const bool mortar)
+    {
+      std::string text = std::string("Static equilibrium, active set:\n  step   active ") +
+                         (mortar ? "multipliers" : "points     ") +
+                         "   changes   tension, Pa   penetration, m   pressure change\n";
+      for (unsigned int i = 0; i < iterations.size(); ++i)
+      {
+        char line[160];
+        std::snprintf(line,
+                      sizeof(line),
+                      "  %4u   %18u   %7u   %11.3e   %14.3e   %15.3e\n",
+                      i,
+                      iterations[i].n_active,
+                      iterations[i].n_changed,
+                      iterations[i].largest_tension,
+                      iterations[i].largest_penetration,
+                      iterations[i].pressure_change);
+        text += line;
+      }
+      return text;
+    }
+
+
+
     /// Bodies meshed by finite elements, on a sequence of meshes.
     template <int dim>
     class BrakeSqueal : public Analysis
@@ -174,6 +199,7 @@ namespace squeal
       bool                  make_mesh(unsigned int cycle);
       void                  assemble_bodies();
       void                  couple_bodies(unsigned int cycle);
+      void                  report_static(const typename Contact<dim>::Pressure &pressure, unsigned int cycle);
       QuadraticEigenproblem linearised_problem() const;
       void                  write_fields(unsigned int cycle);
 
@@ -270,23 +296,26 @@ namespace squeal
 
 
 
-    /// N, mu T, the steady state, P_R and Q_R of theory.md, section 3, as far as the stage has them.
+    /// N, mu T, the steady state, P_R and Q_R of theory.md, section 3, as far as the stage has them. With a
+    /// computed steady pressure the static equilibrium also decides where the pads touch, in every stage.
     template <int dim>
     void BrakeSqueal<dim>::couple_bodies(const unsigned int cycle)
     {
       state_computed = false;
       if (geometry.interfaces.empty())
         return;
-      const StageTerms stage = prm.terms();
-      ContactModel     model;
+      const StageTerms  stage = prm.terms();
+      ContactModel<dim> model;
       model.mortar            = prm.contact.mortar();
       model.penalty_stiffness = prm.contact.penalty_stiffness;
       model.friction          = prm.contact.law();
       model.angular_velocity  = prm.operation.angular_velocity;
+      const bool computed     = prm.contact.steady_pressure == "computed";
+      if (computed && prm.contact.initial_gap != "0")
+        model.initial_gap = position_expression<dim>(prm.contact.initial_gap, "Contact/Initial gap");
       {
         PhaseTimer::Scope scope(timer, "contact");
-        contact             = std::make_unique<Contact<dim>>(spaces, model);
-        Matrix normal       = contact->normal();
+        contact = std::make_unique<Contact<dim>>(spaces, model);
         if (model.mortar)
         {
           // Rows of the constraint as large as those of the stiffness.
@@ -294,28 +323,46 @@ namespace squeal
           for (const Term &term : terms)
             if (term.origin == Origin::elasticity && term.order == 0)
               stiffness = std::max(stiffness, term.matrix->infinity_norm());
-          contact->pressure_scale = stiffness / normal.infinity_norm();
-          SQUEAL_PETSC(MatScale(normal, contact->pressure_scale));
+          contact->scale_constraints(stiffness);
         }
-        add_term(Origin::contact, 0, 1., std::move(normal));
-        if (stage.friction)
-          add_term(Origin::friction, 0, 1., contact->friction());
       }
-      if (!stage.friction)
-        return;
 
       typename Contact<dim>::Pressure pressure;
-      if (prm.contact.steady_pressure == "uniform")
-        pressure = contact->uniform_pressure(prm.pads.pressure);
-      else
+      if (computed)
       {
         PhaseTimer::Scope scope(timer, "static");
         log.progress("  static equilibrium");
-        state          = solve_static_equilibrium(spaces.rows, terms, assemble_pressure_load(spaces));
+        auto equilibrium =
+          solve_static_equilibrium(spaces.rows, terms, *contact, stage.friction, assemble_pressure_load(spaces));
+        state          = std::move(equilibrium.state);
         state_computed = true;
-        pressure       = contact->pressure_of(state);
+        pressure       = std::move(equilibrium.pressure);
+        log.print(iteration_table(equilibrium.iterations, model.mortar));
       }
+      else
+        pressure = contact->uniform_pressure(prm.pads.pressure);
+
       PhaseTimer::Scope scope(timer, "contact");
+      report_static(pressure, cycle);
+      add_term(Origin::contact, 0, 1., contact->normal());
+      if (stage.friction)
+        add_term(Origin::friction, 0, 1., contact->friction(pressure));
+      if (stage.friction_damping)
+      {
+        auto damping = contact->friction_damping(pressure);
+        add_term(Origin::friction_damping, 1, 1., std::move(damping.P));
+        add_term(Origin::friction_damping, 0, 1., std::move(damping.Q));
+        add_term(Origin::falling_friction, 1, 1., std::move(damping.P_falling));
+        add_term(Origin::falling_friction, 0, 1., std::move(damping.Q_falling));
+      }
+    }
+
+
+
+    /// The resultants of the steady pressure: static.csv and a line for each pad.
+    template <int dim>
+    void BrakeSqueal<dim>::report_static(const typename Contact<dim>::Pressure &pressure, const unsigned int cycle)
+    {
       for (const ContactResultants &r : contact->resultants(pressure, state_computed ? &state : nullptr))
       {
         static_csv.add({std::to_string(cycle),
@@ -326,28 +373,19 @@ namespace squeal
                         number(r.area),
                         number(r.max_pressure),
                         state_computed ? number(r.max_penetration) : ""});
-        char text[200];
+        char text[240];
         std::snprintf(text,
                       sizeof(text),
-                      "Pad %s: normal force %.6g N, friction force %.6g N, torque %.6g N m, largest pressure %.4g Pa",
+                      "Pad %s: normal force %.6g N, friction force %.6g N, torque %.6g N m, area in contact %.6g m^2, "
+                      "pressure %.4g to %.4g Pa",
                       r.name.c_str(),
                       r.normal_force,
                       r.friction_force,
                       r.friction_torque,
+                      r.area,
+                      r.min_pressure,
                       r.max_pressure);
         log.line(text);
-        if (r.tension_area > 0)
-          log.line("  Warning: on " + number(std::round(1000 * r.tension_area / r.area) / 10) +
-                   " % of this pad's face the computed pressure is negative; there the pad would lift off, "
-                   "which this version does not model.");
-      }
-      if (stage.friction_damping)
-      {
-        auto damping = contact->friction_damping(pressure);
-        add_term(Origin::friction_damping, 1, 1., std::move(damping.P));
-        add_term(Origin::friction_damping, 0, 1., std::move(damping.Q));
-        add_term(Origin::falling_friction, 1, 1., std::move(damping.P_falling));
-        add_term(Origin::falling_friction, 0, 1., std::move(damping.Q_falling));
       }
     }
 
@@ -363,7 +401,7 @@ namespace squeal
       problem.M             = sum_of(spaces.rows, terms, 2);
       problem.P             = sum_of(spaces.rows, terms, 1);
       problem.Q             = sum_of(spaces.rows, terms, 0);
-      problem.n_constraints = spaces.n_multipliers;
+      problem.n_constraints = contact ? contact->n_active_multipliers() : 0;
       problem.n_local_constraints = spaces.rows.end - spaces.first_local_multiplier;
       std::vector<Term> symmetric;
       bool              is_reference = !problem.P;
@@ -382,7 +420,8 @@ namespace squeal
 
       // Bodies without enough supports can move rigidly: a clamped rotor cannot, a guided pad is held by the
       // contact.
-      problem.may_move_rigidly = prm.rotor.clamped == "none" || (prm.pads.n_pads() > 0 && prm.pads.back_face == "free");
+      problem.may_move_rigidly = (prm.scene == "brake" && prm.rotor.clamped == "none") ||
+                                 (prm.n_pads() > 0 && prm.pads.back_face == "free");
       return problem;
     }
 
@@ -394,7 +433,7 @@ namespace squeal
       PhaseTimer::Scope scope(timer, "output");
       if (prm.output.fields == "none")
         return;
-      const double pressure_scale = contact ? contact->pressure_scale : 1;
+      const double pressure_scale = contact ? contact->pressure_scale() : 1;
       if (state_computed)
         write_state(spaces, state, pressure_scale, directory, cycle);
 
@@ -504,6 +543,8 @@ namespace squeal
     const Parameters::All &prm = file.parameters();
     if (prm.scene == "matrices")
       return std::make_unique<MatrixAnalysis>(file, directory, comm);
+    if (prm.scene == "strip")
+      return std::make_unique<BrakeSqueal<2>>(make_strip(prm), file, directory, comm);
     return std::make_unique<BrakeSqueal<3>>(make_brake(prm), file, directory, comm);
   }
 
@@ -515,8 +556,8 @@ namespace squeal
     text << "Scene " << prm.scene;
     if (prm.scene != "matrices")
     {
-      text << ", stage " << prm.stage_name << ", " << prm.pads.n_pads() << " pads";
-      if (prm.pads.n_pads() > 0)
+      text << ", stage " << prm.stage_name << ", " << prm.n_pads() << " pads";
+      if (prm.n_pads() > 0)
       {
         text << ", contact by "
              << (prm.contact.mortar() ? "mortar" : "penalty " + number(prm.contact.penalty_stiffness) + " N/m^3");

@@ -233,4 +233,15 @@ namespace squeal
                               unsigned int,
                               unsigned int,
                               unsigned int);
+
+  template void write_state<2>(const Spaces<2> &, const Block &, double, const std::string &, unsigned int);
+  template void write_mode<2>(const Spaces<2> &,
+                              const Block &,
+                              const Block &,
+                              unsigned int,
+                              double,
+                              const std::string &,
+                              unsigned int,
+                              unsigned int,
+                              unsigned int);
 } // namespace squeal

@@ -1,6 +1,8 @@
+#include <squeal/expressions.h>
 #include <squeal/geometry.h>
 
 #include <deal.II/base/numbers.h>
+#include <deal.II/grid/grid_tools.h>
 #include <deal.II/grid/manifold_lib.h>
 
 #include <cmath>
@@ -109,7 +111,9 @@ namespace squeal
         geometry.supports.push_back({back_id, {{true, true, false}}});
       else if (pads.back_face == "fixed")
         geometry.supports.push_back({back_id, {{true, true, true}}});
-      geometry.loads.push_back({back_id, pads.pressure});
+      const auto   profile  = position_expression<3>(pads.profile, "Pads/Pressure profile");
+      const double pressure = pads.pressure;
+      geometry.loads.push_back({back_id, [=](const Point<3> &x) { return pressure * profile(x); }});
       geometry.interfaces.push_back(
         {upper ? "upper" : "lower", body, contact_id, geometry.boundaries[upper ? "rotor.top" : "rotor.bottom"]});
     }
@@ -153,13 +157,79 @@ namespace squeal
 
 
 
+  Geometry<2> make_strip(const Parameters::All &parameters)
+  {
+    const Parameters::Strip          &strip = parameters.strip;
+    const Parameters::Pads           &pads  = parameters.pads;
+    const Parameters::Discretization &mesh  = parameters.discretization;
+
+    Geometry<2> geometry;
+    geometry.boundaries = {{"rotor.left", 1}, {"rotor.right", 2}, {"rotor.top", 3}, {"rotor.bottom", 4}};
+    geometry.periodic   = {1, 2};
+    geometry.rules      = {{rotor_body, 0, -strip.length / 2, 1},
+                           {rotor_body, 0, strip.length / 2, 2},
+                           {rotor_body, 1, 0., 3},
+                           {rotor_body, 1, -strip.thickness, 4}};
+    geometry.supports.push_back({4, {{true, true}}});
+
+    const auto append = [&](const Body body, const std::vector<double> &x, const std::vector<double> &y) {
+      const unsigned int first = geometry.vertices.size(), n = x.size();
+      for (const double y_j : y)
+        for (const double x_i : x)
+          geometry.vertices.emplace_back(x_i, y_j);
+      for (unsigned int j = 0; j + 1 < y.size(); ++j)
+        for (unsigned int i = 0; i + 1 < n; ++i)
+        {
+          CellData<2> cell;
+          for (unsigned int v = 0; v < 4; ++v)
+            cell.vertices[v] = first + i + v % 2 + n * (j + v / 2);
+          cell.material_id = body;
+          geometry.cells.push_back(cell);
+        }
+    };
+    append(rotor_body,
+           graded_points(-strip.length / 2, strip.length / 2, mesh.rotor_cells[1], 0, 0, mesh.layer_ratio),
+           graded_points(-strip.thickness, 0, mesh.rotor_cells[2], 0, 0, mesh.layer_ratio));
+    if (pads.arrangement == "none")
+      return geometry;
+
+    const unsigned int layers = mesh.pad_edge_layers;
+    append(upper_pad_body,
+           graded_points(
+             -strip.block_length / 2, strip.block_length / 2, mesh.pad_cells[1], layers, layers, mesh.layer_ratio),
+           graded_points(0, strip.block_thickness, mesh.pad_cells[2], layers, 0, mesh.layer_ratio));
+    geometry.boundaries["upper_pad.contact"] = 5;
+    geometry.boundaries["upper_pad.back"]    = 6;
+    geometry.boundaries["upper_pad.side"]    = 7;
+    geometry.rules.push_back({upper_pad_body, 1, 0., 5});
+    geometry.rules.push_back({upper_pad_body, 1, strip.block_thickness, 6});
+    geometry.rules.push_back({upper_pad_body, 0, -strip.block_length / 2, 7});
+    geometry.rules.push_back({upper_pad_body, 0, strip.block_length / 2, 7});
+    if (pads.back_face == "guided")
+      geometry.supports.push_back({6, {{true, false}}});
+    else if (pads.back_face == "fixed")
+      geometry.supports.push_back({6, {{true, true}}});
+    const auto   profile  = position_expression<2>(pads.profile, "Pads/Pressure profile");
+    const double pressure = pads.pressure;
+    geometry.loads.push_back({6, [=](const Point<2> &x) { return pressure * profile(x); }});
+    geometry.interfaces.push_back({"block", upper_pad_body, 5, 3});
+    return geometry;
+  }
+
+
+
   template <int dim>
   Tensor<1, dim> Geometry<dim>::transport(const Point<dim> &x) const
   {
-    // w = e_z x x = (-y, x, 0)
+    // brake: w = e_z x x = (-y, x, 0); strip: w = e_x
     Tensor<1, dim> w;
-    w[0] = -x[1];
-    w[1] = x[0];
+    if (dim == 2)
+      w[0] = 1;
+    else
+    {
+      w[0] = -x[1];
+      w[1] = x[0];
+    }
     return w;
   }
 
@@ -169,8 +239,11 @@ namespace squeal
   void Geometry<dim>::make_coarse_mesh(Triangulation<dim> &triangulation) const
   {
     triangulation.create_triangulation(vertices, cells, SubCellData());
-    triangulation.set_all_manifold_ids(0);
-    triangulation.set_manifold(0, CylindricalManifold<dim>(2));
+    if constexpr (dim == 3)
+    {
+      triangulation.set_all_manifold_ids(0);
+      triangulation.set_manifold(0, CylindricalManifold<3>(2));
+    }
 
     for (const auto &cell : triangulation.active_cell_iterators())
       for (const unsigned int f : cell->face_indices())
@@ -185,12 +258,12 @@ namespace squeal
               {
                 const Point<dim> &x = cell->face(f)->vertex(v);
                 const double      r = std::hypot(x[0], x[1]);
-                const double      size = std::abs(x[2]) + r;
-                const double      difference =
-                  rule.coordinate == 0 ? r - rule.value :
-                  rule.coordinate == 2 ? x[dim - 1] - rule.value :
-                                         r * std::remainder(std::atan2(x[1], x[0]) - rule.value, 2 * numbers::PI);
-                matches &= std::abs(difference) < 1e-10 * size;
+                double            difference = x[std::min<unsigned int>(rule.coordinate, dim - 1)] - rule.value;
+                if (dim == 3 && rule.coordinate == 0)
+                  difference = r - rule.value;
+                else if (dim == 3 && rule.coordinate == 1)
+                  difference = r * std::remainder(std::atan2(x[1], x[0]) - rule.value, 2 * numbers::PI);
+                matches &= std::abs(difference) < 1e-10 * x.norm() + 1e-14;
               }
               if (matches)
               {
@@ -201,7 +274,16 @@ namespace squeal
           Assert(n_matching == 1, ExcMessage("A boundary face has no name, or several."));
           (void)n_matching;
         }
+
+    if constexpr (dim == 2)
+      if (is_periodic())
+      {
+        std::vector<GridTools::PeriodicFacePair<typename Triangulation<dim>::cell_iterator>> pairs;
+        GridTools::collect_periodic_faces(triangulation, periodic.first, periodic.second, 0, pairs);
+        triangulation.add_periodicity(pairs);
+      }
   }
 
+  template struct Geometry<2>;
   template struct Geometry<3>;
 } // namespace squeal

@@ -227,6 +227,27 @@ namespace squeal
 
 
 
+  Block sum_entries(const RowRange                 &rows,
+                    const std::vector<PetscInt>    &entry_rows,
+                    const std::vector<PetscScalar> &values)
+  {
+    Vec vector = nullptr;
+    SQUEAL_PETSC(VecCreateMPI(rows.comm, rows.n_local(), rows.size, &vector));
+    SQUEAL_PETSC(VecSetOption(vector, VEC_IGNORE_NEGATIVE_INDICES, PETSC_TRUE));
+    SQUEAL_PETSC(VecSetValues(vector, values.size(), entry_rows.data(), values.data(), ADD_VALUES));
+    SQUEAL_PETSC(VecAssemblyBegin(vector));
+    SQUEAL_PETSC(VecAssemblyEnd(vector));
+    Block              result(rows, 1);
+    const PetscScalar *array = nullptr;
+    SQUEAL_PETSC(VecGetArrayRead(vector, &array));
+    std::copy(array, array + rows.n_local(), result.data());
+    SQUEAL_PETSC(VecRestoreArrayRead(vector, &array));
+    SQUEAL_PETSC(VecDestroy(&vector));
+    return result;
+  }
+
+
+
   Block multiply(const Matrix &matrix, const Block &block)
   {
     Block result(block.row_range(), block.n_columns());

@@ -1,4 +1,5 @@
 #include <squeal/errors.h>
+#include <squeal/expressions.h>
 #include <squeal/parameters.h>
 
 #include <deal.II/base/utilities.h>
@@ -137,6 +138,10 @@ namespace squeal
                         pressure,
                         "Pressure on the pad's back face, towards the rotor, Pa.",
                         not_negative());
+      prm.add_parameter("Pressure profile",
+                        profile,
+                        "Factor on the pressure, an expression of the position x, y, z in m; for example "
+                        "1 + 20*y presses one end of the pad more.");
       material.declare(prm);
       prm.leave_subsection();
     }
@@ -190,12 +195,17 @@ namespace squeal
                         "The pressure p_0 about which friction is linearised. computed: from the static "
                         "equilibrium. uniform: the applied pressure.",
                         Patterns::Selection("computed|uniform"));
+      prm.add_parameter("Initial gap",
+                        initial_gap,
+                        "Distance g_0 >= 0 of the unloaded surfaces, an expression of the position x, y, z "
+                        "in m. Used with Steady pressure = computed.");
       prm.enter_subsection("Friction");
       prm.add_parameter("Law",
                         friction_law,
                         "mu(v). constant: Coefficient. falling: mu_k + (mu_s - mu_k) exp(-v/v_d) with "
-                        "mu_s = Coefficient, mu_k = Coefficient at speed, v_d = Decay speed.",
-                        Patterns::Selection("constant|falling"));
+                        "mu_s = Coefficient, mu_k = Coefficient at speed, v_d = Decay speed. smoothed: "
+                        "constant with Smoothing speed. expression: Expression.",
+                        Patterns::Selection("constant|falling|smoothed|expression"));
       prm.add_parameter("Coefficient",
                         friction_coefficient,
                         "Friction coefficient mu (falling: at rest), -.",
@@ -208,28 +218,65 @@ namespace squeal
                         friction_decay_speed,
                         "Sliding speed over which the coefficient falls, m/s. Used by the law falling.",
                         positive());
+      prm.add_parameter("Expression",
+                        friction_expression,
+                        "mu as an expression of the sliding speed v, m/s, and the contact pressure p, Pa. "
+                        "Used by the law expression; for example 0.4*(p/1e6)^(-0.1).");
+      prm.add_parameter("Smoothing speed",
+                        smoothing_speed,
+                        "v_s, m/s: the traction is mu p v/sqrt(v^2 + v_s^2), which has a value at rest. 0: not "
+                        "smoothed. The law smoothed needs it, the others may have it.",
+                        not_negative());
       prm.leave_subsection();
       prm.leave_subsection();
     }
 
     void Contact::check(const Stage stage, const double angular_velocity) const
     {
-      if (angular_velocity == 0 && terms_of(stage).friction_damping)
+      if (friction_law == "smoothed" && smoothing_speed == 0)
+        fail("Contact/Friction/Smoothing speed", smoothing_speed, "the law smoothed needs a positive speed, m/s.");
+      if (friction_law == "expression" && friction_expression.empty())
+        throw InputError("Contact/Friction/Expression: the law expression needs mu as a function of v and p.");
+      law();
+      if (angular_velocity == 0 && terms_of(stage).friction_damping && smoothing_speed == 0)
         fail("Operation/Angular velocity",
              angular_velocity,
              "the friction damping of the stages friction_damping and full grows like 1/Omega and has "
-             "no value at rest. Choose a speed other than 0, or one of the stages elastic, transport, "
-             "friction.");
+             "no value at rest. Choose a speed other than 0, one of the stages elastic, transport, "
+             "friction, or a Contact/Friction/Smoothing speed.");
     }
 
     FrictionLaw Contact::law() const
     {
       FrictionLaw law;
-      law.kind = friction_law == "falling" ? FrictionLaw::Kind::falling : FrictionLaw::Kind::constant;
+      law.kind = friction_law == "falling"    ? FrictionLaw::Kind::falling :
+                 friction_law == "expression" ? FrictionLaw::Kind::expression :
+                                                FrictionLaw::Kind::constant;
+      if (law.kind == FrictionLaw::Kind::expression)
+        law.expression = squeal::friction_expression(friction_expression, "Contact/Friction/Expression");
+      law.smoothing_speed    = smoothing_speed;
       law.coefficient        = friction_coefficient;
       law.coefficient_moving = friction_coefficient_moving;
       law.decay_speed        = friction_decay_speed;
       return law;
+    }
+
+
+
+    void Strip::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Strip");
+      prm.add_parameter("Length", length, "Period of the layer in x, m.", positive());
+      prm.add_parameter("Thickness", thickness, "Thickness of the layer, m; its lower face is fixed.", positive());
+      prm.add_parameter("Block length", block_length, "Length of the block, centred on x = 0, m.", positive());
+      prm.add_parameter("Block thickness", block_thickness, "Thickness of the block, m.", positive());
+      prm.leave_subsection();
+    }
+
+    void Strip::check() const
+    {
+      if (block_length >= length)
+        fail("Strip/Block length", block_length, "it must be shorter than Strip/Length = " + std::to_string(length) + " m.");
     }
 
 
@@ -244,11 +291,13 @@ namespace squeal
       const Patterns::List counts(Patterns::Integer(1, 100000), 3, 3, ",");
       prm.add_parameter("Rotor cells",
                         rotor_cells_text,
-                        "Cells of the rotor's coarse mesh: radial, circumferential, axial.",
+                        "Cells of the rotor's coarse mesh: radial, circumferential, axial (strip: unused, along x, "
+                        "through the thickness).",
                         counts);
       prm.add_parameter("Pad cells",
                         pad_cells_text,
-                        "Cells of a pad's coarse mesh: radial, circumferential, axial.",
+                        "Cells of a pad's coarse mesh: radial, circumferential, axial (strip: unused, along x, through "
+                        "the thickness).",
                         counts);
       prm.add_parameter("Clamp layers",
                         clamp_layers,
@@ -405,7 +454,8 @@ namespace squeal
     {
       prm.add_parameter("Scene",
                         scene,
-                        "brake: annular rotor and sector pads. matrices: Matrix Market files.",
+                        "brake: annular rotor and sector pads. strip: two-dimensional, a layer moving under a "
+                        "block (plane strain). matrices: Matrix Market files.",
                         Patterns::Selection("brake|strip|mesh|matrices"));
       prm.add_parameter("Stage",
                         stage_name,
@@ -414,6 +464,7 @@ namespace squeal
                         Patterns::Selection("elastic|transport|friction|friction_damping|full"));
       rotor.declare(prm);
       pads.declare(prm);
+      strip.declare(prm);
       operation.declare(prm);
       contact.declare(prm);
       discretization.declare(prm);
@@ -433,8 +484,8 @@ namespace squeal
 
     void All::check()
     {
-      if (scene == "strip" || scene == "mesh")
-        throw InputError("Scene = " + scene + ": this version has the scenes brake and matrices.");
+      if (scene == "mesh")
+        throw InputError("Scene = " + scene + ": this version has the scenes brake, strip and matrices.");
       sweep.check();
       refinement.check();
       if (scene == "matrices")
@@ -442,10 +493,23 @@ namespace squeal
         matrices.check();
         return;
       }
-      rotor.check();
-      pads.check(rotor);
       discretization.check();
-      if (pads.n_pads() > 0)
+      if (scene == "strip")
+      {
+        strip.check();
+        rotor.material.check("Rotor");
+        pads.material.check("Pads");
+        position_expression<2>(pads.profile, "Pads/Pressure profile");
+        position_expression<2>(contact.initial_gap, "Contact/Initial gap");
+      }
+      else
+      {
+        rotor.check();
+        pads.check(rotor);
+        position_expression<3>(pads.profile, "Pads/Pressure profile");
+        position_expression<3>(contact.initial_gap, "Contact/Initial gap");
+      }
+      if (n_pads() > 0)
         contact.check(stage(), operation.angular_velocity);
     }
   } // namespace Parameters

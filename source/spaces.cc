@@ -28,6 +28,9 @@ namespace squeal
     hanging.clear();
     hanging.reinit(relevant_nodes);
     DoFTools::make_hanging_node_constraints(nodes, hanging);
+    if (geometry.is_periodic())
+      DoFTools::make_periodicity_constraints(
+        nodes, geometry.periodic.first, geometry.periodic.second, 0, hanging);
     hanging.close();
 
     // Which components are fixed, and which nodes carry a multiplier. Ghost cells are looked at too: the
@@ -104,5 +107,6 @@ namespace squeal
     return result;
   }
 
+  template class Spaces<2>;
   template class Spaces<3>;
 } // namespace squeal

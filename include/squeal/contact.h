@@ -1,101 +1,122 @@
 #pragma once
 
+#include <squeal/contact_pairs.h>
 #include <squeal/eigenproblem.h>
 #include <squeal/friction_laws.h>
-#include <squeal/mortar.h>
-#include <squeal/spaces.h>
 
 #include <functional>
 
 namespace squeal
 {
-  /// What the contact's linearisation depends on (theory.md, section 3).
+  /// What the contact depends on (theory.md, section 3).
+  template <int dim>
   struct ContactModel
   {
-    bool        mortar            = true; ///< Lagrange multiplier, else penalty
-    double      penalty_stiffness = 0;    ///< k_C, N/m^3
-    FrictionLaw friction;
-    double      angular_velocity = 0; ///< Omega, rad/s
+    bool                                              mortar            = true; ///< Lagrange multiplier, else penalty
+    double                                            penalty_stiffness = 0;    ///< k_C, N/m^3
+    FrictionLaw                                       friction;
+    double                                            angular_velocity = 0; ///< Omega, rad/s
+    std::function<double(const dealii::Point<dim> &)> initial_gap;          ///< g_0 >= 0, m; empty: zero
   };
 
   /// Resultants of the contact pressure on one pad.
   struct ContactResultants
   {
     std::string name;
-    double      normal_force = 0, friction_force = 0, friction_torque = 0, area = 0, max_pressure = 0;
-    double      tension_area    = 0; ///< part of the area where the pressure is negative
+    double      normal_force = 0, friction_force = 0, friction_torque = 0;
+    double      area = 0, max_pressure = 0, min_pressure = 0;
     double      max_penetration = 0; ///< meaningful only for a computed state
   };
 
-  /// The interfaces of a scene on one mesh: pairing and the matrices built on it. Both bodies are in contact
-  /// on the whole pad face.
+  /// The interfaces of a scene on one mesh: pairing, active set, and the matrices built on them.
+  ///
+  /// The active set tells where the surfaces touch: by multiplier for mortar, by quadrature point for penalty.
+  /// At first they touch everywhere. What has lifted off contributes nothing; the row of an inactive
+  /// multiplier says that it is zero.
   template <int dim>
   class Contact
   {
   public:
-    /// Pairs the surfaces. The rotor's contact faces are gathered on all ranks, because the ghost cells of a
-    /// distributed mesh do not contain the opposite surface; each rank works on its own pad faces.
-    Contact(const Spaces<dim> &spaces, const ContactModel &model);
+    Contact(const Spaces<dim> &spaces, const ContactModel<dim> &model);
 
     /// Multipliers are stored as p = pressure_scale * Lambda and constraint rows are multiplied by it, so
-    /// that the saddle point's entries are of one size. Set before assembly.
-    double pressure_scale = 1;
+    /// that the rows of the saddle point's constraints are as large as those of the given stiffness. Call it
+    /// before assembly.
+    void   scale_constraints(double stiffness);
+    double pressure_scale() const { return scale; }
 
     /// N: penalty int d[[u]].n k_C D[[u]].n, mortar the two off-diagonal blocks.
     Matrix normal() const;
 
-    /// mu T: int mu d[[u]].e Dp.
-    Matrix friction() const;
-
-    /// The steady pressure p_0 at every quadrature point of every interface.
+    /// The steady pressure p_0, Pa, at every quadrature point of every interface.
     using Pressure = std::vector<std::vector<double>>;
     Pressure uniform_pressure(double value) const;
     /// From a static solution (one column).
     Pressure pressure_of(const Block &state) const;
 
-    /// P_R and Q_R: those of the turning direction, int (mu p_0/|v_0|) d[[u]].P_perp ..., and those of
-    /// mu'(|v_0|), int mu' p_0 (d[[u]].e)(e. ...). Empty where they vanish.
+    /// The friction term: int (d tau/d p) d[[u]].e Dp, that is mu T where mu does not depend on the pressure.
+    Matrix friction(const Pressure &pressure) const;
+
+    /// P_R and Q_R: those of the turning direction, int (tau/v) d[[u]].P_perp ..., and those of the law's slope,
+    /// int (d tau/d v) (d[[u]].e)(e. ...). Empty where they vanish.
     struct FrictionDamping
     {
       Matrix P, Q, P_falling, Q_falling;
     };
     FrictionDamping friction_damping(const Pressure &pressure) const;
 
-    /// Force, torque, area; penetration if a static solution is given.
+    /// What the static problem has on the right side: the initial gap, and with @p with_friction the part of
+    /// the traction that is not linear in the pressure, -int (tau - p d tau/d p) d[[u]].e.
+    Block load(const Pressure &pressure, bool with_friction) const;
+
+    /// The nonlinear contact forces (left side) of theory.md at displacements and multipliers @p state and
+    /// displacement velocities @p velocity, both one column:
+    ///     int p n . d[[u]] + int tau v/|v| . d[[u]],   v = (I - n n) [Omega w + (d_t + Omega d_phi) u_R - d_t u_P],
+    /// and, for mortar, the constraint int Psi ([[u]].n - g_0). The active set stays as it is. The linearised
+    /// matrices are its derivatives.
+    Block nonlinear_forces(const Block &state, const Block &velocity, bool with_friction) const;
+
+    /// Primal-dual active set: multipliers in tension are released, released ones that penetrate are closed.
+    struct ActiveSetChange
+    {
+      unsigned int n_changed = 0, n_active = 0;
+      double       largest_tension = 0;     ///< of an active multiplier, Pa
+      double       largest_penetration = 0; ///< of an inactive multiplier (mean weighted gap), m
+    };
+    ActiveSetChange update_active_set(const Block &state);
+
+    /// Names of the interfaces without any active multiplier or point.
+    std::vector<std::string> lost_contacts() const;
+    unsigned int             n_active_multipliers() const;
+    /// The rows of the released multipliers, the same on all ranks.
+    std::vector<unsigned int> released_multipliers() const;
+    /// A number that tells active sets apart.
+    std::size_t active_set_hash() const;
+
+    /// Force, torque, area in contact; penetration if a static solution is given.
     std::vector<ContactResultants> resultants(const Pressure &pressure, const Block *state) const;
 
-    /// Seconds-independent size of the pairing, for the log.
-    unsigned int n_points() const;
+    const std::vector<PairedInterface<dim>> &paired_interfaces() const { return interfaces; }
+    const FaceElement<dim>                  &face_element() const { return element; }
+    const ContactModel<dim>                 &contact_model() const { return model; }
+    bool is_active(const FreeNode<dim> &node) const { return ContactKinematics<dim>::is_active(active, node); }
 
   private:
-    /// A face with the equations of its nodes: each node is interpolated from free nodes.
-    struct FreeNode
-    {
-      double                   weight;
-      std::array<int, dim + 1> equations; ///< displacement components and multiplier; -1: none
-    };
-    struct Face
-    {
-      SurfaceFace<dim>                   shape;
-      std::vector<std::vector<FreeNode>> nodes;
-    };
-    struct Interface
-    {
-      std::string                   name;
-      std::vector<Face>             pad_faces, rotor_faces;
-      std::vector<FacePair<dim>>    pairs;
-    };
-    struct Kinematics;
-    struct Rows;
+    using Kinematics = ContactKinematics<dim>;
 
-    std::vector<Face> local_faces(dealii::types::boundary_id boundary) const;
-
-    /// Calls the function with the kinematics of each pair of faces and the index of its first point.
+    /// Calls the function with the kinematics of each pair of faces.
     void for_each_pair(const std::function<void(unsigned int interface, const Kinematics &)> &work) const;
 
-    const Spaces<dim>     &spaces;
-    const ContactModel     model;
-    FaceElement<dim>       element;
-    std::vector<Interface> interfaces;
+    double gap(const dealii::Point<dim> &x) const { return model.initial_gap ? model.initial_gap(x) : 0.; }
+
+    const Spaces<dim>                &spaces;
+    const ContactModel<dim>           model;
+    FaceElement<dim>                  element;
+    std::vector<PairedInterface<dim>> interfaces;
+    double                            scale               = 1;
+    double                            constraint_stiffness = 1;
+    std::vector<bool>                 is_multiplier; ///< by equation
+    std::vector<bool>                 active;        ///< by equation; mortar
+    std::vector<std::vector<bool>>    active_points; ///< by interface and point of this rank; penalty
   };
 } // namespace squeal

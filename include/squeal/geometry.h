@@ -7,6 +7,7 @@
 #include <deal.II/grid/tria.h>
 
 #include <array>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -43,10 +44,11 @@ namespace squeal
   };
 
   /// A pressure on a boundary, Pa, against the outward normal.
+  template <int dim>
   struct PressureLoad
   {
-    dealii::types::boundary_id boundary;
-    double                     pressure;
+    dealii::types::boundary_id                        boundary;
+    std::function<double(const dealii::Point<dim> &)> pressure;
   };
 
   /// The bodies of a scene: coarse mesh, boundary names, supports, loads, contact pairs, transport field.
@@ -57,7 +59,7 @@ namespace squeal
     std::map<std::string, dealii::types::boundary_id> boundaries;
 
     std::vector<Support<dim>>     supports;
-    std::vector<PressureLoad>     loads;
+    std::vector<PressureLoad<dim>> loads;
     std::vector<ContactInterface> interfaces;
 
     /// The transport field w of theory.md, section 1: the rotor's velocity is Omega w.
@@ -73,11 +75,16 @@ namespace squeal
     struct BoundaryRule
     {
       Body                       body;
-      unsigned int               coordinate; ///< 0: radius, 1: angle, 2: z
+      unsigned int               coordinate; ///< in 3D 0: radius, 1: angle, 2: z; in 2D 0: x, 1: y
       double                     value;
       dealii::types::boundary_id id;
     };
     std::vector<BoundaryRule> rules;
+
+    /// Boundaries that are one: the second continues the first along x (strip). Invalid: none.
+    std::pair<dealii::types::boundary_id, dealii::types::boundary_id> periodic = {
+      dealii::numbers::invalid_boundary_id, dealii::numbers::invalid_boundary_id};
+    bool is_periodic() const { return periodic.first != dealii::numbers::invalid_boundary_id; }
   };
 
   /// Interval ends of n equal cells on [a, b], of which the first (last) is divided @p at_start (@p at_end)
@@ -87,4 +94,7 @@ namespace squeal
 
   /// Annular rotor about the z axis with mid-plane z = 0 and up to two sector pads on its plane faces.
   Geometry<3> make_brake(const Parameters::All &parameters);
+
+  /// Elastic layer y in [-thickness, 0], periodic in x and fixed below, under a block on y in [0, ...].
+  Geometry<2> make_strip(const Parameters::All &parameters);
 } // namespace squeal

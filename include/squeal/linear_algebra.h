@@ -107,6 +107,12 @@ namespace squeal
     std::vector<double> data_;
   };
 
+  /// The distributed column with the sum of the given entries; negative rows are skipped. Any rank may give
+  /// entries of any row. Collective.
+  Block sum_entries(const RowRange                &rows,
+                    const std::vector<PetscInt>    &entry_rows,
+                    const std::vector<PetscScalar> &values);
+
   /// A B; zero if A is empty.
   Block multiply(const Matrix &matrix, const Block &block);
 

@@ -65,6 +65,7 @@ namespace squeal
       double          thickness    = 0.012;
       std::string     back_face    = "guided";
       double          pressure     = 1e6;
+      std::string     profile      = "1";
       MaterialSection material{Material{1e10, 0.3, 2500, 0, 2e-6}};
 
       bool upper() const { return arrangement == "both" || arrangement == "upper"; }
@@ -90,12 +91,28 @@ namespace squeal
       double      friction_coefficient        = 0.6;
       double      friction_coefficient_moving = 0.3;
       double      friction_decay_speed        = 1;
+      std::string friction_expression         = "";
+      double      smoothing_speed             = 0;
+      std::string initial_gap                 = "0";
 
       bool        mortar() const { return formulation == "mortar"; }
       FrictionLaw law() const;
 
       void declare(dealii::ParameterHandler &prm);
       void check(Stage stage, double angular_velocity) const;
+    };
+
+    /// The two-dimensional scene: an elastic layer, periodic in x, under a block. Materials, pressure and
+    /// support of the block are those of the sections Rotor and Pads.
+    struct Strip
+    {
+      double length          = 0.2;
+      double thickness       = 0.02;
+      double block_length    = 0.05;
+      double block_thickness = 0.02;
+
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
     };
 
     struct Discretization
@@ -168,6 +185,7 @@ namespace squeal
       std::string    stage_name = "full";
       Rotor          rotor;
       Pads           pads;
+      Strip          strip;
       Operation      operation;
       Contact        contact;
       Discretization discretization;
@@ -179,6 +197,8 @@ namespace squeal
 
       Stage      stage() const;
       StageTerms terms() const { return terms_of(stage()); }
+      /// The number of contact pairs.
+      int n_pads() const { return scene == "strip" ? int(pads.arrangement != "none") : pads.n_pads(); }
 
       /// Makes every member an entry of @p prm; parsing @p prm then fills the members.
       void declare(dealii::ParameterHandler &prm);

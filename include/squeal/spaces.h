@@ -49,7 +49,8 @@ namespace squeal
       return to_equation(equations[dim](node));
     }
 
-    /// The free nodes that interpolate a locally relevant node: itself unless it hangs.
+    /// The free nodes that interpolate a locally relevant node: itself unless it hangs or lies on the far side
+    /// of a periodic boundary.
     std::vector<WeightedNode> expand(dealii::types::global_dof_index node) const;
 
     const Geometry<dim>                               &geometry;
@@ -58,7 +59,7 @@ namespace squeal
     const dealii::FE_Q<dim>                            fe;
     dealii::MappingQCache<dim>                         mapping;
     dealii::DoFHandler<dim>                            nodes;
-    dealii::AffineConstraints<double>                  hanging;
+    dealii::AffineConstraints<double>                  hanging; ///< and periodic nodes
     dealii::IndexSet                                   relevant_nodes;
     RowRange                                           rows;
     unsigned int                                       n_displacements = 0, n_multipliers = 0; ///< global

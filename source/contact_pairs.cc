@@ -1,0 +1,251 @@
+#include <squeal/contact_pairs.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  void EntryList::add(const int row, const int column, const double value)
+  {
+    if (row >= 0 && column >= 0 && value != 0)
+    {
+      rows.push_back(row);
+      columns.push_back(column);
+      values.push_back(value);
+    }
+  }
+
+
+
+  Matrix EntryList::make_matrix(const RowRange &range)
+  {
+    Mat mat = nullptr;
+    SQUEAL_PETSC(MatCreate(range.comm, &mat));
+    Matrix matrix(mat);
+    SQUEAL_PETSC(MatSetSizes(mat, range.n_local(), range.n_local(), range.size, range.size));
+    SQUEAL_PETSC(MatSetType(mat, MATAIJ));
+    SQUEAL_PETSC(MatSetPreallocationCOO(mat, rows.size(), rows.data(), columns.data()));
+    SQUEAL_PETSC(MatSetValuesCOO(mat, values.data(), ADD_VALUES));
+    return matrix;
+  }
+
+
+
+  std::vector<double> replicate(const Block &column)
+  {
+    const RowRange  &range = column.row_range();
+    int              n_ranks = 0, n_local = range.n_local(), begin = range.begin;
+    MPI_Comm_size(range.comm, &n_ranks);
+    std::vector<int> counts(n_ranks), offsets(n_ranks);
+    MPI_Allgather(&n_local, 1, MPI_INT, counts.data(), 1, MPI_INT, range.comm);
+    MPI_Allgather(&begin, 1, MPI_INT, offsets.data(), 1, MPI_INT, range.comm);
+    std::vector<double> all(range.size);
+    MPI_Allgatherv(
+      column.data(), n_local, MPI_DOUBLE, all.data(), counts.data(), offsets.data(), MPI_DOUBLE, range.comm);
+    return all;
+  }
+
+
+
+  template <int dim>
+  ContactKinematics<dim>::ContactKinematics(const FaceElement<dim> &element,
+                                       const ContactFace<dim> &rotor_face,
+                                       const ContactFace<dim> &pad_face,
+                                       const FacePair<dim>    &pair,
+                                       const Geometry<dim>    &geometry,
+                                       const double            angular_velocity)
+    : n_points(pair.points.size()), rotor(&rotor_face), pad(&pad_face)
+  {
+    const unsigned int n_nodes = element.n_nodes(), n_rows = 2 * n_nodes * dim;
+    n = e = e_phi = DenseMatrix(n_rows, n_points);
+    if (dim == 3)
+      b = b_phi = DenseMatrix(n_rows, n_points);
+    psi = DenseMatrix(n_nodes, n_points);
+    std::vector<double>                                  on_rotor, on_pad;
+    std::vector<typename FaceElement<dim>::Gradient>     gradients;
+    for (unsigned int q = 0; q < n_points; ++q)
+    {
+      const PairedPoint<dim> &point = pair.points[q];
+      element.evaluate(point.xi_rotor, on_rotor, &gradients);
+      element.evaluate(point.xi_pad, on_pad);
+      const auto           frame  = element.frame(rotor_face.shape, point.xi_rotor);
+      const Tensor<1, dim> normal = frame.normal;
+
+      // The transport field is tangential on the rotor's surface; e = v_0/|v_0| follows the turning, and at
+      // rest the forward direction.
+      Tensor<1, dim> w = geometry.transport(frame.x);
+      w -= (w * normal) * normal;
+      const double         speed     = w.norm();
+      const Tensor<1, dim> direction = (angular_velocity < 0 ? -1 : 1) * w / speed;
+      weights.push_back(point.weight);
+      positions.push_back(frame.x);
+      speeds.push_back(std::abs(angular_velocity) * speed);
+      radii.push_back(speed);
+
+      // d_phi N = grad_surface N . w = (d N/d xi_i) a_i, where a solves t_i . t_j a_j = t_i . w
+      Tensor<2, dim - 1> metric;
+      Tensor<1, dim - 1> components;
+      for (unsigned int i = 0; i < dim - 1; ++i)
+      {
+        components[i] = frame.tangents[i] * w;
+        for (unsigned int j = 0; j < dim - 1; ++j)
+          metric[i][j] = frame.tangents[i] * frame.tangents[j];
+      }
+      const Tensor<1, dim - 1> along = invert(metric) * components;
+
+      Tensor<1, dim> binormal;
+      if constexpr (dim == 3)
+        binormal = cross_product_3d(normal, direction);
+
+      for (unsigned int a = 0; a < n_nodes; ++a)
+      {
+        const double d_phi = gradients[a] * along;
+        psi(a, q)          = on_pad[a];
+        for (unsigned int c = 0; c < dim; ++c)
+        {
+          const unsigned int r = a * dim + c, p = (n_nodes + a) * dim + c;
+          n(r, q)     = on_rotor[a] * normal[c];
+          n(p, q)     = -on_pad[a] * normal[c];
+          e(r, q)     = on_rotor[a] * direction[c];
+          e(p, q)     = -on_pad[a] * direction[c];
+          e_phi(r, q) = d_phi * direction[c];
+          if (dim == 3)
+          {
+            b(r, q)     = on_rotor[a] * binormal[c];
+            b(p, q)     = -on_pad[a] * binormal[c];
+            b_phi(r, q) = d_phi * binormal[c];
+          }
+        }
+      }
+    }
+  }
+
+
+
+  namespace
+  {
+  template <int dim>
+  std::vector<ContactFace<dim>>
+  local_faces(const Spaces<dim> &spaces, const FaceElement<dim> &element, const types::boundary_id boundary)
+  {
+    std::vector<ContactFace<dim>>                    faces;
+    std::vector<types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());
+    const std::vector<Point<dim>>       &unit_points = spaces.fe.get_unit_support_points();
+    for (const auto &cell : spaces.nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+        for (const unsigned int f : cell->face_indices())
+          if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == boundary)
+          {
+            cell->get_dof_indices(cell_nodes);
+            // The cell's own reference coordinates without the one normal to the face parametrise it; sorted
+            // with the first coordinate running fastest, the nodes on the face are lexicographic.
+            const unsigned int        normal_direction = f / 2;
+            std::vector<unsigned int> on_face;
+            for (unsigned int a = 0; a < cell_nodes.size(); ++a)
+              if (std::abs(unit_points[a][normal_direction] - f % 2) < 1e-12)
+                on_face.push_back(a);
+            std::sort(on_face.begin(), on_face.end(), [&](const unsigned int a, const unsigned int b) {
+              for (int d = dim - 1; d >= 0; --d)
+                if (std::abs(unit_points[a][d] - unit_points[b][d]) > 1e-12)
+                  return unit_points[a][d] < unit_points[b][d];
+              return false;
+            });
+
+            ContactFace<dim> face;
+            for (const unsigned int a : on_face)
+            {
+              face.shape.nodes.push_back(spaces.mapping.transform_unit_to_real_cell(cell, unit_points[a]));
+              std::vector<FreeNode<dim>> expansion;
+              for (const WeightedNode &w : spaces.expand(cell_nodes[a]))
+              {
+                FreeNode<dim> free_node{w.weight, {}};
+                for (unsigned int c = 0; c < dim; ++c)
+                  free_node.equations[c] = static_cast<int>(spaces.equation(w.node, c));
+                free_node.equations[dim] = static_cast<int>(spaces.multiplier(w.node));
+                expansion.push_back(free_node);
+              }
+              face.nodes.push_back(std::move(expansion));
+            }
+            Point<dim - 1> middle;
+            for (unsigned int d = 0; d < dim - 1; ++d)
+              middle[d] = 0.5;
+            const auto frame = element.frame(face.shape, middle);
+            if (frame.normal * (frame.x - cell->center()) < 0)
+              face.shape.orientation = -1;
+            faces.push_back(std::move(face));
+          }
+    return faces;
+  }
+  } // namespace
+
+
+
+  template <int dim>
+  std::vector<PairedInterface<dim>> pair_interfaces(const Spaces<dim> &spaces, const FaceElement<dim> &element)
+  {
+    std::vector<PairedInterface<dim>> interfaces;
+    for (const ContactInterface &description : spaces.geometry.interfaces)
+    {
+      PairedInterface<dim> interface;
+      interface.name      = description.name;
+      interface.pad_faces = local_faces(spaces, element, description.pad_face);
+
+      // Gather the rotor's side: flat numbers, because every rank sends the same structure.
+      std::vector<double> flat;
+      for (const ContactFace<dim> &face : local_faces(spaces, element, description.rotor_face))
+      {
+        flat.push_back(face.shape.orientation);
+        for (const Point<dim> &x : face.shape.nodes)
+          for (unsigned int d = 0; d < dim; ++d)
+            flat.push_back(x[d]);
+        for (const std::vector<FreeNode<dim>> &node : face.nodes)
+        {
+          flat.push_back(node.size());
+          for (const FreeNode<dim> &free_node : node)
+          {
+            flat.push_back(free_node.weight);
+            flat.insert(flat.end(), free_node.equations.begin(), free_node.equations.end());
+          }
+        }
+      }
+      for (const std::vector<double> &part : Utilities::MPI::all_gather(spaces.comm, flat))
+        for (auto number = part.begin(); number != part.end();)
+        {
+          ContactFace<dim> face;
+          face.shape.orientation = *number++;
+          face.shape.nodes.resize(element.n_nodes());
+          for (Point<dim> &x : face.shape.nodes)
+            for (unsigned int d = 0; d < dim; ++d)
+              x[d] = *number++;
+          face.nodes.resize(element.n_nodes());
+          for (std::vector<FreeNode<dim>> &node : face.nodes)
+          {
+            node.resize(static_cast<unsigned int>(*number++));
+            for (FreeNode<dim> &free_node : node)
+            {
+              free_node.weight = *number++;
+              for (int &equation : free_node.equations)
+                equation = static_cast<int>(*number++);
+            }
+          }
+          interface.rotor_faces.push_back(std::move(face));
+        }
+
+      std::vector<SurfaceFace<dim>> pad_shapes, rotor_shapes;
+      for (const ContactFace<dim> &face : interface.pad_faces)
+        pad_shapes.push_back(face.shape);
+      for (const ContactFace<dim> &face : interface.rotor_faces)
+        rotor_shapes.push_back(face.shape);
+      interface.pairs = pair_surfaces(element, pad_shapes, rotor_shapes, 0.);
+      interfaces.push_back(std::move(interface));
+    }
+    return interfaces;
+  }
+
+  template struct ContactKinematics<2>;
+  template struct ContactKinematics<3>;
+  template std::vector<PairedInterface<2>> pair_interfaces(const Spaces<2> &, const FaceElement<2> &);
+  template std::vector<PairedInterface<3>> pair_interfaces(const Spaces<3> &, const FaceElement<3> &);
+} // namespace squeal
