@@ -1,6 +1,7 @@
 #include <squeal/body_operators.h>
 #include <squeal/brake_squeal.h>
 #include <squeal/contact.h>
+#include <squeal/contact_fields.h>
 #include <squeal/expressions.h>
 #include <squeal/fields.h>
 #include <squeal/matrix_market.h>
@@ -435,7 +436,10 @@ namespace squeal
         return;
       const double pressure_scale = contact ? contact->pressure_scale() : 1;
       if (state_computed)
+      {
         write_state(spaces, state, pressure_scale, directory, cycle);
+        write_contact(spaces, *contact, state, prm.terms().friction, directory, cycle);
+      }
 
       const std::vector<ModeRow> &rows = rows_of_cycle.back();
       std::vector<unsigned int>   wanted;

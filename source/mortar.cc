@@ -267,8 +267,8 @@ namespace squeal
             return true;
         return false;
       };
-      // A wrong place of the cut by delta costs delta^2 in the integrals.
-      const double tolerance = 1e-6;
+      // A wrong place of the cut by delta costs about delta^2 in the integrals.
+      const double tolerance = 1e-4;
 
       Polygon                       polygon;
       const std::array<Point<2>, 4> corners = {{Point<2>(0, 0), Point<2>(1, 0), Point<2>(1, 1), Point<2>(0, 1)}};
