@@ -3,6 +3,8 @@
 #   scripts/run.sh [FILE.prm] [options of squeal]      default: prm/brake.prm
 #   scripts/run.sh prm/brake.prm --set "Contact/Friction/Coefficient=0.4"
 #   RANKS=4 scripts/run.sh ...                         in parallel by MPI
+# Runs in the project's directory: there results land in output/<name of the file>, and there names of files inside
+# of FILE.prm (matrices) start.
 # Ends with the exit status of squeal: 0 finished, 2 wrong input, 3 a solver failed.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -47,15 +49,18 @@ status=0
 
 # Where the results are, the program itself knows best.
 directory=$(build/release/squeal --check "$file" "${arguments[@]}" 2> /dev/null | sed -n 's/^Results go to //p')
+if [[ $directory != /* ]]; then directory=$root/$directory; fi
 if [[ $status -eq 0 && -e $directory/modes.csv && " ${arguments[*]} " != *" --check "* ]]; then
   echo
   echo "Look at:"
-  echo "  $root/$directory/log.txt      what you saw above"
-  echo "  $root/$directory/modes.csv    one line per mode: growth rate, frequency, verdict"
+  echo "  $directory/log.txt      what you saw above"
+  echo "  $directory/modes.csv    one line per mode: growth rate, frequency, verdict"
   for pvd in "$directory"/*.pvd; do
     if [[ -e $pvd ]]; then
-      echo "  paraview $root/$directory/$(basename "$pvd")"
+      echo "  paraview $pvd"
     fi
   done
+  echo "  Pictures without a display (after scripts/install-dependencies.sh --pictures):"
+  echo "  scripts/plot.py $directory; xvfb-run -a pvbatch scripts/render_mode.py $directory"
 fi
 exit $status
