@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# Is every C++ file laid out as .clang-format says? Exit status: 0 yes, 1 no, 77 clang-format 14 is not there.
+#   scripts/check-format.sh          check
+#   scripts/check-format.sh --fix    lay out
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+# Other versions break some lines elsewhere, so only one can be the judge: Debian 12's.
+wanted=14
+for program in clang-format clang-format-$wanted ""; do
+  if [[ -z $program ]]; then
+    echo "SKIPPED: clang-format $wanted is missing (package clang-format-$wanted); the layout was not checked."
+    exit 77
+  fi
+  if command -v "$program" > /dev/null && "$program" --version | grep -q "version $wanted\."; then
+    break
+  fi
+done
+
+shopt -s nullglob
+files=(source/*.cc include/squeal/*.h tests/unit/*.cc tests/unit/*.h)
+if [[ ${1:-} == --fix ]]; then
+  exec "$program" -i "${files[@]}"
+fi
+
+# One line per file: a page per file of what is different helps nobody.
+status=0
+for file in "${files[@]}"; do
+  if ! "$program" --dry-run -Werror "$file" > /dev/null 2>&1; then
+    echo "$file: not laid out as .clang-format says; mend with scripts/check-format.sh --fix"
+    status=1
+  fi
+done
+exit $status

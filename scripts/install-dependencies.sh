@@ -1,0 +1,81 @@
+#!/usr/bin/env bash
+# Installs what is needed to build, run and test, on Debian 12 (as root, or with sudo). Where everything is
+# installed it does nothing. Without apt it names what is missing and ends with 1.
+#   scripts/install-dependencies.sh              compiler, deal.II, MPI, OpenBLAS, test tools
+#   scripts/install-dependencies.sh --pictures   also ParaView and matplotlib, to make pictures without a display
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build
+  ccache              # makes building again quick
+  libdeal.ii-dev      # brings PETSc, SLEPc, MUMPS, Trilinos, p4est
+  libslepc-real-dev   # deal.II is built with the real one; the complex one must not be linked beside it
+  libopenblas0-pthread # the reference BLAS is three times slower
+  openmpi-bin
+  doctest-dev python3 # tests
+)
+if [[ ${1:-} == --pictures ]]; then
+  packages+=(paraview python3-paraview xvfb xauth python3-numpy python3-matplotlib)
+elif [[ $# -gt 0 ]]; then
+  echo "usage: ${0##*/} [--pictures]" >&2
+  exit 2
+fi
+
+# A machine of another kind: look for the things themselves.
+if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then
+  missing=()
+  for program in c++ cmake ninja mpirun python3; do
+    command -v "$program" > /dev/null || missing+=("$program")
+  done
+  if [[ -z ${DEAL_II_DIR:-} && ! -e /usr/include/deal.II/base/config.h && ! -e /usr/local/include/deal.II/base/config.h ]]; then
+    missing+=("deal.II 9.4 or later with MPI, p4est, PETSc, SLEPc, Trilinos, LAPACK (tell where by DEAL_II_DIR)")
+  fi
+  if [[ ${#missing[@]} -gt 0 ]]; then
+    {
+      echo "This machine has no apt. Please install what is missing:"
+      printf '  %s\n' "${missing[@]}"
+      echo "On Debian 12 the packages are: ${packages[*]}"
+    } >&2
+    exit 1
+  fi
+  exit 0
+fi
+
+missing_packages() {
+  local package
+  for package in "${packages[@]}"; do
+    [[ $(dpkg-query -W -f '${db:Status-Status}' "$package" 2> /dev/null) == installed ]] || echo "$package"
+  done
+}
+mapfile -t missing < <(missing_packages)
+if [[ ${#missing[@]} -eq 0 ]]; then
+  exit 0
+fi
+
+as_root=()
+if [[ $(id -u) -ne 0 ]]; then
+  if ! command -v sudo > /dev/null; then
+    echo "Missing packages: ${missing[*]}" >&2
+    echo "Installing them needs root, and there is no sudo. As root: apt-get install ${missing[*]}" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+
+echo "Installing: ${missing[*]}"
+apt() {
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=600 "$@"
+}
+install() {
+  apt install --no-install-recommends "${missing[@]}"
+}
+
+# The package lists are fetched only if they do not know a package, or if what they name is no longer there.
+for package in "${missing[@]}"; do
+  if ! LC_ALL=C apt-cache policy "$package" 2> /dev/null | grep -q 'Candidate: [^(]'; then
+    apt update
+    install
+    exit
+  fi
+done
+install || { apt update && install; }

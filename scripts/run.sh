@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# From a fresh machine to results: installs, builds (Release) and runs.
+#   scripts/run.sh [FILE.prm] [options of squeal]      default: prm/brake.prm
+#   scripts/run.sh prm/brake.prm --set "Contact/Friction/Coefficient=0.4"
+#   RANKS=4 scripts/run.sh ...                         in parallel by MPI
+# Runs in the project's directory: there results land in output/<name of the file>, and there names of files inside
+# of FILE.prm (matrices) start.
+# Ends with the exit status of squeal: 0 finished, 2 wrong input, 3 a solver failed.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+# The file is the first argument that is no option; its name is relative to where the caller stands.
+file=
+arguments=()
+while [[ $# -gt 0 ]]; do
+  case $1 in
+    --set)
+      arguments+=("$1")
+      shift
+      if [[ $# -gt 0 ]]; then arguments+=("$1"); fi
+      ;;
+    -*) arguments+=("$1") ;;
+    *) if [[ -z $file ]]; then file=$1; else arguments+=("$1"); fi ;;
+  esac
+  shift
+done
+if [[ -z $file ]]; then
+  file=prm/brake.prm
+elif [[ -e $file && $file != /* ]]; then
+  file=$PWD/$file
+fi
+file=${file#"$root"/} # short names in messages
+
+cd "$root"
+scripts/install-dependencies.sh
+scripts/build.sh release squeal
+
+squeal=(build/release/squeal)
+ranks=${RANKS:-1}
+if [[ $ranks -gt 1 ]]; then
+  # One thread per rank. Open MPI by itself refuses root (containers) and more ranks than cores.
+  export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+  export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+  squeal=(mpirun --oversubscribe -np "$ranks" "${squeal[@]}")
+fi
+
+status=0
+"${squeal[@]}" "$file" "${arguments[@]}" || status=$?
+
+# Where the results are, the program itself knows best.
+directory=$(build/release/squeal --check "$file" "${arguments[@]}" 2> /dev/null | sed -n 's/^Results go to //p')
+if [[ $directory != /* ]]; then directory=$root/$directory; fi
+if [[ $status -eq 0 && -e $directory/modes.csv && " ${arguments[*]} " != *" --check "* ]]; then
+  echo
+  echo "Look at:"
+  echo "  $directory/log.txt      what you saw above"
+  echo "  $directory/modes.csv    one line per mode: growth rate, frequency, verdict"
+  for pvd in "$directory"/*.pvd; do
+    if [[ -e $pvd ]]; then
+      echo "  paraview $pvd"
+    fi
+  done
+  echo "  Pictures without a display (after scripts/install-dependencies.sh --pictures):"
+  echo "  scripts/plot.py $directory; xvfb-run -a pvbatch scripts/render_mode.py $directory"
+fi
+exit $status

@@ -1,0 +1,53 @@
+"""The house rules of the C++ code: which file may include which, and how long a file may be."""
+
+import re
+import unittest
+
+import squeal_testing as st
+
+# A file includes only from lower floors. A new file gets a place here: the lowest floor on which it can stand.
+FLOORS = [
+    ["errors", "materials", "friction_laws", "log"],
+    ["parameters", "dense"],
+    ["parameter_file", "linear_algebra", "geometry"],
+    ["eigenproblem", "matrix_market", "spaces"],
+    ["body_operators", "mortar"],
+    ["contact"],
+    ["static_equilibrium", "eigensolvers"],
+    ["stability", "error_estimators"],
+    ["fields", "output"],
+    ["brake_squeal"],
+    ["main"],
+]
+LONGEST_FILE = 600
+
+
+class Layers(unittest.TestCase):
+    def test_includes(self):
+        floor = {name: number for number, names in enumerate(FLOORS) for name in names}
+        files = sorted([*st.PROJECT.glob("source/*.cc"), *st.PROJECT.glob("include/squeal/*.h")])
+        self.assertTrue(files)
+        errors = []
+        for file in files:
+            if file.stem not in floor:
+                errors.append(f"{file.name} has no place in the table of floors.")
+                continue
+            text = file.read_text()
+            for name in re.findall(r'^\s*#\s*include\s+"(.*)"', text, re.MULTILINE):
+                errors.append(f'{file.name}: write #include <squeal/...>, not "{name}".')
+            for name in re.findall(r"^\s*#\s*include\s+<squeal/(\w+)\.h>", text, re.MULTILINE):
+                if name not in floor:
+                    errors.append(f"{file.name} includes {name}.h, which has no place in the table of floors.")
+                elif floor[name] >= floor[file.stem] and name != file.stem:
+                    errors.append(f"{file.name} (floor {floor[file.stem]}) includes {name}.h (floor {floor[name]}).")
+        self.assertFalse(errors, "\n".join(errors))
+
+    def test_length(self):
+        files = [file for pattern in ["source/*.cc", "include/squeal/*.h", "tests/unit/*.cc", "tests/unit/*.h"]
+                 for file in st.PROJECT.glob(pattern)]
+        long = {file.name: n for file in files if (n := len(file.read_text().splitlines())) > LONGEST_FILE}
+        self.assertFalse(long, f"longer than {LONGEST_FILE} lines: {long}")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
