@@ -35,23 +35,23 @@ namespace squeal
     {
     public:
       CellIntegrals(const Spaces<dim> &spaces, const bool with_transport)
-        : n(spaces.fe.n_dofs_per_cell()), n_rows((dim + 1 + with_transport) * n), spaces(spaces),
-          with_transport(with_transport),
-          fe_values(spaces.mapping,
-                    spaces.fe,
-                    QGauss<dim>(spaces.fe.degree + 1),
-                    update_values | update_gradients | update_quadrature_points | update_JxW_values),
-          factors(std::size_t(n_rows) * fe_values.n_quadrature_points), products(n_rows, n_rows)
-      {}
+          : n(spaces.fe.n_dofs_per_cell()), n_rows((dim + 1 + with_transport) * n), spaces(spaces),
+            with_transport(with_transport),
+            fe_values(spaces.mapping, spaces.fe, QGauss<dim>(spaces.fe.degree + 1),
+                      update_values | update_gradients | update_quadrature_points |
+                          update_JxW_values),
+            factors(std::size_t(n_rows) * fe_values.n_quadrature_points), products(n_rows, n_rows)
+      {
+      }
 
       void reinit(const typename DoFHandler<dim>::active_cell_iterator &cell)
       {
         fe_values.reinit(cell);
         for (const unsigned int q : fe_values.quadrature_point_indices())
         {
-          const double         root   = std::sqrt(fe_values.JxW(q));
-          double              *column = factors.data() + std::size_t(q) * n_rows;
-          const Tensor<1, dim> w      = spaces.geometry.transport(fe_values.quadrature_point(q));
+          const double root      = std::sqrt(fe_values.JxW(q));
+          double *column         = factors.data() + std::size_t(q) * n_rows;
+          const Tensor<1, dim> w = spaces.geometry.transport(fe_values.quadrature_point(q));
           for (unsigned int a = 0; a < n; ++a)
           {
             const Tensor<1, dim> &gradient = fe_values.shape_grad(a, q);
@@ -63,7 +63,7 @@ namespace squeal
           }
         }
         const PetscBLASInt m = n_rows, k = fe_values.n_quadrature_points;
-        const double       one = 1, zero = 0;
+        const double one = 1, zero = 0;
         BLASsyrk_("U", "N", &m, &k, &one, factors.data(), &m, &zero, products.values.data(), &m);
         for (unsigned int j = 0; j < n_rows; ++j)
           for (unsigned int i = 0; i < j; ++i)
@@ -74,7 +74,10 @@ namespace squeal
       {
         return products(j * n + a, l * n + b);
       }
-      double values(unsigned int a, unsigned int b) const { return products(dim * n + a, dim * n + b); }
+      double values(unsigned int a, unsigned int b) const
+      {
+        return products(dim * n + a, dim * n + b);
+      }
       double value_transport(unsigned int a, unsigned int b) const
       {
         return products(dim * n + a, (dim + 1) * n + b);
@@ -87,18 +90,16 @@ namespace squeal
       const unsigned int n;
 
     private:
-      const unsigned int  n_rows;
-      const Spaces<dim>  &spaces;
-      const bool          with_transport;
-      FEValues<dim>       fe_values;
+      const unsigned int n_rows;
+      const Spaces<dim> &spaces;
+      const bool with_transport;
+      FEValues<dim> fe_values;
       std::vector<double> factors;
-      DenseMatrix         products;
+      DenseMatrix products;
     };
 
-
-
-    /// Where the entries of a cell go: its free nodes and, on cells with hanging nodes, the interpolation
-    /// of the cell's nodes from them.
+    /// Where the entries of a cell go: its free nodes and, on cells with hanging nodes, the
+    /// interpolation of the cell's nodes from them.
     template <int dim>
     class CellNodes
     {
@@ -108,10 +109,9 @@ namespace squeal
       void reinit(const typename DoFHandler<dim>::active_cell_iterator &cell)
       {
         cell->get_dof_indices(local);
-        hanging = std::any_of(local.begin(), local.end(), [&](const auto node) {
-          return spaces.hanging.is_constrained(node);
-        });
-        free = local;
+        hanging = std::any_of(local.begin(), local.end(),
+                              [&](const auto node) { return spaces.hanging.is_constrained(node); });
+        free    = local;
         if (hanging)
         {
           free.clear();
@@ -127,14 +127,16 @@ namespace squeal
           interpolation = DenseMatrix(local.size(), free.size());
           for (unsigned int a = 0; a < local.size(); ++a)
             for (const WeightedNode &w : expansions[a])
-              interpolation(a, std::lower_bound(free.begin(), free.end(), w.node) - free.begin()) += w.weight;
+              interpolation(a, std::lower_bound(free.begin(), free.end(), w.node) - free.begin()) +=
+                  w.weight;
         }
         equations.resize(dim);
         for (unsigned int c = 0; c < dim; ++c)
         {
           equations[c].clear();
           for (const auto node : free)
-            equations[c].push_back(static_cast<PetscInt>(static_cast<int>(spaces.equation(node, c))));
+            equations[c].push_back(
+                static_cast<PetscInt>(static_cast<int>(spaces.equation(node, c))));
         }
       }
 
@@ -151,44 +153,34 @@ namespace squeal
       }
 
       std::vector<types::global_dof_index> local, free;
-      std::vector<std::vector<PetscInt>>   equations; ///< per component; -1 (which PETSc skips): none
+      std::vector<std::vector<PetscInt>> equations; ///< per component; -1 (which PETSc skips): none
 
     private:
       const Spaces<dim> &spaces;
-      bool               hanging = false;
-      DenseMatrix        interpolation, condensed;
+      bool hanging = false;
+      DenseMatrix interpolation, condensed;
     };
 
-
-
-    /// Adds A(a, b) between component i of node a and component k of node b. DenseMatrix is column-major and
-    /// PETSc expects rows, hence the transposed roles; all callers state their own symmetry.
+    /// Adds A(a, b) between component i of node a and component k of node b. DenseMatrix is
+    /// column-major and PETSc expects rows, hence the transposed roles; all callers state their own
+    /// symmetry.
     template <int dim>
-    void add_block(const Matrix         &matrix,
-                   const CellNodes<dim> &cell_nodes,
-                   const unsigned int    i,
-                   const unsigned int    k,
-                   const DenseMatrix    &transposed)
+    void add_block(const Matrix &matrix, const CellNodes<dim> &cell_nodes, const unsigned int i,
+                   const unsigned int k, const DenseMatrix &transposed)
     {
       const auto &rows = cell_nodes.equations[i], &columns = cell_nodes.equations[k];
-      SQUEAL_PETSC(MatSetValues(matrix,
-                                rows.size(),
-                                rows.data(),
-                                columns.size(),
-                                columns.data(),
-                                transposed.values.data(),
-                                ADD_VALUES));
+      SQUEAL_PETSC(MatSetValues(matrix, rows.size(), rows.data(), columns.size(), columns.data(),
+                                transposed.values.data(), ADD_VALUES));
     }
 
-
-
-    /// Empty matrices with the exact pattern of the bodies' cells: all components coupled, or each component
-    /// with itself only.
+    /// Empty matrices with the exact pattern of the bodies' cells: all components coupled, or each
+    /// component with itself only.
     template <int dim>
     std::pair<std::vector<PetscInt>, std::vector<PetscInt>>
-    count_row_entries(const Spaces<dim> &spaces, const DynamicSparsityPattern &graph, const bool coupled)
+    count_row_entries(const Spaces<dim> &spaces, const DynamicSparsityPattern &graph,
+                      const bool coupled)
     {
-      const RowRange       &rows = spaces.rows;
+      const RowRange &rows = spaces.rows;
       std::vector<PetscInt> diagonal(rows.n_local()), off_diagonal(rows.n_local());
       for (const auto node : spaces.nodes.locally_owned_dofs())
         for (unsigned int c = 0; c < dim; ++c)
@@ -211,8 +203,9 @@ namespace squeal
     template <int dim>
     DynamicSparsityPattern node_graph(const Spaces<dim> &spaces, const std::vector<Body> &bodies)
     {
-      DynamicSparsityPattern graph(spaces.nodes.n_dofs(), spaces.nodes.n_dofs(), spaces.relevant_nodes);
-      CellNodes<dim>         cell_nodes(spaces);
+      DynamicSparsityPattern graph(spaces.nodes.n_dofs(), spaces.nodes.n_dofs(),
+                                   spaces.relevant_nodes);
+      CellNodes<dim> cell_nodes(spaces);
       for (const auto &cell : spaces.nodes.active_cell_iterators())
         if (cell->is_locally_owned() &&
             std::find(bodies.begin(), bodies.end(), cell->material_id()) != bodies.end())
@@ -223,22 +216,19 @@ namespace squeal
           for (const auto node : sorted)
             graph.add_entries(node, sorted.begin(), sorted.end(), true);
         }
-      SparsityTools::distribute_sparsity_pattern(
-        graph, spaces.nodes.locally_owned_dofs(), spaces.comm, spaces.relevant_nodes);
+      SparsityTools::distribute_sparsity_pattern(graph, spaces.nodes.locally_owned_dofs(),
+                                                 spaces.comm, spaces.relevant_nodes);
       return graph;
     }
   } // namespace
 
-
-
   template <int dim>
-  BodyMatrices assemble_body(const Spaces<dim>       &spaces,
-                             const std::vector<Body> &bodies,
-                             const Material          &material,
-                             const bool               with_transport)
+  BodyMatrices assemble_body(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
+                             const Material &material, const bool with_transport)
   {
     const DynamicSparsityPattern graph = node_graph(spaces, bodies);
-    const auto new_matrix = [&](const bool coupled) {
+    const auto new_matrix              = [&](const bool coupled)
+    {
       const auto [diagonal, off_diagonal] = count_row_entries(spaces, graph, coupled);
       return make_matrix(spaces.rows, diagonal, off_diagonal);
     };
@@ -249,12 +239,12 @@ namespace squeal
       M_star = new_matrix(false);
     }
 
-    const auto           C   = elasticity_tensor<dim>(material);
-    const double         rho = material.density;
-    CellIntegrals<dim>   integrals(spaces, with_transport);
-    CellNodes<dim>       cell_nodes(spaces);
-    const unsigned int   n = integrals.n;
-    DenseMatrix          block(n, n);
+    const auto C     = elasticity_tensor<dim>(material);
+    const double rho = material.density;
+    CellIntegrals<dim> integrals(spaces, with_transport);
+    CellNodes<dim> cell_nodes(spaces);
+    const unsigned int n = integrals.n;
+    DenseMatrix block(n, n);
 
     for (const auto &cell : spaces.nodes.active_cell_iterators())
     {
@@ -264,8 +254,9 @@ namespace squeal
       integrals.reinit(cell);
       cell_nodes.reinit(cell);
 
-      // K_ab^ik = C_ijkl int d_j N_a d_l N_b; the block (k, i) is the transpose of (i, k). PETSc reads rows,
-      // the block is stored by columns: what is filled here is the transpose of what is added.
+      // K_ab^ik = C_ijkl int d_j N_a d_l N_b; the block (k, i) is the transpose of (i, k). PETSc
+      // reads rows, the block is stored by columns: what is filled here is the transpose of what is
+      // added.
       for (unsigned int i = 0; i < dim; ++i)
         for (unsigned int k = i; k < dim; ++k)
         {
@@ -298,7 +289,8 @@ namespace squeal
       for (unsigned int a = 0; a < n; ++a)
         for (unsigned int b = 0; b < n; ++b)
           block(b, a) = rho * integrals.values(a, b);
-      const auto add_each_component = [&](const Matrix &matrix) {
+      const auto add_each_component = [&](const Matrix &matrix)
+      {
         const DenseMatrix &condensed = cell_nodes.condense(block);
         for (unsigned int c = 0; c < dim; ++c)
           add_block(matrix, cell_nodes, c, c, condensed);
@@ -310,7 +302,8 @@ namespace squeal
         // G_ab = 1/2 int rho (N_a d_phi N_b - d_phi N_a N_b)
         for (unsigned int a = 0; a < n; ++a)
           for (unsigned int b = 0; b < n; ++b)
-            block(b, a) = rho / 2 * (integrals.value_transport(a, b) - integrals.value_transport(b, a));
+            block(b, a) =
+                rho / 2 * (integrals.value_transport(a, b) - integrals.value_transport(b, a));
         add_each_component(G);
         // M*_ab = int rho d_phi N_a d_phi N_b
         for (unsigned int a = 0; a < n; ++a)
@@ -320,7 +313,8 @@ namespace squeal
       }
     }
 
-    const auto share = [](Matrix &matrix) {
+    const auto share = [](Matrix &matrix)
+    {
       if (!matrix)
         return std::shared_ptr<const Matrix>();
       compress(matrix);
@@ -329,25 +323,22 @@ namespace squeal
     return {share(M), share(K), share(G), share(M_star)};
   }
 
-
-
   template <int dim>
   Block assemble_pressure_load(const Spaces<dim> &spaces)
   {
     std::vector<PetscInt> rows;
-    std::vector<double>   values;
+    std::vector<double> values;
     const unsigned int n = spaces.fe.n_dofs_per_cell();
-    FEFaceValues<dim>  fe_values(spaces.mapping,
-                                spaces.fe,
-                                QGauss<dim - 1>(spaces.fe.degree + 1),
+    FEFaceValues<dim> fe_values(spaces.mapping, spaces.fe, QGauss<dim - 1>(spaces.fe.degree + 1),
                                 update_values | update_normal_vectors | update_quadrature_points |
-                                   update_JxW_values);
+                                    update_JxW_values);
     std::vector<types::global_dof_index> cell_nodes(n);
     for (const auto &cell : spaces.nodes.active_cell_iterators())
       if (cell->is_locally_owned())
         for (const unsigned int f : cell->face_indices())
           for (const PressureLoad<dim> &pressure_load : spaces.geometry.loads)
-            if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == pressure_load.boundary)
+            if (cell->face(f)->at_boundary() &&
+                cell->face(f)->boundary_id() == pressure_load.boundary)
             {
               fe_values.reinit(cell, f);
               cell->get_dof_indices(cell_nodes);
@@ -356,7 +347,8 @@ namespace squeal
                 // f_a = int -p n N_a
                 Tensor<1, dim> force;
                 for (const unsigned int q : fe_values.quadrature_point_indices())
-                  force -= pressure_load.pressure(fe_values.quadrature_point(q)) * fe_values.JxW(q) * fe_values.shape_value(a, q) *
+                  force -= pressure_load.pressure(fe_values.quadrature_point(q)) *
+                           fe_values.JxW(q) * fe_values.shape_value(a, q) *
                            fe_values.normal_vector(q);
                 for (const WeightedNode &w : spaces.expand(cell_nodes[a]))
                   for (unsigned int c = 0; c < dim; ++c)
@@ -369,10 +361,10 @@ namespace squeal
     return sum_entries(spaces.rows, rows, values);
   }
 
-  template BodyMatrices
-  assemble_body<2>(const Spaces<2> &, const std::vector<Body> &, const Material &, bool);
-  template BodyMatrices
-  assemble_body<3>(const Spaces<3> &, const std::vector<Body> &, const Material &, bool);
+  template BodyMatrices assemble_body<2>(const Spaces<2> &, const std::vector<Body> &,
+                                         const Material &, bool);
+  template BodyMatrices assemble_body<3>(const Spaces<3> &, const std::vector<Body> &,
+                                         const Material &, bool);
   template Block assemble_pressure_load<2>(const Spaces<2> &);
   template Block assemble_pressure_load<3>(const Spaces<3> &);
 } // namespace squeal

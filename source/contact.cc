@@ -9,8 +9,8 @@ namespace squeal
 
   template <int dim>
   Contact<dim>::Contact(const Spaces<dim> &spaces, const ContactModel<dim> &model)
-    : spaces(spaces), model(model), element(spaces.fe.degree), interfaces(pair_interfaces(spaces, element)),
-      active(spaces.rows.size, true)
+      : spaces(spaces), model(model), element(spaces.fe.degree),
+        interfaces(pair_interfaces(spaces, element)), active(spaces.rows.size, true)
   {
     Block mark(spaces.rows, 1);
     for (unsigned int row = spaces.first_local_multiplier; row < spaces.rows.end; ++row)
@@ -26,22 +26,17 @@ namespace squeal
     }
   }
 
-
-
   template <int dim>
   void Contact<dim>::for_each_pair(
-    const std::function<void(unsigned int interface, const Kinematics &)> &work) const
+      const std::function<void(unsigned int interface, const Kinematics &)> &work) const
   {
     for (unsigned int i = 0; i < interfaces.size(); ++i)
     {
       unsigned int first_point = 0;
       for (const FacePair<dim> &pair : interfaces[i].pairs)
       {
-        Kinematics kinematics(element,
-                              interfaces[i].rotor_faces[pair.rotor_face],
-                              interfaces[i].pad_faces[pair.pad_face],
-                              pair,
-                              spaces.geometry,
+        Kinematics kinematics(element, interfaces[i].rotor_faces[pair.rotor_face],
+                              interfaces[i].pad_faces[pair.pad_face], pair, spaces.geometry,
                               model.angular_velocity);
         kinematics.first_point = first_point;
         work(i, kinematics);
@@ -50,29 +45,28 @@ namespace squeal
     }
   }
 
-
-
   template <int dim>
   Matrix Contact<dim>::normal() const
   {
     EntryList entries;
-    for_each_pair([&](const unsigned int i, const Kinematics &k) {
-      std::vector<double> c = k.weights;
-      for (unsigned int q = 0; q < k.n_points; ++q)
-        c[q] *= model.mortar ? scale : model.penalty_stiffness * active_points[i][k.first_point + q];
-      if (model.mortar)
-        k.add_coupling(entries, k.product(k.n, c, k.psi), active, true);
-      else
-        k.add(entries, k.product(k.n, c, k.n));
-    });
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          std::vector<double> c = k.weights;
+          for (unsigned int q = 0; q < k.n_points; ++q)
+            c[q] *= model.mortar ? scale
+                                 : model.penalty_stiffness * active_points[i][k.first_point + q];
+          if (model.mortar)
+            k.add_coupling(entries, k.product(k.n, c, k.psi), active, true);
+          else
+            k.add(entries, k.product(k.n, c, k.n));
+        });
     if (model.mortar) // Lambda = 0 where the pad has lifted off
       for (unsigned int row = spaces.first_local_multiplier; row < spaces.rows.end; ++row)
         if (!active[row])
           entries.add(row, row, constraint_stiffness);
     return entries.make_matrix(spaces.rows);
   }
-
-
 
   template <int dim>
   void Contact<dim>::scale_constraints(const double stiffness)
@@ -82,92 +76,92 @@ namespace squeal
     constraint_stiffness = stiffness;
   }
 
-
-
   template <int dim>
   Matrix Contact<dim>::friction(const Pressure &pressure) const
   {
     EntryList entries;
-    for_each_pair([&](const unsigned int i, const Kinematics &k) {
-      std::vector<double> c = k.weights;
-      for (unsigned int q = 0; q < k.n_points; ++q)
-      {
-        const unsigned int point = k.first_point + q;
-        c[q] *= model.friction.traction(k.speeds[q], pressure[i][point]).d_pressure *
-                (model.mortar ? scale : model.penalty_stiffness * active_points[i][point]);
-      }
-      if (model.mortar)
-        k.add_coupling(entries, k.product(k.e, c, k.psi), active, false);
-      else
-        k.add(entries, k.product(k.e, c, k.n));
-    });
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          std::vector<double> c = k.weights;
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const unsigned int point = k.first_point + q;
+            c[q] *= model.friction.traction(k.speeds[q], pressure[i][point]).d_pressure *
+                    (model.mortar ? scale : model.penalty_stiffness * active_points[i][point]);
+          }
+          if (model.mortar)
+            k.add_coupling(entries, k.product(k.e, c, k.psi), active, false);
+          else
+            k.add(entries, k.product(k.e, c, k.n));
+        });
     return entries.make_matrix(spaces.rows);
   }
-
-
 
   template <int dim>
   typename Contact<dim>::Pressure Contact<dim>::uniform_pressure(const double value) const
   {
     Pressure pressure(interfaces.size());
-    for_each_pair([&](const unsigned int i, const Kinematics &k) {
-      pressure[i].insert(pressure[i].end(), k.n_points, value);
-    });
+    for_each_pair([&](const unsigned int i, const Kinematics &k)
+                  { pressure[i].insert(pressure[i].end(), k.n_points, value); });
     return pressure;
   }
-
-
 
   template <int dim>
   typename Contact<dim>::Pressure Contact<dim>::pressure_of(const Block &state) const
   {
     const std::vector<double> global = replicate(state);
-    Pressure                  pressure(interfaces.size());
-    for_each_pair([&](const unsigned int i, const Kinematics &k) {
-      // Mortar: p = Psi^T Lambda. Penalty: p = k_C ([[u]].n - g_0) where closed.
-      std::vector<double> p = model.mortar ? k.at_points(k.psi, k.local_multipliers(global)) :
-                                             k.at_points(k.n, k.local_values(global));
-      for (unsigned int q = 0; q < k.n_points; ++q)
-        p[q] = model.mortar ? scale * p[q] :
-                              model.penalty_stiffness * (p[q] - gap(k.positions[q])) *
-                                active_points[i][k.first_point + q];
-      pressure[i].insert(pressure[i].end(), p.begin(), p.end());
-    });
+    Pressure pressure(interfaces.size());
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          // Mortar: p = Psi^T Lambda. Penalty: p = k_C ([[u]].n - g_0) where closed.
+          std::vector<double> p = model.mortar ? k.at_points(k.psi, k.local_multipliers(global))
+                                               : k.at_points(k.n, k.local_values(global));
+          for (unsigned int q = 0; q < k.n_points; ++q)
+            p[q] = model.mortar ? scale * p[q]
+                                : model.penalty_stiffness * (p[q] - gap(k.positions[q])) *
+                                      active_points[i][k.first_point + q];
+          pressure[i].insert(pressure[i].end(), p.begin(), p.end());
+        });
     return pressure;
   }
 
-
-
   template <int dim>
-  typename Contact<dim>::FrictionDamping Contact<dim>::friction_damping(const Pressure &pressure) const
+  typename Contact<dim>::FrictionDamping
+  Contact<dim>::friction_damping(const Pressure &pressure) const
   {
     EntryList P, Q, P_falling, Q_falling;
-    for_each_pair([&](const unsigned int i, const Kinematics &k) {
-      std::vector<double> turning(k.n_points), slope(k.n_points);
-      for (unsigned int q = 0; q < k.n_points; ++q)
-      {
-        // Between its nodes the pressure of a partly released face may dip below zero; friction may not.
-        const double p   = std::max(0., pressure[i][k.first_point + q]);
-        const auto   tau = model.friction.traction(k.speeds[q], p);
-        turning[q]       = k.weights[q] * tau.over_speed;
-        slope[q]         = k.weights[q] * tau.d_speed;
-      }
-      const auto times_omega = [&](std::vector<double> c) {
-        for (double &value : c)
-          value *= model.angular_velocity;
-        return c;
-      };
-      if (dim == 3) // P_perp = b b^T
-      {
-        k.add(P, k.product(k.b, turning, k.b));
-        k.add(Q, k.product(k.b, times_omega(turning), k.b_phi));
-      }
-      if (!model.friction.is_flat())
-      {
-        k.add(P_falling, k.product(k.e, slope, k.e));
-        k.add(Q_falling, k.product(k.e, times_omega(slope), k.e_phi));
-      }
-    });
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          std::vector<double> turning(k.n_points), slope(k.n_points);
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            // Between its nodes the pressure of a partly released face may dip below zero; friction
+            // may not.
+            const double p = std::max(0., pressure[i][k.first_point + q]);
+            const auto tau = model.friction.traction(k.speeds[q], p);
+            turning[q]     = k.weights[q] * tau.over_speed;
+            slope[q]       = k.weights[q] * tau.d_speed;
+          }
+          const auto times_omega = [&](std::vector<double> c)
+          {
+            for (double &value : c)
+              value *= model.angular_velocity;
+            return c;
+          };
+          if (dim == 3) // P_perp = b b^T
+          {
+            k.add(P, k.product(k.b, turning, k.b));
+            k.add(Q, k.product(k.b, times_omega(turning), k.b_phi));
+          }
+          if (!model.friction.is_flat())
+          {
+            k.add(P_falling, k.product(k.e, slope, k.e));
+            k.add(Q_falling, k.product(k.e, times_omega(slope), k.e_phi));
+          }
+        });
     FrictionDamping result;
     if (dim == 3)
     {
@@ -182,86 +176,90 @@ namespace squeal
     return result;
   }
 
-
-
   template <int dim>
   Block Contact<dim>::load(const Pressure &pressure, const bool with_friction) const
   {
     std::vector<PetscInt> rows;
-    std::vector<double>   values;
-    for_each_pair([&](const unsigned int i, const Kinematics &k) {
-      std::vector<double> along_n(k.n_points), along_e(k.n_points);
-      for (unsigned int q = 0; q < k.n_points; ++q)
-      {
-        const unsigned int point = k.first_point + q;
-        const double       w = k.weights[q], g = gap(k.positions[q]), p = pressure[i][point];
-        const auto         tau = with_friction ? model.friction.traction(k.speeds[q], p) : FrictionTraction();
-        along_e[q]             = -w * (tau.value - p * tau.d_pressure);
-        if (model.mortar)
+    std::vector<double> values;
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
         {
-          for (unsigned int m = 0; m < k.pad->nodes.size() && g != 0; ++m)
-            for (const FreeNode<dim> &node : k.pad->nodes[m])
-              if (is_active(node))
-              {
-                rows.push_back(node.equations[dim]);
-                values.push_back(node.weight * scale * w * k.psi(m, q) * g);
-              }
-        }
-        else if (active_points[i][point])
-        {
-          along_n[q] = w * model.penalty_stiffness * g;
-          along_e[q] += w * model.penalty_stiffness * g * tau.d_pressure;
-        }
-      }
-      k.add_forces(rows, values, k.n, along_n);
-      k.add_forces(rows, values, k.e, along_e);
-    });
+          std::vector<double> along_n(k.n_points), along_e(k.n_points);
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const unsigned int point = k.first_point + q;
+            const double w = k.weights[q], g = gap(k.positions[q]), p = pressure[i][point];
+            const auto tau =
+                with_friction ? model.friction.traction(k.speeds[q], p) : FrictionTraction();
+            along_e[q] = -w * (tau.value - p * tau.d_pressure);
+            if (model.mortar)
+            {
+              for (unsigned int m = 0; m < k.pad->nodes.size() && g != 0; ++m)
+                for (const FreeNode<dim> &node : k.pad->nodes[m])
+                  if (is_active(node))
+                  {
+                    rows.push_back(node.equations[dim]);
+                    values.push_back(node.weight * scale * w * k.psi(m, q) * g);
+                  }
+            }
+            else if (active_points[i][point])
+            {
+              along_n[q] = w * model.penalty_stiffness * g;
+              along_e[q] += w * model.penalty_stiffness * g * tau.d_pressure;
+            }
+          }
+          k.add_forces(rows, values, k.n, along_n);
+          k.add_forces(rows, values, k.e, along_e);
+        });
     return sum_entries(spaces.rows, rows, values);
   }
 
-
-
   template <int dim>
-  Block Contact<dim>::nonlinear_forces(const Block &state, const Block &velocity, const bool with_friction) const
+  Block Contact<dim>::nonlinear_forces(const Block &state, const Block &velocity,
+                                       const bool with_friction) const
   {
     const std::vector<double> u = replicate(state), u_t = replicate(velocity);
-    const Pressure            pressure = pressure_of(state);
-    std::vector<PetscInt>     rows;
-    std::vector<double>       values;
-    for_each_pair([&](const unsigned int i, const Kinematics &k) {
-      const std::vector<double> local = k.local_values(u), local_t = k.local_values(u_t);
-      const auto                jump = k.at_points(k.n, local);
-      const auto                e_t = k.at_points(k.e, local_t), e_phi = k.at_points(k.e_phi, local);
-      const auto b_t   = dim == 3 ? k.at_points(k.b, local_t) : std::vector<double>(k.n_points);
-      const auto b_phi = dim == 3 ? k.at_points(k.b_phi, local) : std::vector<double>(k.n_points);
-      std::vector<double> along_n(k.n_points), along_e(k.n_points), along_b(k.n_points);
-      for (unsigned int q = 0; q < k.n_points; ++q)
-      {
-        const double p = pressure[i][k.first_point + q], w = k.weights[q];
-        // e points along Omega w, so its component of the sliding velocity is |Omega w| + ...
-        const double v_e = k.speeds[q] + e_t[q] + model.angular_velocity * e_phi[q];
-        const double v_b = b_t[q] + model.angular_velocity * b_phi[q];
-        along_n[q]       = w * p;
-        if (with_friction)
+    const Pressure pressure = pressure_of(state);
+    std::vector<PetscInt> rows;
+    std::vector<double> values;
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
         {
-          const double over_speed = model.friction.traction(std::hypot(v_e, v_b), p).over_speed;
-          along_e[q]              = w * over_speed * v_e;
-          along_b[q]              = w * over_speed * v_b;
-        }
-        if (model.mortar)
-          for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
-            for (const FreeNode<dim> &node : k.pad->nodes[m])
-              if (is_active(node))
-              {
-                rows.push_back(node.equations[dim]);
-                values.push_back(node.weight * scale * w * k.psi(m, q) * (jump[q] - gap(k.positions[q])));
-              }
-      }
-      k.add_forces(rows, values, k.n, along_n);
-      k.add_forces(rows, values, k.e, along_e);
-      if (dim == 3)
-        k.add_forces(rows, values, k.b, along_b);
-    });
+          const std::vector<double> local = k.local_values(u), local_t = k.local_values(u_t);
+          const auto jump = k.at_points(k.n, local);
+          const auto e_t = k.at_points(k.e, local_t), e_phi = k.at_points(k.e_phi, local);
+          const auto b_t = dim == 3 ? k.at_points(k.b, local_t) : std::vector<double>(k.n_points);
+          const auto b_phi =
+              dim == 3 ? k.at_points(k.b_phi, local) : std::vector<double>(k.n_points);
+          std::vector<double> along_n(k.n_points), along_e(k.n_points), along_b(k.n_points);
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const double p = pressure[i][k.first_point + q], w = k.weights[q];
+            // e points along Omega w, so its component of the sliding velocity is |Omega w| + ...
+            const double v_e = k.speeds[q] + e_t[q] + model.angular_velocity * e_phi[q];
+            const double v_b = b_t[q] + model.angular_velocity * b_phi[q];
+            along_n[q]       = w * p;
+            if (with_friction)
+            {
+              const double over_speed = model.friction.traction(std::hypot(v_e, v_b), p).over_speed;
+              along_e[q]              = w * over_speed * v_e;
+              along_b[q]              = w * over_speed * v_b;
+            }
+            if (model.mortar)
+              for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
+                for (const FreeNode<dim> &node : k.pad->nodes[m])
+                  if (is_active(node))
+                  {
+                    rows.push_back(node.equations[dim]);
+                    values.push_back(node.weight * scale * w * k.psi(m, q) *
+                                     (jump[q] - gap(k.positions[q])));
+                  }
+          }
+          k.add_forces(rows, values, k.n, along_n);
+          k.add_forces(rows, values, k.e, along_e);
+          if (dim == 3)
+            k.add_forces(rows, values, k.b, along_b);
+        });
     if (model.mortar)
       for (unsigned int row = spaces.first_local_multiplier; row < spaces.rows.end; ++row)
         if (!active[row])
@@ -272,14 +270,12 @@ namespace squeal
     return sum_entries(spaces.rows, rows, values);
   }
 
-
-
   template <int dim>
   typename Contact<dim>::ActiveSetChange Contact<dim>::update_active_set(const Block &state)
   {
     const std::vector<double> global = replicate(state);
-    ActiveSetChange           change;
-    double                    size = 0; // of the displacements, for what counts as rounding
+    ActiveSetChange change;
+    double size = 0; // of the displacements, for what counts as rounding
     for (unsigned int row = 0; row < spaces.rows.size; ++row)
       if (!is_multiplier[row])
         size = std::max(size, std::abs(global[row]));
@@ -288,18 +284,20 @@ namespace squeal
     {
       // Weighted gaps int psi_j ([[u]].n - g_0) and the weights' sizes int |psi_j|.
       std::vector<double> gaps(2 * spaces.rows.size);
-      for_each_pair([&](const unsigned int, const Kinematics &k) {
-        const std::vector<double> jump = k.at_points(k.n, k.local_values(global));
-        for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
-          for (const FreeNode<dim> &node : k.pad->nodes[m])
-            if (node.equations[dim] >= 0)
-              for (unsigned int q = 0; q < k.n_points; ++q)
-              {
-                const double w = node.weight * k.weights[q] * k.psi(m, q);
-                gaps[2 * node.equations[dim]] += w * (jump[q] - gap(k.positions[q]));
-                gaps[2 * node.equations[dim] + 1] += std::abs(w);
-              }
-      });
+      for_each_pair(
+          [&](const unsigned int, const Kinematics &k)
+          {
+            const std::vector<double> jump = k.at_points(k.n, k.local_values(global));
+            for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
+              for (const FreeNode<dim> &node : k.pad->nodes[m])
+                if (node.equations[dim] >= 0)
+                  for (unsigned int q = 0; q < k.n_points; ++q)
+                  {
+                    const double w = node.weight * k.weights[q] * k.psi(m, q);
+                    gaps[2 * node.equations[dim]] += w * (jump[q] - gap(k.positions[q]));
+                    gaps[2 * node.equations[dim] + 1] += std::abs(w);
+                  }
+          });
       MPI_Allreduce(MPI_IN_PLACE, gaps.data(), gaps.size(), MPI_DOUBLE, MPI_SUM, spaces.comm);
       double largest_pressure = 0;
       for (unsigned int row = 0; row < spaces.rows.size; ++row)
@@ -313,7 +311,8 @@ namespace squeal
             change.largest_tension = std::max(change.largest_tension, -scale * global[row]);
           else
             change.largest_penetration = std::max(change.largest_penetration, penetration);
-          const bool now = active[row] ? global[row] >= -1e-12 * largest_pressure : penetration > 1e-12 * size;
+          const bool now =
+              active[row] ? global[row] >= -1e-12 * largest_pressure : penetration > 1e-12 * size;
           change.n_changed += now != active[row];
           change.n_active += now;
           active[row] = now;
@@ -321,21 +320,25 @@ namespace squeal
     }
     else
     {
-      for_each_pair([&](const unsigned int i, const Kinematics &k) {
-        const std::vector<double> jump = k.at_points(k.n, k.local_values(global));
-        for (unsigned int q = 0; q < k.n_points; ++q)
-        {
-          const double penetration = jump[q] - gap(k.positions[q]);
-          const bool   before = active_points[i][k.first_point + q], now = penetration > -1e-12 * size;
-          if (before)
-            change.largest_tension = std::max(change.largest_tension, -model.penalty_stiffness * penetration);
-          else
-            change.largest_penetration = std::max(change.largest_penetration, penetration);
-          change.n_changed += now != before;
-          change.n_active += now;
-          active_points[i][k.first_point + q] = now;
-        }
-      });
+      for_each_pair(
+          [&](const unsigned int i, const Kinematics &k)
+          {
+            const std::vector<double> jump = k.at_points(k.n, k.local_values(global));
+            for (unsigned int q = 0; q < k.n_points; ++q)
+            {
+              const double penetration = jump[q] - gap(k.positions[q]);
+              const bool before        = active_points[i][k.first_point + q],
+                         now           = penetration > -1e-12 * size;
+              if (before)
+                change.largest_tension =
+                    std::max(change.largest_tension, -model.penalty_stiffness * penetration);
+              else
+                change.largest_penetration = std::max(change.largest_penetration, penetration);
+              change.n_changed += now != before;
+              change.n_active += now;
+              active_points[i][k.first_point + q] = now;
+            }
+          });
       change.n_changed           = Utilities::MPI::sum(change.n_changed, spaces.comm);
       change.n_active            = Utilities::MPI::sum(change.n_active, spaces.comm);
       change.largest_tension     = Utilities::MPI::max(change.largest_tension, spaces.comm);
@@ -343,8 +346,6 @@ namespace squeal
     }
     return change;
   }
-
-
 
   template <int dim>
   std::vector<std::string> Contact<dim>::lost_contacts() const
@@ -360,15 +361,14 @@ namespace squeal
       }
       else
         n_active[i] = std::count(active_points[i].begin(), active_points[i].end(), true);
-    MPI_Allreduce(MPI_IN_PLACE, n_active.data(), n_active.size(), MPI_UNSIGNED, MPI_SUM, spaces.comm);
+    MPI_Allreduce(MPI_IN_PLACE, n_active.data(), n_active.size(), MPI_UNSIGNED, MPI_SUM,
+                  spaces.comm);
     std::vector<std::string> names;
     for (unsigned int i = 0; i < interfaces.size(); ++i)
       if (n_active[i] == 0)
         names.push_back(interfaces[i].name);
     return names;
   }
-
-
 
   template <int dim>
   unsigned int Contact<dim>::n_active_multipliers() const
@@ -378,8 +378,6 @@ namespace squeal
       n += is_multiplier[row] && active[row];
     return n;
   }
-
-
 
   template <int dim>
   std::vector<unsigned int> Contact<dim>::released_multipliers() const
@@ -391,8 +389,6 @@ namespace squeal
     return released;
   }
 
-
-
   template <int dim>
   std::size_t Contact<dim>::active_set_hash() const
   {
@@ -402,39 +398,41 @@ namespace squeal
     return Utilities::MPI::sum(hash, spaces.comm);
   }
 
-
-
   template <int dim>
-  std::vector<ContactResultants> Contact<dim>::resultants(const Pressure &pressure, const Block *state) const
+  std::vector<ContactResultants> Contact<dim>::resultants(const Pressure &pressure,
+                                                          const Block *state) const
   {
-    const std::vector<double>      global = state ? replicate(*state) : std::vector<double>();
+    const std::vector<double> global = state ? replicate(*state) : std::vector<double>();
     std::vector<ContactResultants> results(interfaces.size());
     for (unsigned int i = 0; i < interfaces.size(); ++i)
       results[i].name = interfaces[i].name;
-    for_each_pair([&](const unsigned int i, const Kinematics &k) {
-      ContactResultants &r = results[i];
-      // Mortar: a face's part of the area in contact is that of its active shape functions.
-      std::vector<double> flags(k.psi.n_rows);
-      for (unsigned int m = 0; m < flags.size(); ++m)
-        for (const FreeNode<dim> &node : k.pad->nodes[m])
-          flags[m] += node.weight * is_active(node);
-      const std::vector<double> in_contact = k.at_points(k.psi, flags);
-      const std::vector<double> jump =
-        state ? k.at_points(k.n, k.local_values(global)) : std::vector<double>(k.n_points);
-      for (unsigned int q = 0; q < k.n_points; ++q)
-      {
-        const unsigned int point    = k.first_point + q;
-        const double       p        = pressure[i][point];
-        const double       friction = k.weights[q] * model.friction.traction(k.speeds[q], p).value;
-        r.area += k.weights[q] * (model.mortar ? in_contact[q] : double(active_points[i][point]));
-        r.normal_force += k.weights[q] * p;
-        r.friction_force += friction;
-        r.friction_torque += friction * k.radii[q];
-        r.max_pressure    = std::max(r.max_pressure, p);
-        r.min_pressure    = std::min(r.min_pressure, p);
-        r.max_penetration = std::max(r.max_penetration, jump[q] - gap(k.positions[q]));
-      }
-    });
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          ContactResultants &r = results[i];
+          // Mortar: a face's part of the area in contact is that of its active shape functions.
+          std::vector<double> flags(k.psi.n_rows);
+          for (unsigned int m = 0; m < flags.size(); ++m)
+            for (const FreeNode<dim> &node : k.pad->nodes[m])
+              flags[m] += node.weight * is_active(node);
+          const std::vector<double> in_contact = k.at_points(k.psi, flags);
+          const std::vector<double> jump =
+              state ? k.at_points(k.n, k.local_values(global)) : std::vector<double>(k.n_points);
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const unsigned int point = k.first_point + q;
+            const double p           = pressure[i][point];
+            const double friction    = k.weights[q] * model.friction.traction(k.speeds[q], p).value;
+            r.area +=
+                k.weights[q] * (model.mortar ? in_contact[q] : double(active_points[i][point]));
+            r.normal_force += k.weights[q] * p;
+            r.friction_force += friction;
+            r.friction_torque += friction * k.radii[q];
+            r.max_pressure    = std::max(r.max_pressure, p);
+            r.min_pressure    = std::min(r.min_pressure, p);
+            r.max_penetration = std::max(r.max_penetration, jump[q] - gap(k.positions[q]));
+          }
+        });
     for (ContactResultants &r : results)
     {
       for (double *sum : {&r.area, &r.normal_force, &r.friction_force, &r.friction_torque})

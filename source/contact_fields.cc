@@ -14,7 +14,8 @@ namespace squeal
   {
     /// The displacement of a face's node.
     template <int dim>
-    Tensor<1, dim> displacement(const std::vector<FreeNode<dim>> &node, const std::vector<double> &global)
+    Tensor<1, dim> displacement(const std::vector<FreeNode<dim>> &node,
+                                const std::vector<double> &global)
     {
       Tensor<1, dim> u;
       for (const FreeNode<dim> &free_node : node)
@@ -24,21 +25,20 @@ namespace squeal
       return u;
     }
 
-    /// The rotor's displacement at the point nearest to x, among the rotor faces paired with a pad face, and the
-    /// surface's frame there.
+    /// The rotor's displacement at the point nearest to x, among the rotor faces paired with a pad
+    /// face, and the surface's frame there.
     template <int dim>
     std::pair<Tensor<1, dim>, typename FaceElement<dim>::Frame>
-    opposite_point(const FaceElement<dim>                  &element,
-                   const std::vector<const ContactFace<dim> *> &candidates,
-                   const Point<dim>                        &x,
-                   const std::vector<double>               &global)
+    opposite_point(const FaceElement<dim> &element,
+                   const std::vector<const ContactFace<dim> *> &candidates, const Point<dim> &x,
+                   const std::vector<double> &global)
     {
-      double                                              smallest = std::numeric_limits<double>::infinity();
+      double smallest = std::numeric_limits<double>::infinity();
       std::pair<Tensor<1, dim>, typename FaceElement<dim>::Frame> result;
       for (const ContactFace<dim> *face : candidates)
       {
-        const auto xi      = element.project(face->shape, x);
-        double     outside = 0;
+        const auto xi  = element.project(face->shape, x);
+        double outside = 0;
         for (unsigned int d = 0; d < dim - 1; ++d)
           outside = std::max({outside, -xi[d], xi[d] - 1});
         if (outside >= smallest)
@@ -54,23 +54,18 @@ namespace squeal
     }
   } // namespace
 
-
-
   template <int dim>
-  void write_contact(const Spaces<dim>  &spaces,
-                     const Contact<dim> &contact,
-                     const Block        &state,
-                     const bool          with_friction,
-                     const std::string  &directory,
-                     const unsigned int  cycle)
+  void write_contact(const Spaces<dim> &spaces, const Contact<dim> &contact, const Block &state,
+                     const bool with_friction, const std::string &directory,
+                     const unsigned int cycle)
   {
-    const std::vector<double> global  = replicate(state);
-    const ContactModel<dim>  &model   = contact.contact_model();
-    const FaceElement<dim>   &element = contact.face_element();
-    const unsigned int        n       = element.n_nodes();
+    const std::vector<double> global = replicate(state);
+    const ContactModel<dim> &model   = contact.contact_model();
+    const FaceElement<dim> &element  = contact.face_element();
+    const unsigned int n             = element.n_nodes();
 
     // Rows of each patch's data: pressure, gap, status, traction, then the points themselves.
-    constexpr unsigned int                   first_traction = 3, first_point = 3 + dim;
+    constexpr unsigned int first_traction = 3, first_point = 3 + dim;
     std::vector<DataOutBase::Patch<dim - 1, dim>> patches;
     for (const PairedInterface<dim> &interface : contact.paired_interfaces())
     {
@@ -89,10 +84,11 @@ namespace squeal
         patch.data.reinit(first_point + dim, n);
         for (unsigned int a = 0; a < n; ++a)
         {
-          const Point<dim> &x                = face.shape.nodes[a];
-          const auto [u_rotor, frame]        = opposite_point(element, opposite[f], x, global);
-          const double penetration = (u_rotor - displacement(face.nodes[a], global)) * frame.normal -
-                                     (model.initial_gap ? model.initial_gap(x) : 0.);
+          const Point<dim> &x         = face.shape.nodes[a];
+          const auto [u_rotor, frame] = opposite_point(element, opposite[f], x, global);
+          const double penetration =
+              (u_rotor - displacement(face.nodes[a], global)) * frame.normal -
+              (model.initial_gap ? model.initial_gap(x) : 0.);
           double pressure = 0, status = 0;
           if (model.mortar)
             for (const FreeNode<dim> &node : face.nodes[a])
@@ -127,23 +123,21 @@ namespace squeal
     std::vector<std::string> names = {"contact_pressure_pa", "gap_m", "status"};
     for (unsigned int d = 0; d < dim; ++d)
       names.push_back("friction_traction_pa");
-    const std::vector<
-      std::tuple<unsigned int, unsigned int, std::string, DataComponentInterpretation::DataComponentInterpretation>>
-      vectors = {{first_traction,
-                  first_traction + dim - 1,
-                  "friction_traction_pa",
-                  DataComponentInterpretation::component_is_part_of_vector}};
+    const std::vector<std::tuple<unsigned int, unsigned int, std::string,
+                                 DataComponentInterpretation::DataComponentInterpretation>>
+        vectors = {{first_traction, first_traction + dim - 1, "friction_traction_pa",
+                    DataComponentInterpretation::component_is_part_of_vector}};
 
-    const unsigned int rank = Utilities::MPI::this_mpi_process(spaces.comm);
+    const unsigned int rank    = Utilities::MPI::this_mpi_process(spaces.comm);
     const unsigned int n_ranks = Utilities::MPI::n_mpi_processes(spaces.comm);
-    const std::string  base    = "contact-" + std::to_string(cycle);
-    const auto         piece   = [&](const unsigned int r) {
-      return n_ranks == 1 ? base + ".vtu" : base + "." + std::to_string(r) + ".vtu";
-    };
+    const std::string base     = "contact-" + std::to_string(cycle);
+    const auto piece           = [&](const unsigned int r)
+    { return n_ranks == 1 ? base + ".vtu" : base + "." + std::to_string(r) + ".vtu"; };
     std::ofstream out(directory + "/" + piece(rank));
     DataOutBase::write_vtu(patches, names, vectors, DataOutBase::VtkFlags(), out);
     if (!out)
-      throw std::runtime_error("The file " + directory + "/" + piece(rank) + " cannot be written; is the disk full?");
+      throw std::runtime_error("The file " + directory + "/" + piece(rank) +
+                               " cannot be written; is the disk full?");
     if (rank == 0)
     {
       std::vector<std::string> pieces;
@@ -154,8 +148,8 @@ namespace squeal
     }
   }
 
-  template void
-  write_contact(const Spaces<2> &, const Contact<2> &, const Block &, bool, const std::string &, unsigned int);
-  template void
-  write_contact(const Spaces<3> &, const Contact<3> &, const Block &, bool, const std::string &, unsigned int);
+  template void write_contact(const Spaces<2> &, const Contact<2> &, const Block &, bool,
+                              const std::string &, unsigned int);
+  template void write_contact(const Spaces<3> &, const Contact<3> &, const Block &, bool,
+                              const std::string &, unsigned int);
 } // namespace squeal

@@ -17,8 +17,6 @@ namespace squeal
     }
   }
 
-
-
   Matrix EntryList::make_matrix(const RowRange &range)
   {
     Mat mat = nullptr;
@@ -31,53 +29,49 @@ namespace squeal
     return matrix;
   }
 
-
-
   std::vector<double> replicate(const Block &column)
   {
-    const RowRange  &range = column.row_range();
-    int              n_ranks = 0, n_local = range.n_local(), begin = range.begin;
+    const RowRange &range = column.row_range();
+    int n_ranks = 0, n_local = range.n_local(), begin = range.begin;
     MPI_Comm_size(range.comm, &n_ranks);
     std::vector<int> counts(n_ranks), offsets(n_ranks);
     MPI_Allgather(&n_local, 1, MPI_INT, counts.data(), 1, MPI_INT, range.comm);
     MPI_Allgather(&begin, 1, MPI_INT, offsets.data(), 1, MPI_INT, range.comm);
     std::vector<double> all(range.size);
-    MPI_Allgatherv(
-      column.data(), n_local, MPI_DOUBLE, all.data(), counts.data(), offsets.data(), MPI_DOUBLE, range.comm);
+    MPI_Allgatherv(column.data(), n_local, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
+                   MPI_DOUBLE, range.comm);
     return all;
   }
 
-
-
   template <int dim>
   ContactKinematics<dim>::ContactKinematics(const FaceElement<dim> &element,
-                                       const ContactFace<dim> &rotor_face,
-                                       const ContactFace<dim> &pad_face,
-                                       const FacePair<dim>    &pair,
-                                       const Geometry<dim>    &geometry,
-                                       const double            angular_velocity)
-    : n_points(pair.points.size()), rotor(&rotor_face), pad(&pad_face)
+                                            const ContactFace<dim> &rotor_face,
+                                            const ContactFace<dim> &pad_face,
+                                            const FacePair<dim> &pair,
+                                            const Geometry<dim> &geometry,
+                                            const double angular_velocity)
+      : n_points(pair.points.size()), rotor(&rotor_face), pad(&pad_face)
   {
     const unsigned int n_nodes = element.n_nodes(), n_rows = 2 * n_nodes * dim;
     n = e = e_phi = DenseMatrix(n_rows, n_points);
     if (dim == 3)
       b = b_phi = DenseMatrix(n_rows, n_points);
     psi = DenseMatrix(n_nodes, n_points);
-    std::vector<double>                                  on_rotor, on_pad;
-    std::vector<typename FaceElement<dim>::Gradient>     gradients;
+    std::vector<double> on_rotor, on_pad;
+    std::vector<typename FaceElement<dim>::Gradient> gradients;
     for (unsigned int q = 0; q < n_points; ++q)
     {
       const PairedPoint<dim> &point = pair.points[q];
       element.evaluate(point.xi_rotor, on_rotor, &gradients);
       element.evaluate(point.xi_pad, on_pad);
-      const auto           frame  = element.frame(rotor_face.shape, point.xi_rotor);
+      const auto frame            = element.frame(rotor_face.shape, point.xi_rotor);
       const Tensor<1, dim> normal = frame.normal;
 
-      // The transport field is tangential on the rotor's surface; e = v_0/|v_0| follows the turning, and at
-      // rest the forward direction.
+      // The transport field is tangential on the rotor's surface; e = v_0/|v_0| follows the
+      // turning, and at rest the forward direction.
       Tensor<1, dim> w = geometry.transport(frame.x);
       w -= (w * normal) * normal;
-      const double         speed     = w.norm();
+      const double speed             = w.norm();
       const Tensor<1, dim> direction = (angular_velocity < 0 ? -1 : 1) * w / speed;
       weights.push_back(point.weight);
       positions.push_back(frame.x);
@@ -122,68 +116,70 @@ namespace squeal
     }
   }
 
-
-
   namespace
   {
-  template <int dim>
-  std::vector<ContactFace<dim>>
-  local_faces(const Spaces<dim> &spaces, const FaceElement<dim> &element, const types::boundary_id boundary)
-  {
-    std::vector<ContactFace<dim>>                    faces;
-    std::vector<types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());
-    const std::vector<Point<dim>>       &unit_points = spaces.fe.get_unit_support_points();
-    for (const auto &cell : spaces.nodes.active_cell_iterators())
-      if (cell->is_locally_owned())
-        for (const unsigned int f : cell->face_indices())
-          if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == boundary)
-          {
-            cell->get_dof_indices(cell_nodes);
-            // The cell's own reference coordinates without the one normal to the face parametrise it; sorted
-            // with the first coordinate running fastest, the nodes on the face are lexicographic.
-            const unsigned int        normal_direction = f / 2;
-            std::vector<unsigned int> on_face;
-            for (unsigned int a = 0; a < cell_nodes.size(); ++a)
-              if (std::abs(unit_points[a][normal_direction] - f % 2) < 1e-12)
-                on_face.push_back(a);
-            std::sort(on_face.begin(), on_face.end(), [&](const unsigned int a, const unsigned int b) {
-              for (int d = dim - 1; d >= 0; --d)
-                if (std::abs(unit_points[a][d] - unit_points[b][d]) > 1e-12)
-                  return unit_points[a][d] < unit_points[b][d];
-              return false;
-            });
-
-            ContactFace<dim> face;
-            for (const unsigned int a : on_face)
+    template <int dim>
+    std::vector<ContactFace<dim>> local_faces(const Spaces<dim> &spaces,
+                                              const FaceElement<dim> &element,
+                                              const types::boundary_id boundary)
+    {
+      std::vector<ContactFace<dim>> faces;
+      std::vector<types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());
+      const std::vector<Point<dim>> &unit_points = spaces.fe.get_unit_support_points();
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+          for (const unsigned int f : cell->face_indices())
+            if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == boundary)
             {
-              face.shape.nodes.push_back(spaces.mapping.transform_unit_to_real_cell(cell, unit_points[a]));
-              std::vector<FreeNode<dim>> expansion;
-              for (const WeightedNode &w : spaces.expand(cell_nodes[a]))
+              cell->get_dof_indices(cell_nodes);
+              // The cell's own reference coordinates without the one normal to the face parametrise
+              // it; sorted with the first coordinate running fastest, the nodes on the face are
+              // lexicographic.
+              const unsigned int normal_direction = f / 2;
+              std::vector<unsigned int> on_face;
+              for (unsigned int a = 0; a < cell_nodes.size(); ++a)
+                if (std::abs(unit_points[a][normal_direction] - f % 2) < 1e-12)
+                  on_face.push_back(a);
+              std::sort(on_face.begin(), on_face.end(),
+                        [&](const unsigned int a, const unsigned int b)
+                        {
+                          for (int d = dim - 1; d >= 0; --d)
+                            if (std::abs(unit_points[a][d] - unit_points[b][d]) > 1e-12)
+                              return unit_points[a][d] < unit_points[b][d];
+                          return false;
+                        });
+
+              ContactFace<dim> face;
+              for (const unsigned int a : on_face)
               {
-                FreeNode<dim> free_node{w.weight, {}};
-                for (unsigned int c = 0; c < dim; ++c)
-                  free_node.equations[c] = static_cast<int>(spaces.equation(w.node, c));
-                free_node.equations[dim] = static_cast<int>(spaces.multiplier(w.node));
-                expansion.push_back(free_node);
+                face.shape.nodes.push_back(
+                    spaces.mapping.transform_unit_to_real_cell(cell, unit_points[a]));
+                std::vector<FreeNode<dim>> expansion;
+                for (const WeightedNode &w : spaces.expand(cell_nodes[a]))
+                {
+                  FreeNode<dim> free_node{w.weight, {}};
+                  for (unsigned int c = 0; c < dim; ++c)
+                    free_node.equations[c] = static_cast<int>(spaces.equation(w.node, c));
+                  free_node.equations[dim] = static_cast<int>(spaces.multiplier(w.node));
+                  expansion.push_back(free_node);
+                }
+                face.nodes.push_back(std::move(expansion));
               }
-              face.nodes.push_back(std::move(expansion));
+              Point<dim - 1> middle;
+              for (unsigned int d = 0; d < dim - 1; ++d)
+                middle[d] = 0.5;
+              const auto frame = element.frame(face.shape, middle);
+              if (frame.normal * (frame.x - cell->center()) < 0)
+                face.shape.orientation = -1;
+              faces.push_back(std::move(face));
             }
-            Point<dim - 1> middle;
-            for (unsigned int d = 0; d < dim - 1; ++d)
-              middle[d] = 0.5;
-            const auto frame = element.frame(face.shape, middle);
-            if (frame.normal * (frame.x - cell->center()) < 0)
-              face.shape.orientation = -1;
-            faces.push_back(std::move(face));
-          }
-    return faces;
-  }
+      return faces;
+    }
   } // namespace
 
-
-
   template <int dim>
-  std::vector<PairedInterface<dim>> pair_interfaces(const Spaces<dim> &spaces, const FaceElement<dim> &element)
+  std::vector<PairedInterface<dim>> pair_interfaces(const Spaces<dim> &spaces,
+                                                    const FaceElement<dim> &element)
   {
     std::vector<PairedInterface<dim>> interfaces;
     for (const ContactInterface &description : spaces.geometry.interfaces)
@@ -246,6 +242,8 @@ namespace squeal
 
   template struct ContactKinematics<2>;
   template struct ContactKinematics<3>;
-  template std::vector<PairedInterface<2>> pair_interfaces(const Spaces<2> &, const FaceElement<2> &);
-  template std::vector<PairedInterface<3>> pair_interfaces(const Spaces<3> &, const FaceElement<3> &);
+  template std::vector<PairedInterface<2>> pair_interfaces(const Spaces<2> &,
+                                                           const FaceElement<2> &);
+  template std::vector<PairedInterface<3>> pair_interfaces(const Spaces<3> &,
+                                                           const FaceElement<3> &);
 } // namespace squeal

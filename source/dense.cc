@@ -18,56 +18,36 @@ namespace squeal
     return largest;
   }
 
-
-
-  void gemm(const bool         transpose_a,
-            const double       alpha,
-            const DenseMatrix &a,
-            const DenseMatrix &b,
-            const double       beta,
-            DenseMatrix       &c)
+  void gemm(const bool transpose_a, const double alpha, const DenseMatrix &a, const DenseMatrix &b,
+            const double beta, DenseMatrix &c)
   {
     const PetscBLASInt m = c.n_rows, n = c.n_columns, k = b.n_rows;
     if (m == 0 || n == 0 || k == 0)
       return;
     const PetscBLASInt lda = a.n_rows, ldb = b.n_rows, ldc = c.n_rows;
-    BLASgemm_(transpose_a ? "T" : "N",
-              "N",
-              &m,
-              &n,
-              &k,
-              &alpha,
-              a.values.data(),
-              &lda,
-              b.values.data(),
-              &ldb,
-              &beta,
-              c.values.data(),
-              &ldc);
+    BLASgemm_(transpose_a ? "T" : "N", "N", &m, &n, &k, &alpha, a.values.data(), &lda,
+              b.values.data(), &ldb, &beta, c.values.data(), &ldc);
   }
-
-
 
   DenseMatrix solve(DenseMatrix a, DenseMatrix b)
   {
-    const PetscBLASInt        n = a.n_rows, n_rhs = b.n_columns;
+    const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;
     std::vector<PetscBLASInt> pivots(n);
-    PetscBLASInt              info = 0;
+    PetscBLASInt info = 0;
     LAPACKgetrf_(&n, &n, a.values.data(), &n, pivots.data(), &info);
     if (info != 0)
-      throw SolverError("LAPACK: a dense matrix is singular to working precision (row " +
-                        std::to_string(info) + " of " + std::to_string(n) +
-                        "). If a body is free to move, set Eigenproblem/Shift, for example to 0.1.");
+      throw SolverError(
+          "LAPACK: a dense matrix is singular to working precision (row " + std::to_string(info) +
+          " of " + std::to_string(n) +
+          "). If a body is free to move, set Eigenproblem/Shift, for example to 0.1.");
     LAPACKgetrs_("N", &n, &n_rhs, a.values.data(), &n, pivots.data(), b.values.data(), &n, &info);
     return b;
   }
 
-
-
   std::vector<double> symmetric_eigen(DenseMatrix &a)
   {
-    const PetscBLASInt  n    = a.n_rows;
-    PetscBLASInt        info = 0, n_work = std::max<PetscBLASInt>(1, 34 * n);
+    const PetscBLASInt n = a.n_rows;
+    PetscBLASInt info = 0, n_work = std::max<PetscBLASInt>(1, 34 * n);
     std::vector<double> eigenvalues(n), work(n_work);
     LAPACKsyev_("V", "U", &n, a.values.data(), &n, eigenvalues.data(), work.data(), &n_work, &info);
     if (info != 0)
@@ -75,39 +55,26 @@ namespace squeal
     return eigenvalues;
   }
 
-
-
   namespace
   {
     struct Eigenvalues
     {
       std::vector<double> re, im;
-      DenseMatrix         vectors; ///< LAPACK's packing: a complex pair as two columns, Re and Im
+      DenseMatrix vectors; ///< LAPACK's packing: a complex pair as two columns, Re and Im
     };
 
     Eigenvalues general_eigen(DenseMatrix a)
     {
       const PetscBLASInt n = a.n_rows;
-      Eigenvalues        result{std::vector<double>(n), std::vector<double>(n), DenseMatrix(n, n)};
-      PetscBLASInt       info = 0, n_work = -1;
-      double             best_size = 0;
+      Eigenvalues result{std::vector<double>(n), std::vector<double>(n), DenseMatrix(n, n)};
+      PetscBLASInt info = 0, n_work = -1;
+      double best_size = 0;
       for (int pass = 0; pass < 2; ++pass)
       {
         std::vector<double> work(pass == 0 ? 1 : n_work);
-        LAPACKgeev_("N",
-                    "V",
-                    &n,
-                    a.values.data(),
-                    &n,
-                    result.re.data(),
-                    result.im.data(),
-                    nullptr,
-                    &n,
-                    result.vectors.values.data(),
-                    &n,
-                    pass == 0 ? &best_size : work.data(),
-                    &n_work,
-                    &info);
+        LAPACKgeev_("N", "V", &n, a.values.data(), &n, result.re.data(), result.im.data(), nullptr,
+                    &n, result.vectors.values.data(), &n, pass == 0 ? &best_size : work.data(),
+                    &n_work, &info);
         if (info != 0)
           throw SolverError("LAPACK dgeev did not converge (info " + std::to_string(info) + ").");
         n_work = PetscBLASInt(best_size);
@@ -118,9 +85,9 @@ namespace squeal
     /// l^2 M x + Q x = 0 as the eigenproblem of Q^{-1} M: theta = -1/l^2.
     std::vector<DensePair> without_velocity_term(const DenseMatrix &m, const DenseMatrix &q)
     {
-      const unsigned int n        = m.n_rows;
-      const Eigenvalues  e        = general_eigen(solve(q, m));
-      const double       infinite = 1e-300;
+      const unsigned int n  = m.n_rows;
+      const Eigenvalues e   = general_eigen(solve(q, m));
+      const double infinite = 1e-300;
 
       std::vector<DensePair> pairs;
       for (unsigned int j = 0; j < n; ++j)
@@ -133,10 +100,12 @@ namespace squeal
           for (unsigned int i = 0; i < n; ++i)
             x[i] = {e.vectors(i, j), complex_pair ? e.vectors(i, j + 1) : 0.};
           const std::complex<double> lambda_squared = -1. / theta;
-          // The roots of a real negative l^2 are exactly imaginary; std::sqrt would leave a rounding error.
-          const std::complex<double> root = (!complex_pair && theta.real() > 0) ?
-                                              std::complex<double>(0, std::sqrt(1 / theta.real())) :
-                                              std::sqrt(lambda_squared);
+          // The roots of a real negative l^2 are exactly imaginary; std::sqrt would leave a
+          // rounding error.
+          const std::complex<double> root =
+              (!complex_pair && theta.real() > 0)
+                  ? std::complex<double>(0, std::sqrt(1 / theta.real()))
+                  : std::sqrt(lambda_squared);
           // Of the four roots +-l, +-conj(l) of a complex pair the two with Im l > 0 are wanted.
           const std::complex<double> upper = root.imag() >= 0 ? root : -root;
           pairs.push_back({upper, x});
@@ -155,10 +124,9 @@ namespace squeal
     }
   } // namespace
 
-
-
-  std::vector<DensePair>
-  quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p, const DenseMatrix &q, const double shift, const double scale)
+  std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
+                                              const DenseMatrix &q, const double shift,
+                                              const double scale)
   {
     const unsigned int n = m.n_rows;
     if (n == 0)
@@ -166,8 +134,8 @@ namespace squeal
     if (p.n_rows == 0 && shift == 0)
       return without_velocity_term(m, q);
 
-    const double s = shift / scale;
-    DenseMatrix  q_s = q, right(n, 2 * n);
+    const double s  = shift / scale;
+    DenseMatrix q_s = q, right(n, 2 * n);
     for (std::size_t k = 0; k < q.values.size(); ++k)
     {
       const double m_k = scale * scale * m.values[k];
@@ -185,20 +153,22 @@ namespace squeal
     for (unsigned int i = 0; i < n; ++i)
       companion(n + i, i) = 1;
 
-    const Eigenvalues      e = general_eigen(std::move(companion));
+    const Eigenvalues e = general_eigen(std::move(companion));
     std::vector<DensePair> pairs;
-    double                 largest = 0;
+    double largest = 0;
     for (unsigned int j = 0; j < 2 * n; ++j)
       largest = std::max(largest, std::hypot(e.re[j], e.im[j]));
     for (unsigned int j = 0; j < 2 * n; ++j)
     {
       // dgeev lists the eigenvalue with positive imaginary part of each pair first.
       const std::complex<double> theta(e.re[j], e.im[j]);
-      const bool                 complex_pair = e.im[j] != 0;
-      // Infinite eigenvalues are theta = 0, which rounding spreads to at most sqrt(eps) of the largest.
+      const bool complex_pair = e.im[j] != 0;
+      // Infinite eigenvalues are theta = 0, which rounding spreads to at most sqrt(eps) of the
+      // largest.
       if (std::abs(theta) > 1e-9 * largest)
       {
-        // The lower half of the companion vector is x; conj(theta) has Im l > 0 and the conjugate vector.
+        // The lower half of the companion vector is x; conj(theta) has Im l > 0 and the conjugate
+        // vector.
         std::vector<std::complex<double>> x(n);
         for (unsigned int i = 0; i < n; ++i)
           x[i] = {e.vectors(n + i, j), complex_pair ? -e.vectors(n + i, j + 1) : 0.};

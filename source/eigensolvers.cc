@@ -14,19 +14,17 @@ namespace squeal
   using Complex = std::complex<double>;
 
   BackwardError::BackwardError(const QuadraticEigenproblem &problem)
-    : problem(problem), norm_m(problem.M.infinity_norm()), norm_p(problem.P.infinity_norm()),
-      norm_q(problem.Q.infinity_norm())
-  {}
-
-
+      : problem(problem), norm_m(problem.M.infinity_norm()), norm_p(problem.P.infinity_norm()),
+        norm_q(problem.Q.infinity_norm())
+  {
+  }
 
   BackwardError::Result BackwardError::operator()(const std::vector<Complex> &lambda,
-                                                  const Block                &re,
-                                                  const Block                &im) const
+                                                  const Block &re, const Block &im) const
   {
     const Block m_re = multiply(problem.M, re), m_im = multiply(problem.M, im);
     const Block p_re = multiply(problem.P, re), p_im = multiply(problem.P, im);
-    Result      result{multiply(problem.Q, re), multiply(problem.Q, im), {}};
+    Result result{multiply(problem.Q, re), multiply(problem.Q, im), {}};
 
     std::vector<double> largest(2 * lambda.size());
     for (unsigned int j = 0; j < lambda.size(); ++j)
@@ -41,10 +39,11 @@ namespace squeal
         result.im.column(j)[i] = r.imag();
         largest[2 * j]         = std::max(largest[2 * j], std::abs(r));
         largest[2 * j + 1] =
-          std::max(largest[2 * j + 1], std::abs(Complex(re.column(j)[i], im.column(j)[i])));
+            std::max(largest[2 * j + 1], std::abs(Complex(re.column(j)[i], im.column(j)[i])));
       }
     }
-    MPI_Allreduce(MPI_IN_PLACE, largest.data(), largest.size(), MPI_DOUBLE, MPI_MAX, problem.rows.comm);
+    MPI_Allreduce(MPI_IN_PLACE, largest.data(), largest.size(), MPI_DOUBLE, MPI_MAX,
+                  problem.rows.comm);
     for (unsigned int j = 0; j < lambda.size(); ++j)
     {
       const double size = std::norm(lambda[j]) * norm_m + std::abs(lambda[j]) * norm_p + norm_q;
@@ -53,59 +52,59 @@ namespace squeal
     return result;
   }
 
-
-
   unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const double omega)
   {
     const Matrix &stiffness = problem.reference ? problem.reference : problem.Q;
-    const Matrix  shifted   = sum_of(problem.rows, {{1., stiffness}, {-omega * omega, problem.M}});
-    const Factorization factorization(shifted,
-                                      Factorization::Kind::ldlt,
+    const Matrix shifted    = sum_of(problem.rows, {{1., stiffness}, {-omega * omega, problem.M}});
+    const Factorization factorization(shifted, Factorization::Kind::ldlt,
                                       "the shifted reference problem (for counting its modes)");
     const auto inertia = factorization.inertia();
     if (inertia.negative < problem.n_constraints)
-      throw SolverError("The inertia count of the reference problem gave " + std::to_string(inertia.negative) +
-                        " negative eigenvalues, less than the " + std::to_string(problem.n_constraints) +
+      throw SolverError("The inertia count of the reference problem gave " +
+                        std::to_string(inertia.negative) + " negative eigenvalues, less than the " +
+                        std::to_string(problem.n_constraints) +
                         " of the contact constraints: the constraints are linearly dependent.");
     return inertia.negative - problem.n_constraints;
   }
 
-
-
   namespace
   {
-    /// A zero eigenvalue of a body that is free to move is defective, so rounding spreads it to sqrt(eps).
+    /// A zero eigenvalue of a body that is free to move is defective, so rounding spreads it to
+    /// sqrt(eps).
     double rigid_body_limit(const double max_imaginary)
     {
       return 1e-5 * max_imaginary;
     }
 
-    /// |l| up to which solvers search: the window is a strip |Im l| <= w, the search region this disc. A mode
-    /// of the strip outside of it has a damping ratio above 0.4 and cannot squeal.
+    /// |l| up to which solvers search: the window is a strip |Im l| <= w, the search region this
+    /// disc. A mode of the strip outside of it has a damping ratio above 0.4 and cannot squeal.
     double search_radius(const double max_imaginary)
     {
       return 1.1 * max_imaginary;
     }
 
     /// Sorts, normalises and turns the modes; keeps those inside the window.
-    Modes finish(const QuadraticEigenproblem &problem, const EigensolverOptions &options, Modes modes)
+    Modes finish(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
+                 Modes modes)
     {
       std::vector<unsigned int> order;
-      unsigned int              n_zero = 0;
+      unsigned int n_zero = 0;
       for (unsigned int j = 0; j < modes.lambda.size(); ++j)
         if (std::abs(modes.lambda[j]) <= rigid_body_limit(options.max_imaginary))
           ++n_zero;
         else if (modes.lambda[j].imag() <= options.max_imaginary &&
                  (modes.lambda[j].imag() > 0 || modes.lambda[j].real() > 0))
           order.push_back(j); // real eigenvalues only if they diverge
-      std::sort(order.begin(), order.end(), [&](const unsigned int a, const unsigned int b) {
-        return std::make_pair(modes.lambda[a].imag(), modes.lambda[a].real()) <
-               std::make_pair(modes.lambda[b].imag(), modes.lambda[b].real());
-      });
+      std::sort(order.begin(), order.end(),
+                [&](const unsigned int a, const unsigned int b)
+                {
+                  return std::make_pair(modes.lambda[a].imag(), modes.lambda[a].real()) <
+                         std::make_pair(modes.lambda[b].imag(), modes.lambda[b].real());
+                });
 
       Modes result              = modes;
       result.n_rigid_body_modes = n_zero / 2;
-      result.re = result.im     = Block(problem.rows, order.size());
+      result.re = result.im = Block(problem.rows, order.size());
       result.lambda.clear();
       result.backward_error.clear();
       for (unsigned int k = 0; k < order.size(); ++k)
@@ -117,17 +116,17 @@ namespace squeal
         std::copy_n(modes.im.column(j), problem.rows.n_local(), result.im.column(k));
       }
 
-      const Block  m_re = multiply(problem.M, result.re), m_im = multiply(problem.M, result.im);
+      const Block m_re = multiply(problem.M, result.re), m_im = multiply(problem.M, result.im);
       unsigned int n_local = problem.rows.n_local();
       for (unsigned int k = 0; k < order.size(); ++k)
       {
         double *re = result.re.column(k), *im = result.im.column(k);
-        double  norm_squared = 0;
+        double norm_squared = 0;
         // The largest component; ties and ranks are decided by the lowest row.
         struct
         {
           double value;
-          int    rank;
+          int rank;
         } largest{-1., 0};
         MPI_Comm_rank(problem.rows.comm, &largest.rank);
         std::array<double, 2> turn{{1, 0}};
@@ -155,32 +154,29 @@ namespace squeal
       return result;
     }
 
-
-
     /// Approximate eigenpairs that span a real subspace.
     struct Pairs
     {
       std::vector<Complex> lambda;
-      Block                re, im;
+      Block re, im;
     };
 
     /// Rayleigh-Ritz on the span of an orthonormal real basis U, tested with Z: all Ritz pairs
     ///     (l^2 Z^T M U + l Z^T P U + Z^T Q U) c = 0,   x = U c,
     /// with Im l >= 0 and |l| <= radius.
-    Pairs rayleigh_ritz(const QuadraticEigenproblem &problem,
-                        const Block                 &trial,
-                        const Block                 &test,
-                        const double                 radius,
-                        const double                 shift)
+    Pairs rayleigh_ritz(const QuadraticEigenproblem &problem, const Block &trial, const Block &test,
+                        const double radius, const double shift)
     {
-      const unsigned int n       = trial.n_columns();
-      const auto         project = [&](const Matrix &matrix) {
-        return matrix ? DenseMatrix(n, n, inner_products(test, multiply(matrix, trial))) : DenseMatrix();
+      const unsigned int n = trial.n_columns();
+      const auto project   = [&](const Matrix &matrix)
+      {
+        return matrix ? DenseMatrix(n, n, inner_products(test, multiply(matrix, trial)))
+                      : DenseMatrix();
       };
-      const std::vector<DensePair> all =
-        quadratic_eigenpairs(project(problem.M), project(problem.P), project(problem.Q), shift, radius);
+      const std::vector<DensePair> all = quadratic_eigenpairs(
+          project(problem.M), project(problem.P), project(problem.Q), shift, radius);
 
-      Pairs               pairs;
+      Pairs pairs;
       std::vector<double> c_re, c_im;
       for (const DensePair &pair : all)
         if (std::abs(pair.lambda) <= radius)
@@ -199,20 +195,20 @@ namespace squeal
 
     /// One step of inverse iteration with the factorisation at the shift s: with m = l - s,
     ///     x := -Q(s)^{-1} (m^2 M + m Q'(s)) x  =  x - Q(s)^{-1} Q(l) x.
-    /// It damps what is far outside of the window, and gives multipliers that belong to the displacements.
-    void inverse_iteration(const QuadraticEigenproblem &problem,
-                           const Factorization         &factorization,
-                           const double                 shift,
-                           Pairs                       &pairs)
+    /// It damps what is far outside of the window, and gives multipliers that belong to the
+    /// displacements.
+    void inverse_iteration(const QuadraticEigenproblem &problem, const Factorization &factorization,
+                           const double shift, Pairs &pairs)
     {
       const unsigned int n_pairs = pairs.lambda.size(), n = problem.rows.n_local();
-      const Block        m_re = multiply(problem.M, pairs.re), m_im = multiply(problem.M, pairs.im);
-      const Block        p_re = multiply(problem.P, pairs.re), p_im = multiply(problem.P, pairs.im);
-      Block              right(problem.rows, 2 * n_pairs);
+      const Block m_re = multiply(problem.M, pairs.re), m_im = multiply(problem.M, pairs.im);
+      const Block p_re = multiply(problem.P, pairs.re), p_im = multiply(problem.P, pairs.im);
+      Block right(problem.rows, 2 * n_pairs);
       for (unsigned int j = 0; j < n_pairs; ++j)
       {
         // m^2 M + m (P + 2 s M) = (l^2 - s^2) M + m P
-        const Complex c_m = pairs.lambda[j] * pairs.lambda[j] - shift * shift, c_p = pairs.lambda[j] - shift;
+        const Complex c_m = pairs.lambda[j] * pairs.lambda[j] - shift * shift,
+                      c_p = pairs.lambda[j] - shift;
         for (unsigned int i = 0; i < n; ++i)
         {
           const Complex r = -c_m * Complex(m_re.column(j)[i], m_im.column(j)[i]) -
@@ -234,44 +230,39 @@ namespace squeal
     {
       for (unsigned int k = 0; k < block.n_columns(); ++k)
         std::fill_n(block.column(k) + problem.rows.n_local() - problem.n_local_constraints,
-                    problem.n_local_constraints,
-                    0.);
+                    problem.n_local_constraints, 0.);
     }
 
-    /// Improves approximate eigenvectors until their backward errors and the last relative changes of their
-    /// eigenvalues are below the tolerance. Each step is Rayleigh-Ritz and one inverse iteration, whose result
-    /// enlarges the next subspace: block Davidson with the factorisation at the shift as preconditioner, in
-    /// real arithmetic.
+    /// Improves approximate eigenvectors until their backward errors and the last relative changes
+    /// of their eigenvalues are below the tolerance. Each step is Rayleigh-Ritz and one inverse
+    /// iteration, whose result enlarges the next subspace: block Davidson with the factorisation at
+    /// the shift as preconditioner, in real arithmetic.
     ///
-    /// The displacements satisfy N^T u = 0, and test vectors must satisfy (N + mu T)^T z = 0 for the contact
-    /// pressures to drop out. With friction U itself does not; Z = Q(s)^{-T} M U does, and is smooth.
+    /// The displacements satisfy N^T u = 0, and test vectors must satisfy (N + mu T)^T z = 0 for
+    /// the contact pressures to drop out. With friction U itself does not; Z = Q(s)^{-T} M U does,
+    /// and is smooth.
     ///
-    /// @p start spans the approximate vectors, @p previous holds their eigenvalues inside the radius. Ritz
-    /// values without a small residual are no eigenvalues and are left out; fewer pairs than given are a
-    /// SolverError.
-    Modes polish(const QuadraticEigenproblem &problem,
-                 const Factorization         &factorization,
-                 Block                        start,
-                 std::vector<Complex>         previous,
-                 const double                 radius,
-                 const double                 shift,
-                 const EigensolverOptions    &options)
+    /// @p start spans the approximate vectors, @p previous holds their eigenvalues inside the
+    /// radius. Ritz values without a small residual are no eigenvalues and are left out; fewer
+    /// pairs than given are a SolverError.
+    Modes polish(const QuadraticEigenproblem &problem, const Factorization &factorization,
+                 Block start, std::vector<Complex> previous, const double radius,
+                 const double shift, const EigensolverOptions &options)
     {
       const BackwardError backward_error(problem);
-      const bool          galerkin = problem.n_constraints == 0 || !problem.reference;
+      const bool galerkin = problem.n_constraints == 0 || !problem.reference;
       clear_multipliers(problem, start);
-      Block                basis = orthonormalize(std::move(start));
-      Modes                modes;
-      const unsigned int   n_wanted = previous.size();
-      double               worst = 0, change = 0;
+      Block basis = orthonormalize(std::move(start));
+      Modes modes;
+      const unsigned int n_wanted = previous.size();
+      double worst = 0, change = 0;
       for (unsigned int step = 0; step < 8; ++step)
       {
-        Pairs pairs = galerkin ? rayleigh_ritz(problem, basis, basis, radius, shift) :
-                                 rayleigh_ritz(problem,
-                                               basis,
-                                               factorization.solve_transposed(multiply(problem.M, basis)),
-                                               radius,
-                                               shift);
+        Pairs pairs =
+            galerkin ? rayleigh_ritz(problem, basis, basis, radius, shift)
+                     : rayleigh_ritz(problem, basis,
+                                     factorization.solve_transposed(multiply(problem.M, basis)),
+                                     radius, shift);
         modes.n_solves += 2 * pairs.lambda.size() + (galerkin ? 0 : basis.n_columns());
         Block next = pairs.re;
         next.append(pairs.im);
@@ -280,9 +271,9 @@ namespace squeal
 
         std::vector<unsigned int> order(pairs.lambda.size());
         std::iota(order.begin(), order.end(), 0);
-        std::sort(order.begin(), order.end(), [&](const unsigned int a, const unsigned int b) {
-          return errors[a] < errors[b];
-        });
+        std::sort(order.begin(), order.end(),
+                  [&](const unsigned int a, const unsigned int b)
+                  { return errors[a] < errors[b]; });
         order.resize(std::min<std::size_t>(order.size(), n_wanted));
         modes.lambda.clear();
         modes.backward_error.clear();
@@ -294,7 +285,9 @@ namespace squeal
           std::copy_n(pairs.re.column(order[k]), problem.rows.n_local(), modes.re.column(k));
           std::copy_n(pairs.im.column(order[k]), problem.rows.n_local(), modes.im.column(k));
         }
-        worst  = order.empty() ? 0 : *std::max_element(modes.backward_error.begin(), modes.backward_error.end());
+        worst  = order.empty()
+                     ? 0
+                     : *std::max_element(modes.backward_error.begin(), modes.backward_error.end());
         change = previous.size() == order.size() ? 0 : 1;
         if (change == 0)
           for (const Complex &l : modes.lambda)
@@ -306,8 +299,8 @@ namespace squeal
               change = std::max(change, nearest / std::abs(l));
           }
         std::ostringstream progress;
-        progress << "  polishing step " << step << ": " << order.size() << " pairs, largest backward error " << worst
-                 << ", largest change " << change;
+        progress << "  polishing step " << step << ": " << order.size()
+                 << " pairs, largest backward error " << worst << ", largest change " << change;
         options.progress(progress.str());
         if (order.size() >= n_wanted && worst <= options.tolerance && change <= options.tolerance)
           return modes;
@@ -320,35 +313,30 @@ namespace squeal
       }
       std::ostringstream message;
       message << "The eigenpairs could not be polished to the tolerance " << options.tolerance
-              << ": " << modes.lambda.size() << " of " << n_wanted << " pairs, largest backward error " << worst
-              << ", last relative change " << change
+              << ": " << modes.lambda.size() << " of " << n_wanted
+              << " pairs, largest backward error " << worst << ", last relative change " << change
               << ". Try a larger Eigenproblem/Tolerance, or the solver dense for a small problem.";
       throw SolverError(message.str());
     }
-
-
 
     /// SLEPc's PEP: TOAR with shift-invert at a real shift, in real arithmetic.
     class Krylov : public Eigensolver
     {
     public:
-      Modes solve(const QuadraticEigenproblem &problem, const EigensolverOptions &options) const override;
+      Modes solve(const QuadraticEigenproblem &problem,
+                  const EigensolverOptions &options) const override;
 
     private:
       struct Search
       {
-        Block                vectors; ///< Re and Im of the converged pairs
-        std::vector<Complex> lambda;  ///< with Im l >= 0
-        double               reached = 0; ///< every eigenvalue nearer to the shift than this was found
-        unsigned int         n_solves = 0;
+        Block vectors;               ///< Re and Im of the converged pairs
+        std::vector<Complex> lambda; ///< with Im l >= 0
+        double reached        = 0;   ///< every eigenvalue nearer to the shift than this was found
+        unsigned int n_solves = 0;
       };
-      static Search search(const QuadraticEigenproblem &problem,
-                           const Factorization         &factorization,
-                           double                       shift,
-                           double                       scale,
-                           unsigned int                 n_wanted,
-                           unsigned int                 seed,
-                           const EigensolverOptions    &options);
+      static Search search(const QuadraticEigenproblem &problem, const Factorization &factorization,
+                           double shift, double scale, unsigned int n_wanted, unsigned int seed,
+                           const EigensolverOptions &options);
     };
 
     /// Lets PEP's linear solver use a factorisation that exists already.
@@ -360,28 +348,24 @@ namespace squeal
       return 0;
     }
 
-    PetscErrorCode
-    monitor(PEP, PetscInt, PetscInt n_converged, PetscScalar *, PetscScalar *, PetscReal *, PetscInt n, void *context)
+    PetscErrorCode monitor(PEP, PetscInt, PetscInt n_converged, PetscScalar *, PetscScalar *,
+                           PetscReal *, PetscInt n, void *context)
     {
-      const auto &progress = *static_cast<const std::function<void(const std::string &)> *>(context);
+      const auto &progress =
+          *static_cast<const std::function<void(const std::string &)> *>(context);
       progress("  krylov: " + std::to_string(n_converged) + " eigenvalues converged, subspace of " +
                std::to_string(n));
       return 0;
     }
 
-
-
     Krylov::Search Krylov::search(const QuadraticEigenproblem &problem,
-                                  const Factorization         &factorization,
-                                  const double                 shift,
-                                  const double                 scale,
-                                  const unsigned int           n_wanted,
-                                  const unsigned int           seed,
-                                  const EigensolverOptions    &options)
+                                  const Factorization &factorization, const double shift,
+                                  const double scale, const unsigned int n_wanted,
+                                  const unsigned int seed, const EigensolverOptions &options)
     {
       // With l = shift + scale * m: m^2 scale^2 M + m scale (P + 2 shift M) + Q(shift).
       const RowRange &rows = problem.rows;
-      Matrix          a1   = sum_of(rows, {{scale, problem.P}, {2 * shift * scale, problem.M}});
+      Matrix a1            = sum_of(rows, {{scale, problem.P}, {2 * shift * scale, problem.M}});
       if (!a1) // PEP wants a matrix
       {
         const std::vector<PetscInt> nothing(rows.n_local(), 0);
@@ -390,7 +374,9 @@ namespace squeal
       }
       const Matrix a2 = sum_of(rows, {{scale * scale, problem.M}});
       const Matrix a0 =
-        shift == 0 ? Matrix() : sum_of(rows, {{1., problem.Q}, {shift, problem.P}, {shift * shift, problem.M}});
+          shift == 0
+              ? Matrix()
+              : sum_of(rows, {{1., problem.Q}, {shift, problem.P}, {shift * shift, problem.M}});
 
       PEP pep = nullptr;
       SQUEAL_PETSC(PEPCreate(rows.comm, &pep));
@@ -404,16 +390,15 @@ namespace squeal
       SQUEAL_PETSC(PEPSetTolerances(pep, 1e-9, 1000));
       SQUEAL_PETSC(PEPSetConvergenceTest(pep, PEP_CONV_REL));
       SQUEAL_PETSC(PEPSetDimensions(pep, n_wanted, PETSC_DEFAULT, PETSC_DEFAULT));
-      SQUEAL_PETSC(PEPMonitorSet(pep,
-                                 monitor,
-                                 const_cast<std::function<void(const std::string &)> *>(&options.progress),
-                                 nullptr));
+      SQUEAL_PETSC(PEPMonitorSet(
+          pep, monitor, const_cast<std::function<void(const std::string &)> *>(&options.progress),
+          nullptr));
       ST st = nullptr;
       SQUEAL_PETSC(PEPGetST(pep, &st));
       SQUEAL_PETSC(STSetType(st, STSINVERT));
       SQUEAL_PETSC(STSetTransform(st, PETSC_TRUE));
       KSP ksp = nullptr;
-      PC  pc  = nullptr;
+      PC pc   = nullptr;
       SQUEAL_PETSC(STGetKSP(st, &ksp));
       SQUEAL_PETSC(KSPSetType(ksp, KSPPREONLY));
       SQUEAL_PETSC(KSPGetPC(ksp, &pc));
@@ -421,8 +406,9 @@ namespace squeal
       SQUEAL_PETSC(PCShellSetContext(pc, const_cast<Factorization *>(&factorization)));
       SQUEAL_PETSC(PCShellSetApply(pc, apply_factorization));
 
-      // A fixed start vector that does not depend on the number of ranks: two runs give the same digits.
-      BV          bv     = nullptr;
+      // A fixed start vector that does not depend on the number of ranks: two runs give the same
+      // digits.
+      BV bv              = nullptr;
       PetscRandom random = nullptr;
       SQUEAL_PETSC(PEPGetBV(pep, &bv));
       SQUEAL_PETSC(BVGetRandomContext(bv, &random));
@@ -431,19 +417,20 @@ namespace squeal
 
       SQUEAL_PETSC(PEPSolve(pep));
 
-      PetscInt           n_converged = 0, n_iterations = 0;
+      PetscInt n_converged = 0, n_iterations = 0;
       PEPConvergedReason reason;
       SQUEAL_PETSC(PEPGetConverged(pep, &n_converged));
       SQUEAL_PETSC(PEPGetIterationNumber(pep, &n_iterations));
       SQUEAL_PETSC(PEPGetConvergedReason(pep, &reason));
       if (reason < 0)
-        throw SolverError("SLEPc's PEP (TOAR) stopped after " + std::to_string(n_iterations) + " restarts with " +
-                          std::to_string(n_converged) + " of " + std::to_string(n_wanted) +
-                          " eigenvalues (reason " + std::to_string(reason) +
-                          "). Try a smaller Eigenproblem/Maximum frequency, or another Eigenproblem/Shift.");
+        throw SolverError(
+            "SLEPc's PEP (TOAR) stopped after " + std::to_string(n_iterations) + " restarts with " +
+            std::to_string(n_converged) + " of " + std::to_string(n_wanted) +
+            " eigenvalues (reason " + std::to_string(reason) +
+            "). Try a smaller Eigenproblem/Maximum frequency, or another Eigenproblem/Shift.");
 
       Search result;
-      Vec    re = nullptr, im = nullptr;
+      Vec re = nullptr, im = nullptr;
       SQUEAL_PETSC(MatCreateVecs(matrices[0], &re, nullptr));
       SQUEAL_PETSC(VecDuplicate(re, &im));
       for (PetscInt j = 0; j < n_converged; ++j)
@@ -458,7 +445,7 @@ namespace squeal
         {
           if (vector == im && value_im == 0)
             continue;
-          Block              column(rows, 1);
+          Block column(rows, 1);
           const PetscScalar *values = nullptr;
           SQUEAL_PETSC(VecGetArrayRead(vector, &values));
           std::copy_n(values, rows.n_local(), column.data());
@@ -475,33 +462,38 @@ namespace squeal
       return result;
     }
 
-
-
-    Modes Krylov::solve(const QuadraticEigenproblem &problem, const EigensolverOptions &options) const
+    Modes Krylov::solve(const QuadraticEigenproblem &problem,
+                        const EigensolverOptions &options) const
     {
-      const double       radius     = search_radius(options.max_imaginary);
+      const double radius           = search_radius(options.max_imaginary);
       const unsigned int n_expected = count_reference_modes(problem, radius);
 
       // At shift 0 the position matrix itself is factorised; a rigid body makes it singular.
       const unsigned int n_rigid =
-        problem.may_move_rigidly ? count_reference_modes(problem, rigid_body_limit(options.max_imaginary)) : 0;
-      const double shift = options.max_imaginary * (options.shift > 0 ? options.shift : n_rigid > 0 ? 0.1 : 0.);
+          problem.may_move_rigidly
+              ? count_reference_modes(problem, rigid_body_limit(options.max_imaginary))
+              : 0;
+      const double shift = options.max_imaginary * (options.shift > 0 ? options.shift
+                                                    : n_rigid > 0     ? 0.1
+                                                                      : 0.);
       const Matrix shifted =
-        shift == 0 ? Matrix() :
-                     sum_of(problem.rows, {{1., problem.Q}, {shift, problem.P}, {shift * shift, problem.M}});
-      const Factorization factorization(shift == 0 ? problem.Q : shifted,
-                                        Factorization::Kind::lu,
+          shift == 0 ? Matrix()
+                     : sum_of(problem.rows,
+                              {{1., problem.Q}, {shift, problem.P}, {shift * shift, problem.M}});
+      const Factorization factorization(shift == 0 ? problem.Q : shifted, Factorization::Kind::lu,
                                         "the position matrix (for shift-invert)");
-      const double        reach = std::hypot(radius, shift);
+      const double reach = std::hypot(radius, shift);
 
-      const auto in_disc = [&](const std::vector<Complex> &lambda) {
-        return std::count_if(lambda.begin(), lambda.end(), [&](const Complex &l) {
-          return std::abs(l) <= radius && l.imag() > 0;
-        });
+      const auto in_disc = [&](const std::vector<Complex> &lambda)
+      {
+        return std::count_if(lambda.begin(), lambda.end(),
+                             [&](const Complex &l)
+                             { return std::abs(l) <= radius && l.imag() > 0; });
       };
 
       // Modes come nearest first, so all of the disc are found once one outside of it is.
-      unsigned int n_wanted = std::min(2 * n_expected + 4, 2 * (problem.rows.size - problem.n_constraints));
+      unsigned int n_wanted =
+          std::min(2 * n_expected + 4, 2 * (problem.rows.size - problem.n_constraints));
       const unsigned int n_all = 2 * (problem.rows.size - problem.n_constraints);
       Search found;
       for (unsigned int attempt = 0;; ++attempt)
@@ -511,23 +503,26 @@ namespace squeal
           break;
         if (attempt == 8)
           throw SolverError("The Krylov search did not reach the end of the window after " +
-                            std::to_string(n_wanted) + " eigenvalues. Try a smaller "
+                            std::to_string(n_wanted) +
+                            " eigenvalues. Try a smaller "
                             "Eigenproblem/Maximum frequency.");
         n_wanted = std::min(n_all, n_wanted + n_wanted / 2 + 8);
       }
 
-      // The completeness check. Friction and damping move eigenvalues, so near the rim the numbers of the
-      // problem and of its reference may differ without anything missing: then an independent search from
-      // another start vector decides.
+      // The completeness check. Friction and damping move eigenvalues, so near the rim the numbers
+      // of the problem and of its reference may differ without anything missing: then an
+      // independent search from another start vector decides.
       std::ostringstream completeness;
-      const unsigned int n_found = in_disc(found.lambda);
-      const std::string  reference =
-        problem.reference ? problem.reference_name : std::string("the problem itself (it is symmetric)");
-      completeness << n_found << " modes with |l| <= 2 pi " << radius / (2 * M_PI) << " Hz; the inertia of "
-                   << reference << " proves " << n_expected << " there";
+      const unsigned int n_found  = in_disc(found.lambda);
+      const std::string reference = problem.reference
+                                        ? problem.reference_name
+                                        : std::string("the problem itself (it is symmetric)");
+      completeness << n_found << " modes with |l| <= 2 pi " << radius / (2 * M_PI)
+                   << " Hz; the inertia of " << reference << " proves " << n_expected << " there";
       if (n_found != n_expected)
       {
-        Search again = search(problem, factorization, shift, options.max_imaginary, n_wanted, 1, options);
+        Search again =
+            search(problem, factorization, shift, options.max_imaginary, n_wanted, 1, options);
         const unsigned int n_again = in_disc(again.lambda);
         completeness << "; a second search from another start vector found " << n_again;
         if (n_again > n_found)
@@ -536,9 +531,9 @@ namespace squeal
         both.append(again.vectors);
         found.vectors = both;
         if (n_again != n_found)
-          throw SolverError("Two Krylov searches of the same window found " + std::to_string(n_found) + " and " +
-                            std::to_string(n_again) + " modes, the reference problem has " +
-                            std::to_string(n_expected) +
+          throw SolverError("Two Krylov searches of the same window found " +
+                            std::to_string(n_found) + " and " + std::to_string(n_again) +
+                            " modes, the reference problem has " + std::to_string(n_expected) +
                             ": modes are missing. Try a smaller Eigenproblem/Tolerance.");
       }
 
@@ -552,18 +547,18 @@ namespace squeal
       return finish(problem, options, std::move(modes));
     }
 
-
-
     /// LAPACK on the whole problem; the oracle of the other solvers.
     class Dense : public Eigensolver
     {
     public:
-      Modes solve(const QuadraticEigenproblem &problem, const EigensolverOptions &options) const override
+      Modes solve(const QuadraticEigenproblem &problem,
+                  const EigensolverOptions &options) const override
       {
         constexpr unsigned int largest = 3000;
         if (problem.rows.size > largest)
-          throw SolverError("The dense solver takes at most " + std::to_string(largest) + " unknowns; this problem has " +
-                            std::to_string(problem.rows.size) + ". Use Eigenproblem/Solver = krylov.");
+          throw SolverError("The dense solver takes at most " + std::to_string(largest) +
+                            " unknowns; this problem has " + std::to_string(problem.rows.size) +
+                            ". Use Eigenproblem/Solver = krylov.");
         // Every rank solves the whole problem: the basis of the projection is the identity.
         Block identity(problem.rows, problem.rows.size);
         for (unsigned int row = problem.rows.begin; row < problem.rows.end; ++row)
@@ -586,8 +581,6 @@ namespace squeal
       }
     };
   } // namespace
-
-
 
   std::unique_ptr<Eigensolver> make_eigensolver(const std::string &name)
   {

@@ -24,42 +24,45 @@ namespace squeal
       }
       catch (const std::exception &)
       {
-        throw InputError(key + " = " + text + ": the expression cannot be read. Variables are " + variables +
+        throw InputError(key + " = " + text + ": the expression cannot be read. Variables are " +
+                         variables +
                          "; for example exp, sqrt, if(condition, a, b) and pi are known.");
       }
       return parser;
     }
   } // namespace
 
-
-
   template <int dim>
-  std::function<double(const Point<dim> &)> position_expression(const std::string &text, const std::string &key)
+  std::function<double(const Point<dim> &)> position_expression(const std::string &text,
+                                                                const std::string &key)
   {
     const auto parser = parse<dim>(text, dim == 3 ? "x,y,z" : "x,y", key);
-    return [=](const Point<dim> &x) {
+    return [=](const Point<dim> &x)
+    {
       const double value = parser->value(x);
       if (!std::isfinite(value))
-        throw InputError(key + " = " + text + ": the expression is not finite at x = " + std::to_string(x[0]) +
-                         ", y = " + std::to_string(x[1]) + ".");
+        throw InputError(key + " = " + text + ": the expression is not finite at x = " +
+                         std::to_string(x[0]) + ", y = " + std::to_string(x[1]) + ".");
       return value;
     };
   }
 
-
-
-  std::function<double(double, double)> friction_expression(const std::string &text, const std::string &key)
+  std::function<double(double, double)> friction_expression(const std::string &text,
+                                                            const std::string &key)
   {
     const auto parser = parse<2>(text, "v,p", key);
-    return [=](const double v, const double p) {
+    return [=](const double v, const double p)
+    {
       const double value = parser->value(Point<2>(v, p));
       if (!std::isfinite(value))
-        throw InputError(key + " = " + text + ": the expression is not finite at v = " + std::to_string(v) +
-                         " m/s, p = " + std::to_string(p) + " Pa.");
+        throw InputError(key + " = " + text + ": the expression is not finite at v = " +
+                         std::to_string(v) + " m/s, p = " + std::to_string(p) + " Pa.");
       return value;
     };
   }
 
-  template std::function<double(const Point<2> &)> position_expression(const std::string &, const std::string &);
-  template std::function<double(const Point<3> &)> position_expression(const std::string &, const std::string &);
+  template std::function<double(const Point<2> &)> position_expression(const std::string &,
+                                                                       const std::string &);
+  template std::function<double(const Point<3> &)> position_expression(const std::string &,
+                                                                       const std::string &);
 } // namespace squeal

@@ -23,7 +23,7 @@ namespace squeal
     {
     public:
       explicit FieldWriter(const Spaces<dim> &spaces)
-        : spaces(spaces), vector_fe(spaces.fe, dim), vector_nodes(spaces.triangulation)
+          : spaces(spaces), vector_fe(spaces.fe, dim), vector_nodes(spaces.triangulation)
       {
         vector_nodes.distribute_dofs(vector_fe);
         body.reinit(spaces.triangulation.n_active_cells());
@@ -38,18 +38,18 @@ namespace squeal
         std::vector<Vector> components;
         for (unsigned int c = 0; c < dim; ++c)
           components.push_back(
-            nodal_field(column, [&](const auto node) { return spaces.equation(node, c); }));
+              nodal_field(column, [&](const auto node) { return spaces.equation(node, c); }));
 
         IndexSet relevant;
         DoFTools::extract_locally_relevant_dofs(vector_nodes, relevant);
         Vector field(vector_nodes.locally_owned_dofs(), relevant, spaces.comm);
         std::vector<types::global_dof_index> scalar_dofs(spaces.fe.n_dofs_per_cell()),
-          vector_dofs(vector_fe.n_dofs_per_cell());
+            vector_dofs(vector_fe.n_dofs_per_cell());
         for (const auto &cell : vector_nodes.active_cell_iterators())
           if (cell->is_locally_owned())
           {
             const typename DoFHandler<dim>::active_cell_iterator scalar_cell(
-              &spaces.triangulation, cell->level(), cell->index(), &spaces.nodes);
+                &spaces.triangulation, cell->level(), cell->index(), &spaces.nodes);
             cell->get_dof_indices(vector_dofs);
             scalar_cell->get_dof_indices(scalar_dofs);
             for (unsigned int i = 0; i < vector_dofs.size(); ++i)
@@ -66,7 +66,8 @@ namespace squeal
       /// The multiplier field of a column times a factor.
       Vector pressure(const double *column, const double factor) const
       {
-        Vector field = nodal_field(column, [&](const auto node) { return spaces.multiplier(node); });
+        Vector field =
+            nodal_field(column, [&](const auto node) { return spaces.multiplier(node); });
         field *= factor;
         field.update_ghost_values();
         return field;
@@ -75,19 +76,19 @@ namespace squeal
       /// Writes <base>.pvtu (or <base>_<frame>.pvtu) with one .vtu per rank.
       std::string write(const std::vector<std::pair<std::string, const Vector *>> &displacements,
                         const std::vector<std::pair<std::string, const Vector *>> &pressures,
-                        const std::string                                         &directory,
-                        const std::string                                         &base,
-                        const double                                               time) const
+                        const std::string &directory, const std::string &base,
+                        const double time) const
       {
-        DataOut<dim>          data_out;
+        DataOut<dim> data_out;
         DataOutBase::VtkFlags flags;
         flags.compression_level = DataOutBase::VtkFlags::best_speed;
         flags.time              = time;
         data_out.set_flags(flags);
         const std::vector<DataComponentInterpretation::DataComponentInterpretation> is_vector(
-          dim, DataComponentInterpretation::component_is_part_of_vector);
+            dim, DataComponentInterpretation::component_is_part_of_vector);
         for (const auto &[name, field] : displacements)
-          data_out.add_data_vector(vector_nodes, *field, std::vector<std::string>(dim, name), is_vector);
+          data_out.add_data_vector(vector_nodes, *field, std::vector<std::string>(dim, name),
+                                   is_vector);
         for (const auto &[name, field] : pressures)
           data_out.add_data_vector(spaces.nodes, *field, name);
         data_out.attach_triangulation(spaces.triangulation);
@@ -96,9 +97,8 @@ namespace squeal
 
         const unsigned int rank = Utilities::MPI::this_mpi_process(spaces.comm);
         const unsigned int n    = Utilities::MPI::n_mpi_processes(spaces.comm);
-        const auto         piece = [&](const unsigned int r) {
-          return n == 1 ? base + ".vtu" : base + "." + std::to_string(r) + ".vtu";
-        };
+        const auto piece        = [&](const unsigned int r)
+        { return n == 1 ? base + ".vtu" : base + "." + std::to_string(r) + ".vtu"; };
         std::ofstream out(directory + "/" + piece(rank));
         data_out.write_vtu(out);
         if (!out)
@@ -129,15 +129,14 @@ namespace squeal
         return field;
       }
 
-      const Spaces<dim>    &spaces;
-      const FESystem<dim>   vector_fe;
-      DoFHandler<dim>       vector_nodes;
+      const Spaces<dim> &spaces;
+      const FESystem<dim> vector_fe;
+      DoFHandler<dim> vector_nodes;
       dealii::Vector<float> body;
     };
 
-    void write_pvd(const std::string                                       &filename,
-                   const std::vector<std::pair<double, std::string>> &records,
-                   const MPI_Comm                                           comm)
+    void write_pvd(const std::string &filename,
+                   const std::vector<std::pair<double, std::string>> &records, const MPI_Comm comm)
     {
       if (Utilities::MPI::this_mpi_process(comm) != 0)
         return;
@@ -151,97 +150,75 @@ namespace squeal
     }
   } // namespace
 
-
-
   template <int dim>
-  void write_state(const Spaces<dim> &spaces,
-                   const Block       &state,
-                   const double       pressure_scale,
-                   const std::string &directory,
-                   const unsigned int cycle)
+  void write_state(const Spaces<dim> &spaces, const Block &state, const double pressure_scale,
+                   const std::string &directory, const unsigned int cycle)
   {
-    const FieldWriter<dim>                                writer(spaces);
-    const Vector                                          u = writer.displacement(state.column(0));
-    Vector                                                p;
+    const FieldWriter<dim> writer(spaces);
+    const Vector u = writer.displacement(state.column(0));
+    Vector p;
     std::vector<std::pair<std::string, const Vector *>> pressures;
     if (spaces.n_multipliers > 0)
     {
       p = writer.pressure(state.column(0), pressure_scale);
       pressures.emplace_back("contact_pressure_pa", &p);
     }
-    const std::string base   = "state-" + std::to_string(cycle);
-    const std::string record = writer.write({{"displacement_m", &u}}, pressures, directory, base, 0);
+    const std::string base = "state-" + std::to_string(cycle);
+    const std::string record =
+        writer.write({{"displacement_m", &u}}, pressures, directory, base, 0);
     write_pvd(directory + "/" + base + ".pvd", {{0., record}}, spaces.comm);
   }
 
-
-
   template <int dim>
-  void write_mode(const Spaces<dim> &spaces,
-                  const Block       &re,
-                  const Block       &im,
-                  const unsigned int column,
-                  const double       pressure_scale,
-                  const std::string &directory,
-                  const unsigned int cycle,
-                  const unsigned int mode,
+  void write_mode(const Spaces<dim> &spaces, const Block &re, const Block &im,
+                  const unsigned int column, const double pressure_scale,
+                  const std::string &directory, const unsigned int cycle, const unsigned int mode,
                   const unsigned int n_frames)
   {
     const FieldWriter<dim> writer(spaces);
-    Vector                 u_re = writer.displacement(re.column(column));
-    Vector                 u_im = writer.displacement(im.column(column));
-    const double           size = std::max(u_re.linfty_norm(), u_im.linfty_norm());
+    Vector u_re       = writer.displacement(re.column(column));
+    Vector u_im       = writer.displacement(im.column(column));
+    const double size = std::max(u_re.linfty_norm(), u_im.linfty_norm());
     u_re /= size;
     u_im /= size;
     u_re.update_ghost_values();
     u_im.update_ghost_values();
 
-    Vector                                                p_re, p_im;
+    Vector p_re, p_im;
     std::vector<std::pair<std::string, const Vector *>> pressures;
     if (spaces.n_multipliers > 0)
     {
-      p_re = writer.pressure(re.column(column), pressure_scale / size);
-      p_im = writer.pressure(im.column(column), pressure_scale / size);
+      p_re      = writer.pressure(re.column(column), pressure_scale / size);
+      p_im      = writer.pressure(im.column(column), pressure_scale / size);
       pressures = {{"contact_pressure_re", &p_re}, {"contact_pressure_im", &p_im}};
     }
     const std::string base = "mode-" + std::to_string(cycle) + "-" + padded(mode, 3);
-    writer.write({{"displacement_re", &u_re}, {"displacement_im", &u_im}}, pressures, directory, base, 0);
+    writer.write({{"displacement_re", &u_re}, {"displacement_im", &u_im}}, pressures, directory,
+                 base, 0);
 
     // Re[u exp(i omega t)] = Re u cos(omega t) - Im u sin(omega t)
     std::vector<std::pair<double, std::string>> records;
     for (unsigned int frame = 0; frame < n_frames; ++frame)
     {
       const double time = double(frame) / n_frames, angle = 2 * numbers::PI * time;
-      Vector       u = u_re;
+      Vector u = u_re;
       u *= std::cos(angle);
       u.add(-std::sin(angle), u_im);
       u.update_ghost_values();
-      records.emplace_back(
-        time, writer.write({{"displacement", &u}}, {}, directory, base + "-frame-" + padded(frame, 3), time));
+      records.emplace_back(time, writer.write({{"displacement", &u}}, {}, directory,
+                                              base + "-frame-" + padded(frame, 3), time));
     }
     if (n_frames > 0)
       write_pvd(directory + "/" + base + ".pvd", records, spaces.comm);
   }
 
-  template void write_state<3>(const Spaces<3> &, const Block &, double, const std::string &, unsigned int);
-  template void write_mode<3>(const Spaces<3> &,
-                              const Block &,
-                              const Block &,
-                              unsigned int,
-                              double,
-                              const std::string &,
-                              unsigned int,
-                              unsigned int,
-                              unsigned int);
+  template void write_state<3>(const Spaces<3> &, const Block &, double, const std::string &,
+                               unsigned int);
+  template void write_mode<3>(const Spaces<3> &, const Block &, const Block &, unsigned int, double,
+                              const std::string &, unsigned int, unsigned int, unsigned int);
 
-  template void write_state<2>(const Spaces<2> &, const Block &, double, const std::string &, unsigned int);
-  template void write_mode<2>(const Spaces<2> &,
-                              const Block &,
-                              const Block &,
-                              unsigned int,
-                              double,
-                              const std::string &,
-                              unsigned int,
-                              unsigned int,
-                              unsigned int);
+  template void write_state<2>(const Spaces<2> &, const Block &, double, const std::string &,
+                               unsigned int);
+  template void write_mode<2>(const Spaces<2> &, const Block &, const Block &, unsigned int, double,
+                              const std::string &, unsigned int, unsigned int, unsigned int);
 } // namespace squeal

@@ -14,8 +14,8 @@ namespace squeal
   {
     if (code == 0)
       return;
-    const char *text     = nullptr;
-    char       *specific = nullptr;
+    const char *text = nullptr;
+    char *specific   = nullptr;
     PetscErrorMessage(code, &text, &specific);
     std::string message = std::string("PETSc error ") + std::to_string(code);
     if (text)
@@ -25,15 +25,11 @@ namespace squeal
     throw SolverError(message + " in " + call);
   }
 
-
-
   Matrix::~Matrix()
   {
     if (mat)
       MatDestroy(&mat);
   }
-
-
 
   double Matrix::infinity_norm() const
   {
@@ -43,8 +39,6 @@ namespace squeal
     return norm;
   }
 
-
-
   std::uint64_t Matrix::n_nonzeros() const
   {
     MatInfo info{};
@@ -53,22 +47,17 @@ namespace squeal
     return static_cast<std::uint64_t>(info.nz_used);
   }
 
-
-
-  Matrix make_matrix(const RowRange              &rows,
-                     const std::vector<PetscInt> &diagonal,
+  Matrix make_matrix(const RowRange &rows, const std::vector<PetscInt> &diagonal,
                      const std::vector<PetscInt> &off_diagonal)
   {
-    Mat            mat = nullptr;
+    Mat mat          = nullptr;
     const PetscInt n = rows.n_local(), n_global = rows.size;
-    SQUEAL_PETSC(MatCreateAIJ(
-      rows.comm, n, n, n_global, n_global, 0, diagonal.data(), 0, off_diagonal.data(), &mat));
+    SQUEAL_PETSC(MatCreateAIJ(rows.comm, n, n, n_global, n_global, 0, diagonal.data(), 0,
+                              off_diagonal.data(), &mat));
     Matrix matrix(mat);
     SQUEAL_PETSC(MatSetOption(mat, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
     return matrix;
   }
-
-
 
   void compress(const Matrix &matrix)
   {
@@ -76,12 +65,10 @@ namespace squeal
     SQUEAL_PETSC(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
   }
 
-
-
   namespace
   {
-    /// Merges one row of several matrices into sorted columns with summed values. PETSc's rows are sorted, so
-    /// each row is merged into the ones before it.
+    /// Merges one row of several matrices into sorted columns with summed values. PETSc's rows are
+    /// sorted, so each row is merged into the ones before it.
     class RowMerger
     {
     public:
@@ -90,38 +77,39 @@ namespace squeal
         columns.clear();
         values.clear();
       }
-      void add(const double c, const PetscInt n, const PetscInt *new_columns, const PetscScalar *new_values)
+      void add(const double c, const PetscInt n, const PetscInt *new_columns,
+               const PetscScalar *new_values)
       {
         old_columns.swap(columns);
         old_values.swap(values);
         start();
         std::size_t i = 0;
-        PetscInt    k = 0;
+        PetscInt k    = 0;
         while (i < old_columns.size() || k < n)
         {
-          const bool take_old = i < old_columns.size() && (k == n || old_columns[i] <= new_columns[k]);
-          const bool take_new = k < n && (i == old_columns.size() || new_columns[k] <= old_columns[i]);
+          const bool take_old =
+              i < old_columns.size() && (k == n || old_columns[i] <= new_columns[k]);
+          const bool take_new =
+              k < n && (i == old_columns.size() || new_columns[k] <= old_columns[i]);
           columns.push_back(take_old ? old_columns[i] : new_columns[k]);
           values.push_back((take_old ? old_values[i] : 0.) + (take_new ? c * new_values[k] : 0.));
           i += take_old;
           k += take_new;
         }
       }
-      std::vector<PetscInt>    columns;
+      std::vector<PetscInt> columns;
       std::vector<PetscScalar> values;
 
     private:
-      std::vector<PetscInt>    old_columns;
+      std::vector<PetscInt> old_columns;
       std::vector<PetscScalar> old_values;
     };
   } // namespace
 
-
-
   Matrix sum_of(const RowRange &rows, const std::vector<Summand> &given)
   {
     std::vector<Summand> summands;
-    std::vector<Matrix>  transposes;
+    std::vector<Matrix> transposes;
     for (const Summand &s : given)
       if (s.matrix && s.coefficient != 0)
       {
@@ -137,14 +125,15 @@ namespace squeal
     if (summands.empty())
       return {};
 
-    RowMerger  merger;
-    const auto merge_row = [&](const unsigned int row) {
+    RowMerger merger;
+    const auto merge_row = [&](const unsigned int row)
+    {
       merger.start();
       for (const Summand &s : summands)
       {
-        PetscInt           n       = 0;
-        const PetscInt    *columns = nullptr;
-        const PetscScalar *values  = nullptr;
+        PetscInt n                = 0;
+        const PetscInt *columns   = nullptr;
+        const PetscScalar *values = nullptr;
         SQUEAL_PETSC(MatGetRow(s.matrix, row, &n, &columns, &values));
         if (n > 0)
           merger.add(s.coefficient, n, columns, values);
@@ -164,26 +153,17 @@ namespace squeal
     {
       merge_row(row);
       const PetscInt global_row = row;
-      SQUEAL_PETSC(MatSetValues(sum,
-                                1,
-                                &global_row,
-                                merger.columns.size(),
-                                merger.columns.data(),
-                                merger.values.data(),
-                                INSERT_VALUES));
+      SQUEAL_PETSC(MatSetValues(sum, 1, &global_row, merger.columns.size(), merger.columns.data(),
+                                merger.values.data(), INSERT_VALUES));
     }
     compress(sum);
     return sum;
   }
 
-
-
   Matrix symmetric_part(const RowRange &rows, const Matrix &matrix)
   {
     return sum_of(rows, {{0.5, matrix, true}});
   }
-
-
 
   Block Block::head(const unsigned int n) const
   {
@@ -192,30 +172,21 @@ namespace squeal
     return result;
   }
 
-
-
   void Block::append(const Block &other)
   {
     data_.insert(data_.end(), other.data_.begin(), other.data_.end());
     n_columns_ += other.n_columns_;
   }
 
-
-
   namespace
   {
     /// A PETSc dense matrix that borrows the memory of a block.
     Matrix view(const Block &block)
     {
-      Mat             mat  = nullptr;
+      Mat mat              = nullptr;
       const RowRange &rows = block.row_range();
-      SQUEAL_PETSC(MatCreateDense(rows.comm,
-                                  rows.n_local(),
-                                  PETSC_DECIDE,
-                                  rows.size,
-                                  block.n_columns(),
-                                  const_cast<double *>(block.data()),
-                                  &mat));
+      SQUEAL_PETSC(MatCreateDense(rows.comm, rows.n_local(), PETSC_DECIDE, rows.size,
+                                  block.n_columns(), const_cast<double *>(block.data()), &mat));
       return Matrix(mat);
     }
 
@@ -225,10 +196,7 @@ namespace squeal
     }
   } // namespace
 
-
-
-  Block sum_entries(const RowRange                 &rows,
-                    const std::vector<PetscInt>    &entry_rows,
+  Block sum_entries(const RowRange &rows, const std::vector<PetscInt> &entry_rows,
                     const std::vector<PetscScalar> &values)
   {
     Vec vector = nullptr;
@@ -237,7 +205,7 @@ namespace squeal
     SQUEAL_PETSC(VecSetValues(vector, values.size(), entry_rows.data(), values.data(), ADD_VALUES));
     SQUEAL_PETSC(VecAssemblyBegin(vector));
     SQUEAL_PETSC(VecAssemblyEnd(vector));
-    Block              result(rows, 1);
+    Block result(rows, 1);
     const PetscScalar *array = nullptr;
     SQUEAL_PETSC(VecGetArrayRead(vector, &array));
     std::copy(array, array + rows.n_local(), result.data());
@@ -246,49 +214,44 @@ namespace squeal
     return result;
   }
 
-
-
   Block multiply(const Matrix &matrix, const Block &block)
   {
     Block result(block.row_range(), block.n_columns());
     if (!matrix || block.n_columns() == 0)
       return result;
-    // PETSc's sparse-dense product reads the matrix once for several columns, which is what limits the speed.
+    // PETSc's sparse-dense product reads the matrix once for several columns, which is what limits
+    // the speed.
     const Matrix dense = view(block);
-    Matrix       product = view(result);
-    Mat          raw     = nullptr;
+    Matrix product     = view(result);
+    Mat raw            = nullptr;
     SQUEAL_PETSC(MatMatMult(matrix, dense, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &raw));
     const Matrix owner(raw);
     SQUEAL_PETSC(MatCopy(owner, product, SAME_NONZERO_PATTERN));
     return result;
   }
 
-
-
   std::vector<double> inner_products(const Block &a, const Block &b)
   {
-    const PetscBLASInt  m = a.n_columns(), n = b.n_columns(), k = a.n_local(), ld = std::max(1, k);
+    const PetscBLASInt m = a.n_columns(), n = b.n_columns(), k = a.n_local(), ld = std::max(1, k);
     std::vector<double> result(std::size_t(m) * n);
-    const double        one = 1, zero = 0;
+    const double one = 1, zero = 0;
     if (k > 0 && m > 0 && n > 0)
       BLASgemm_("T", "N", &m, &n, &k, &one, a.data(), &ld, b.data(), &ld, &zero, result.data(), &m);
     sum_over_ranks(a.row_range().comm, result);
     return result;
   }
 
-
-
-  Block combine(const Block &a, const std::vector<double> &coefficients, const unsigned int n_columns)
+  Block combine(const Block &a, const std::vector<double> &coefficients,
+                const unsigned int n_columns)
   {
-    Block              result(a.row_range(), n_columns);
+    Block result(a.row_range(), n_columns);
     const PetscBLASInt m = a.n_local(), n = n_columns, k = a.n_columns(), ld = std::max(1, m);
-    const double       one = 1, zero = 0;
+    const double one = 1, zero = 0;
     if (k > 0 && m > 0 && n > 0)
-      BLASgemm_("N", "N", &m, &n, &k, &one, a.data(), &ld, coefficients.data(), &k, &zero, result.data(), &ld);
+      BLASgemm_("N", "N", &m, &n, &k, &one, a.data(), &ld, coefficients.data(), &k, &zero,
+                result.data(), &ld);
     return result;
   }
-
-
 
   namespace
   {
@@ -300,9 +263,9 @@ namespace squeal
     /// Scales the columns to unit length and leaves out those not longer than @p shortest.
     Block normalized_columns(const Block &block, const double shortest)
     {
-      const DenseMatrix   gram = gram_matrix(block);
+      const DenseMatrix gram = gram_matrix(block);
       std::vector<double> coefficients;
-      unsigned int        n_kept = 0;
+      unsigned int n_kept = 0;
       for (unsigned int j = 0; j < block.n_columns(); ++j)
         if (const double length = std::sqrt(gram(j, j)); length > shortest)
         {
@@ -323,32 +286,31 @@ namespace squeal
     }
   } // namespace
 
-
-
   Block orthonormalize(Block block)
   {
-    // Gram eigenvalues below this hold directions of length 1e-4, whose relative rounding error is 1e-12.
+    // Gram eigenvalues below this hold directions of length 1e-4, whose relative rounding error is
+    // 1e-12.
     constexpr double resolved = 1e-8;
     constexpr double rounding = 1e-14;
 
-    Block  basis(block.row_range(), 0);
+    Block basis(block.row_range(), 0);
     double length = 1; // of the remaining columns, relative to the original ones
     block         = normalized_columns(block, 0);
     for (unsigned int level = 0; block.n_columns() > 0 && length > rounding; ++level)
     {
       project_out(basis, block);
       project_out(basis, block);
-      block                       = normalized_columns(block, rounding / length);
-      const unsigned int n        = block.n_columns();
+      block                = normalized_columns(block, rounding / length);
+      const unsigned int n = block.n_columns();
       if (n == 0)
         break;
-      DenseMatrix               vectors     = gram_matrix(block);
+      DenseMatrix vectors                   = gram_matrix(block);
       const std::vector<double> eigenvalues = symmetric_eigen(vectors);
-      std::vector<double>       kept, left;
+      std::vector<double> kept, left;
       for (unsigned int j = 0; j < n; ++j)
       {
-        const bool   keep = eigenvalues[j] > resolved * eigenvalues.back();
-        const double c    = keep ? 1 / std::sqrt(eigenvalues[j]) : 1;
+        const bool keep = eigenvalues[j] > resolved * eigenvalues.back();
+        const double c  = keep ? 1 / std::sqrt(eigenvalues[j]) : 1;
         for (unsigned int i = 0; i < n; ++i)
           (keep ? kept : left).push_back(c * vectors(i, j));
       }
@@ -362,7 +324,7 @@ namespace squeal
     // Loss of orthogonality by rounding is small by now: one more pass removes it.
     if (basis.n_columns() == 0)
       return basis;
-    DenseMatrix               vectors     = gram_matrix(basis);
+    DenseMatrix vectors                   = gram_matrix(basis);
     const std::vector<double> eigenvalues = symmetric_eigen(vectors);
     for (unsigned int j = 0; j < basis.n_columns(); ++j)
       for (unsigned int i = 0; i < basis.n_columns(); ++i)
@@ -370,9 +332,8 @@ namespace squeal
     return combine(basis, vectors.values, basis.n_columns());
   }
 
-
-
-  Factorization::Factorization(const Matrix &matrix, const Kind kind, const std::string &what) : what(what)
+  Factorization::Factorization(const Matrix &matrix, const Kind kind, const std::string &what)
+      : what(what)
   {
     const bool lu = kind == Kind::lu;
     if (!lu)
@@ -380,7 +341,7 @@ namespace squeal
     MatFactorInfo info;
     SQUEAL_PETSC(MatFactorInfoInitialize(&info));
     SQUEAL_PETSC(
-      MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
+        MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
     try
     {
       SQUEAL_PETSC(MatMumpsSetIcntl(mat, 14, 50)); // room for delayed pivots, percent
@@ -409,7 +370,8 @@ namespace squeal
         else if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
           advice = "the matrix is singular: if a body is free to move, set Eigenproblem/Shift, for "
                    "example to 0.1.";
-        throw SolverError("MUMPS cannot factorise " + what + " (INFOG(1) = " + std::to_string(code) +
+        throw SolverError("MUMPS cannot factorise " + what +
+                          " (INFOG(1) = " + std::to_string(code) +
                           ", INFOG(2) = " + std::to_string(detail) + "): " + advice);
       }
     }
@@ -420,15 +382,11 @@ namespace squeal
     }
   }
 
-
-
   Factorization::~Factorization()
   {
     if (mat)
       MatDestroy(&mat);
   }
-
-
 
   Block Factorization::solve(const Block &right_hand_sides) const
   {
@@ -443,8 +401,6 @@ namespace squeal
     return solution;
   }
 
-
-
   Block Factorization::solve_transposed(const Block &right_hand_sides) const
   {
     // PETSc has no transposed solve of a block with MUMPS; MUMPS itself has.
@@ -454,16 +410,12 @@ namespace squeal
     return solution;
   }
 
-
-
   Factorization::Inertia Factorization::inertia() const
   {
     PetscInt negative = 0, zero = 0, positive = 0;
     SQUEAL_PETSC(MatGetInertia(mat, &negative, &zero, &positive));
     return {unsigned(negative), unsigned(zero), unsigned(positive)};
   }
-
-
 
   double Factorization::memory_mib() const
   {

@@ -18,14 +18,12 @@ namespace squeal
     }
   } // namespace
 
-
-
   // mpirun pretends to be a terminal even where its own output goes to a file.
   Log::Log(const MPI_Comm comm)
-    : speaks(is_rank_zero(comm)), terminal(isatty(STDOUT_FILENO) && !std::getenv("OMPI_COMM_WORLD_RANK"))
-  {}
-
-
+      : speaks(is_rank_zero(comm)),
+        terminal(isatty(STDOUT_FILENO) && !std::getenv("OMPI_COMM_WORLD_RANK"))
+  {
+  }
 
   void Log::open(const std::string &filename)
   {
@@ -35,8 +33,6 @@ namespace squeal
     file << so_far << std::flush;
     so_far.clear();
   }
-
-
 
   void Log::print(const std::string &text)
   {
@@ -52,8 +48,6 @@ namespace squeal
       so_far += text;
   }
 
-
-
   void Log::progress(const std::string &text)
   {
     if (!speaks || !terminal)
@@ -62,14 +56,10 @@ namespace squeal
     progress_shown = true;
   }
 
-
-
   void PhaseTimer::add(const std::string &phase, const double seconds)
   {
     phases[phase] += seconds;
   }
-
-
 
   double PhaseTimer::seconds(const std::string &phase) const
   {
@@ -77,15 +67,11 @@ namespace squeal
     return found == phases.end() ? 0 : found->second;
   }
 
-
-
   void PhaseTimer::restart()
   {
     phases.clear();
     start = std::chrono::steady_clock::now();
   }
-
-
 
   double peak_memory_mib(const MPI_Comm comm)
   {

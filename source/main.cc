@@ -12,26 +12,29 @@
 
 namespace
 {
-  const char *usage = "squeal " SQUEAL_VERSION ": predicts disc-brake squeal\n"
-                      "\n"
-                      "  squeal FILE.prm [--set \"Section/Key=value\"]...   run (in parallel: mpirun -np N squeal ...)\n"
-                      "  squeal --check FILE.prm                          validate, print what would run\n"
-                      "  squeal --print-parameters=prm|json|md            every key with default, unit, allowed values\n"
-                      "  squeal --version | --help\n"
-                      "\n"
-                      "Exit status: 0 finished, 2 the input is wrong, 3 a solver failed, 1 anything else.\n";
+  const char *usage =
+      "squeal " SQUEAL_VERSION ": predicts disc-brake squeal\n"
+      "\n"
+      "  squeal FILE.prm [--set \"Section/Key=value\"]...   run (in parallel: mpirun -np N squeal "
+      "...)\n"
+      "  squeal --check FILE.prm                          validate, print what would run\n"
+      "  squeal --print-parameters=prm|json|md            every key with default, unit, allowed "
+      "values\n"
+      "  squeal --version | --help\n"
+      "\n"
+      "Exit status: 0 finished, 2 the input is wrong, 3 a solver failed, 1 anything else.\n";
 
   struct CommandLine
   {
-    bool                     check = false, help = false, version = false;
-    std::string              print_format, filename;
+    bool check = false, help = false, version = false;
+    std::string print_format, filename;
     std::vector<std::string> overrides;
   };
 
   CommandLine parse(const std::vector<std::string> &arguments)
   {
     using squeal::InputError;
-    CommandLine       result;
+    CommandLine result;
     const std::string print = "--print-parameters";
     for (std::size_t i = 0; i < arguments.size(); ++i)
     {
@@ -55,7 +58,8 @@ namespace
       else if (!argument.empty() && argument[0] == '-')
         throw InputError("Unknown option " + argument + ".\n\n" + usage);
       else if (!result.filename.empty())
-        throw InputError("One parameter file is expected, not both " + result.filename + " and " + argument + ".");
+        throw InputError("One parameter file is expected, not both " + result.filename + " and " +
+                         argument + ".");
       else
         result.filename = argument;
     }
@@ -65,9 +69,9 @@ namespace
   void run(const std::vector<std::string> &arguments, const MPI_Comm comm)
   {
     const CommandLine command = parse(arguments);
-    const bool        speaks  = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
-    std::ostream      nowhere(nullptr);
-    std::ostream     &out = speaks ? std::cout : nowhere;
+    const bool speaks         = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
+    std::ostream nowhere(nullptr);
+    std::ostream &out = speaks ? std::cout : nowhere;
 
     squeal::ParameterFile file;
     if (command.help)
@@ -92,12 +96,12 @@ namespace
     out << std::flush;
   }
 
-  /// One rank speaks. A rank that fails alone must not leave the others waiting: after a failure in parallel
-  /// all are ended.
+  /// One rank speaks. A rank that fails alone must not leave the others waiting: after a failure in
+  /// parallel all are ended.
   int fail(const int status, const std::string &message, const MPI_Comm comm)
   {
     const unsigned int n_ranks = dealii::Utilities::MPI::n_mpi_processes(comm);
-    const bool         speaks  = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
+    const bool speaks          = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
     if (!speaks)
       usleep(500000); // let rank 0 speak first, if it fails too
     std::cerr << (speaks ? "" : "\n") << "\nsqueal: " << message << std::endl;
@@ -110,11 +114,11 @@ namespace
 int main(int argc, char *argv[])
 {
   // PETSc would take --help and the like for its own options, so it sees only the program's name.
-  int    n_visible = 1;
-  char **visible   = argv;
-  const std::vector<std::string>           arguments(argv + 1, argv + argc);
-  char                                    *only_name[] = {argv[0], nullptr};
-  visible                                              = only_name;
+  int n_visible  = 1;
+  char **visible = argv;
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  char *only_name[] = {argv[0], nullptr};
+  visible           = only_name;
   dealii::Utilities::MPI::MPI_InitFinalize mpi(n_visible, visible, 1);
   PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
   dealii::deal_II_exceptions::disable_abort_on_exception();

@@ -14,11 +14,14 @@ namespace squeal
     if (!in)
       throw InputError(key + " = " + filename + ": the file cannot be read.");
     unsigned int line_number = 0;
-    std::string  line;
-    const auto   fail = [&](const std::string &what) {
-      throw InputError(key + " = " + filename + ", line " + std::to_string(line_number) + ": " + what);
+    std::string line;
+    const auto fail = [&](const std::string &what)
+    {
+      throw InputError(key + " = " + filename + ", line " + std::to_string(line_number) + ": " +
+                       what);
     };
-    const auto next_line = [&](const std::string &expected) {
+    const auto next_line = [&](const std::string &expected)
+    {
       while (std::getline(in, line))
       {
         ++line_number;
@@ -32,7 +35,7 @@ namespace squeal
     ++line_number;
     std::transform(line.begin(), line.end(), line.begin(), ::tolower);
     std::istringstream header(line);
-    std::string        banner, object, format, field, symmetry;
+    std::string banner, object, format, field, symmetry;
     header >> banner >> object >> format >> field >> symmetry;
     if (banner != "%%matrixmarket" || object != "matrix")
       fail("the first line must be '%%MatrixMarket matrix coordinate real general' or the like.");
@@ -42,16 +45,17 @@ namespace squeal
       fail("the field '" + field + "' is not supported; allowed are real and integer.");
     const bool symmetric = symmetry == "symmetric", skew = symmetry == "skew-symmetric";
     if (symmetry != "general" && !symmetric && !skew)
-      fail("the symmetry '" + symmetry + "' is not supported; allowed are general, symmetric, "
-                                         "skew-symmetric.");
+      fail("the symmetry '" + symmetry +
+           "' is not supported; allowed are general, symmetric, "
+           "skew-symmetric.");
 
     MatrixMarketFile file;
     next_line("the line of sizes");
     std::istringstream sizes(line);
-    long long          n_rows = 0, n_columns = 0, n_entries = 0;
-    const bool         coordinate = format == "coordinate";
-    if (!(sizes >> n_rows >> n_columns) || (coordinate && !(sizes >> n_entries)) || n_rows < 1 || n_columns < 1 ||
-        n_entries < 0 || n_rows > 100000000 || n_columns > 100000000)
+    long long n_rows = 0, n_columns = 0, n_entries = 0;
+    const bool coordinate = format == "coordinate";
+    if (!(sizes >> n_rows >> n_columns) || (coordinate && !(sizes >> n_entries)) || n_rows < 1 ||
+        n_columns < 1 || n_entries < 0 || n_rows > 100000000 || n_columns > 100000000)
       fail("expected the numbers of rows, columns" + std::string(coordinate ? " and entries" : "") +
            ", all positive; found '" + line + "'.");
     if (!coordinate)
@@ -65,9 +69,9 @@ namespace squeal
     {
       next_line("entry " + std::to_string(k + 1) + " of " + std::to_string(n_entries));
       const char *text = line.c_str();
-      char       *end  = nullptr;
-      long long   i = array_row + 1, j = array_column + 1;
-      bool        good = true;
+      char *end        = nullptr;
+      long long i = array_row + 1, j = array_column + 1;
+      bool good = true;
       if (coordinate)
       {
         i    = std::strtoll(text, &end, 10);
@@ -84,9 +88,11 @@ namespace squeal
       }
       const double value = std::strtod(text, &end);
       if (!good || end == text || std::string(end).find_first_not_of(" \t\r") != std::string::npos)
-        fail("expected '" + std::string(coordinate ? "row column value" : "value") + "', found '" + line + "'.");
+        fail("expected '" + std::string(coordinate ? "row column value" : "value") + "', found '" +
+             line + "'.");
       if (i < 1 || i > n_rows || j < 1 || j > n_columns)
-        fail("the entry (" + std::to_string(i) + ", " + std::to_string(j) + ") lies outside of the matrix.");
+        fail("the entry (" + std::to_string(i) + ", " + std::to_string(j) +
+             ") lies outside of the matrix.");
       if (!std::isfinite(value))
         fail("the value is not a finite number: '" + line + "'.");
       file.rows.push_back(i - 1);
@@ -108,12 +114,10 @@ namespace squeal
     return file;
   }
 
-
-
   Matrix distribute(const MatrixMarketFile &file, const RowRange &rows)
   {
     std::vector<PetscInt> i, j;
-    std::vector<double>   values;
+    std::vector<double> values;
     for (std::size_t k = 0; k < file.values.size(); ++k)
       if (rows.contains(file.rows[k]))
       {

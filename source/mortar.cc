@@ -14,17 +14,15 @@ namespace squeal
 
   template <int dim>
   FaceElement<dim>::FaceElement(const unsigned int degree)
-    : p(degree), n(Utilities::pow(degree + 1, dim - 1)),
-      basis(Polynomials::generate_complete_Lagrange_basis(QGaussLobatto<1>(degree + 1).get_points()))
+      : p(degree), n(Utilities::pow(degree + 1, dim - 1)),
+        basis(Polynomials::generate_complete_Lagrange_basis(
+            QGaussLobatto<1>(degree + 1).get_points()))
   {
     AssertThrow(degree <= max_degree, ExcMessage("The degree of contact faces is limited."));
   }
 
-
-
   template <int dim>
-  void FaceElement<dim>::evaluate(const Coordinates     &xi,
-                                  std::vector<double>   &values,
+  void FaceElement<dim>::evaluate(const Coordinates &xi, std::vector<double> &values,
                                   std::vector<Gradient> *gradients) const
   {
     double one_d[dim - 1][max_degree + 1][2]; // [direction][node]{value, derivative}
@@ -50,14 +48,12 @@ namespace squeal
     }
   }
 
-
-
   template <int dim>
   typename FaceElement<dim>::Frame FaceElement<dim>::frame(const SurfaceFace<dim> &face,
-                                                           const Coordinates      &xi) const
+                                                           const Coordinates &xi) const
   {
     // Called some hundred thousand times: the scratch memory is kept.
-    thread_local std::vector<double>   values;
+    thread_local std::vector<double> values;
     thread_local std::vector<Gradient> gradients;
     evaluate(xi, values, &gradients);
     Frame result;
@@ -76,11 +72,9 @@ namespace squeal
     return result;
   }
 
-
-
   template <int dim>
   typename FaceElement<dim>::Coordinates FaceElement<dim>::project(const SurfaceFace<dim> &face,
-                                                                   const Point<dim>       &x) const
+                                                                   const Point<dim> &x) const
   {
     // t_i . (x(xi) - x) = 0, Newton with the Gauss-Newton matrix t_i . t_j, exact on flat faces
     Coordinates centre;
@@ -89,10 +83,10 @@ namespace squeal
     Coordinates xi = centre, first_step;
     for (unsigned int step = 0; step < 25; ++step)
     {
-      const Frame            f = frame(face, xi);
-      Tensor<2, dim - 1>     metric;
-      Tensor<1, dim - 1>     residual;
-      const Tensor<1, dim>   distance = x - f.x;
+      const Frame f = frame(face, xi);
+      Tensor<2, dim - 1> metric;
+      Tensor<1, dim - 1> residual;
+      const Tensor<1, dim> distance = x - f.x;
       for (unsigned int i = 0; i < dim - 1; ++i)
       {
         residual[i] = f.tangents[i] * distance;
@@ -108,15 +102,14 @@ namespace squeal
       if (!(xi.norm() < 1e3))
         return first_step;
     }
-    // Rounding may keep the last change above the tolerance; a cycle or a divergence does not end here.
-    const Frame f = frame(face, xi);
-    double      mismatch = 0;
+    // Rounding may keep the last change above the tolerance; a cycle or a divergence does not end
+    // here.
+    const Frame f   = frame(face, xi);
+    double mismatch = 0;
     for (unsigned int i = 0; i < dim - 1; ++i)
       mismatch += std::abs(f.tangents[i] * (x - f.x)) / f.tangents[i].norm_square();
     return mismatch < 1e-9 ? xi : first_step;
   }
-
-
 
   namespace
   {
@@ -127,7 +120,8 @@ namespace squeal
     {
       Point<dim> low, high;
 
-      Box(const SurfaceFace<dim> &face, const double margin) : low(face.nodes[0]), high(face.nodes[0])
+      Box(const SurfaceFace<dim> &face, const double margin)
+          : low(face.nodes[0]), high(face.nodes[0])
       {
         for (const Point<dim> &x : face.nodes)
           for (unsigned int d = 0; d < dim; ++d)
@@ -158,13 +152,13 @@ namespace squeal
     {
       for (unsigned int side = 0; side < 4 && !polygon.empty(); ++side)
       {
-        const unsigned int d      = side / 2;
-        const auto         inside = [&](const Point<2> &x) { return side % 2 == 0 ? x[d] : 1 - x[d]; };
-        Polygon            result;
+        const unsigned int d = side / 2;
+        const auto inside    = [&](const Point<2> &x) { return side % 2 == 0 ? x[d] : 1 - x[d]; };
+        Polygon result;
         for (unsigned int i = 0; i < polygon.size(); ++i)
         {
           const Point<2> &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-          const double    in_a = inside(a), in_b = inside(b);
+          const double in_a = inside(a), in_b = inside(b);
           if (in_a >= 0)
             result.push_back(a);
           if ((in_a > 0 && in_b < 0) || (in_a < 0 && in_b > 0))
@@ -207,8 +201,9 @@ namespace squeal
       double sign = 0;
       for (unsigned int i = 0; i < 4; ++i)
       {
-        const Tensor<1, 2> e = polygon[(i + 1) % 4] - polygon[i], f = polygon[(i + 2) % 4] - polygon[(i + 1) % 4];
-        const double       turn = (e[0] * f[1] - e[1] * f[0]) / (e.norm() * f.norm());
+        const Tensor<1, 2> e = polygon[(i + 1) % 4] - polygon[i],
+                           f = polygon[(i + 2) % 4] - polygon[(i + 1) % 4];
+        const double turn    = (e[0] * f[1] - e[1] * f[0]) / (e.norm() * f.norm());
         if (std::abs(turn) < 1e-3 || turn * sign < 0)
           return false;
         sign = turn;
@@ -216,24 +211,27 @@ namespace squeal
       return true;
     }
 
-    /// A quadrature on a polygon: a product rule on convex quadrilaterals, else one on each triangle of a
-    /// fan about the mean corner (collapsed product rule). Signed weights, positive for the orientation of
-    /// the polygon.
-    void quadrature_on_polygon(const Polygon                            &polygon,
-                               const QGauss<1>                          &on_quadrilateral,
-                               const QGauss<1>                          &on_triangle,
+    /// A quadrature on a polygon: a product rule on convex quadrilaterals, else one on each
+    /// triangle of a fan about the mean corner (collapsed product rule). Signed weights, positive
+    /// for the orientation of the polygon.
+    void quadrature_on_polygon(const Polygon &polygon, const QGauss<1> &on_quadrilateral,
+                               const QGauss<1> &on_triangle,
                                std::vector<std::pair<Point<2>, double>> &points)
     {
-      const auto add_quadrilateral = [&](const std::array<Point<2>, 4> &c, const QGauss<1> &rule) {
+      const auto add_quadrilateral = [&](const std::array<Point<2>, 4> &c, const QGauss<1> &rule)
+      {
         for (unsigned int j = 0; j < rule.size(); ++j)
           for (unsigned int i = 0; i < rule.size(); ++i)
           {
-            const double       s = rule.point(i)[0], t = rule.point(j)[0];
-            const Point<2>     x((1 - s) * (1 - t) * c[0][0] + s * (1 - t) * c[1][0] + s * t * c[2][0] + (1 - s) * t * c[3][0],
-                             (1 - s) * (1 - t) * c[0][1] + s * (1 - t) * c[1][1] + s * t * c[2][1] + (1 - s) * t * c[3][1]);
+            const double s = rule.point(i)[0], t = rule.point(j)[0];
+            const Point<2> x((1 - s) * (1 - t) * c[0][0] + s * (1 - t) * c[1][0] + s * t * c[2][0] +
+                                 (1 - s) * t * c[3][0],
+                             (1 - s) * (1 - t) * c[0][1] + s * (1 - t) * c[1][1] + s * t * c[2][1] +
+                                 (1 - s) * t * c[3][1]);
             const Tensor<1, 2> x_s = (1 - t) * (c[1] - c[0]) + t * (c[2] - c[3]);
             const Tensor<1, 2> x_t = (1 - s) * (c[3] - c[0]) + s * (c[2] - c[1]);
-            points.emplace_back(x, rule.weight(i) * rule.weight(j) * (x_s[0] * x_t[1] - x_s[1] * x_t[0]));
+            points.emplace_back(x, rule.weight(i) * rule.weight(j) *
+                                       (x_s[0] * x_t[1] - x_s[1] * x_t[0]));
           }
       };
       if (is_convex_quadrilateral(polygon))
@@ -250,18 +248,20 @@ namespace squeal
       for (const Point<2> &corner : polygon)
         centre += corner / double(polygon.size());
       for (unsigned int i = 0; i < polygon.size(); ++i)
-        add_quadrilateral({{centre, polygon[i], polygon[(i + 1) % polygon.size()], polygon[(i + 1) % polygon.size()]}},
+        add_quadrilateral({{centre, polygon[i], polygon[(i + 1) % polygon.size()],
+                            polygon[(i + 1) % polygon.size()]}},
                           on_triangle);
     }
 
-    /// The outline of a rotor face in the reference coordinates of a pad face, counter-clockwise in the
-    /// rotor face's own coordinates.
-    Polygon outline(const FaceElement<3> &element, const SurfaceFace<3> &rotor_face, const SurfaceFace<3> &pad_face)
+    /// The outline of a rotor face in the reference coordinates of a pad face, counter-clockwise in
+    /// the rotor face's own coordinates.
+    Polygon outline(const FaceElement<3> &element, const SurfaceFace<3> &rotor_face,
+                    const SurfaceFace<3> &pad_face)
     {
-      const auto to_pad = [&](const Point<2> &xi) {
-        return element.project(pad_face, element.frame(rotor_face, xi).x);
-      };
-      const auto far_from_square = [](const Point<2> &a, const Point<2> &b) {
+      const auto to_pad = [&](const Point<2> &xi)
+      { return element.project(pad_face, element.frame(rotor_face, xi).x); };
+      const auto far_from_square = [](const Point<2> &a, const Point<2> &b)
+      {
         for (unsigned int d = 0; d < 2; ++d)
           if (std::max(a[d], b[d]) < -0.5 || std::min(a[d], b[d]) > 1.5)
             return true;
@@ -270,19 +270,19 @@ namespace squeal
       // A wrong place of the cut by delta costs about delta^2 in the integrals.
       const double tolerance = 1e-4;
 
-      Polygon                       polygon;
-      const std::array<Point<2>, 4> corners = {{Point<2>(0, 0), Point<2>(1, 0), Point<2>(1, 1), Point<2>(0, 1)}};
+      Polygon polygon;
+      const std::array<Point<2>, 4> corners = {
+          {Point<2>(0, 0), Point<2>(1, 0), Point<2>(1, 1), Point<2>(0, 1)}};
 
-      const auto add_edge = [&](const auto     &self,
-                                const Point<2> &a,
-                                const Point<2> &b,
-                                const Point<2> &image_a,
-                                const Point<2> &image_b,
-                                const unsigned  depth) -> void {
+      const auto add_edge = [&](const auto &self, const Point<2> &a, const Point<2> &b,
+                                const Point<2> &image_a, const Point<2> &image_b,
+                                const unsigned depth) -> void
+      {
         const Point<2> middle = a + 0.5 * (b - a), image = to_pad(middle);
         const Point<2> chord = image_a + 0.5 * (image_b - image_a);
         if (depth == 0 || (image - chord).norm() < tolerance ||
-            (far_from_square(image_a, image) && far_from_square(image, image_b) && far_from_square(image_a, image_b)))
+            (far_from_square(image_a, image) && far_from_square(image, image_b) &&
+             far_from_square(image_a, image_b)))
         {
           polygon.push_back(image_a);
           return;
@@ -304,7 +304,8 @@ namespace squeal
                                                                const SurfaceFace<3> &pad_face)
     {
       std::vector<std::pair<Point<2>, double>> points;
-      Polygon polygon = without_short_edges(clip_to_unit_square(outline(element, rotor_face, pad_face)));
+      Polygon polygon =
+          without_short_edges(clip_to_unit_square(outline(element, rotor_face, pad_face)));
       if (polygon.size() < 3)
         return points;
       const double area = signed_area(polygon);
@@ -321,8 +322,8 @@ namespace squeal
                                                                const SurfaceFace<2> &rotor_face,
                                                                const SurfaceFace<2> &pad_face)
     {
-      const double a = element.project(pad_face, element.frame(rotor_face, Point<1>(0.)).x)[0];
-      const double b = element.project(pad_face, element.frame(rotor_face, Point<1>(1.)).x)[0];
+      const double a   = element.project(pad_face, element.frame(rotor_face, Point<1>(0.)).x)[0];
+      const double b   = element.project(pad_face, element.frame(rotor_face, Point<1>(1.)).x)[0];
       const double low = std::max(0., std::min(a, b)), high = std::min(1., std::max(a, b));
 
       std::vector<std::pair<Point<1>, double>> points;
@@ -330,40 +331,40 @@ namespace squeal
       {
         const QGauss<1> rule(element.degree() + 2);
         for (unsigned int q = 0; q < rule.size(); ++q)
-          points.emplace_back(Point<1>(low + (high - low) * rule.point(q)[0]), (high - low) * rule.weight(q));
+          points.emplace_back(Point<1>(low + (high - low) * rule.point(q)[0]),
+                              (high - low) * rule.weight(q));
       }
       return points;
     }
   } // namespace
 
-
-
   template <int dim>
-  std::vector<FacePair<dim>> pair_surfaces(const FaceElement<dim>              &element,
-                                           const std::vector<SurfaceFace<dim>> &pad_faces,
-                                           const std::vector<SurfaceFace<dim>> &rotor_faces,
-                                           const double                         search_distance)
+  std::vector<FacePair<dim>>
+  pair_surfaces(const FaceElement<dim> &element, const std::vector<SurfaceFace<dim>> &pad_faces,
+                const std::vector<SurfaceFace<dim>> &rotor_faces, const double search_distance)
   {
-    // Boxes of the rotor's faces sorted along x: each pad face looks only at those that begin before it ends.
+    // Boxes of the rotor's faces sorted along x: each pad face looks only at those that begin
+    // before it ends.
     std::vector<std::pair<Box<dim>, unsigned int>> boxes;
-    double                                         widest = 0;
+    double widest = 0;
     for (unsigned int m = 0; m < rotor_faces.size(); ++m)
     {
       boxes.emplace_back(Box<dim>(rotor_faces[m], 0.), m);
       widest = std::max(widest, boxes.back().first.high[0] - boxes.back().first.low[0]);
     }
-    std::sort(boxes.begin(), boxes.end(), [](const auto &a, const auto &b) {
-      return std::make_pair(a.first.low[0], a.second) < std::make_pair(b.first.low[0], b.second);
-    });
+    std::sort(boxes.begin(), boxes.end(),
+              [](const auto &a, const auto &b) {
+                return std::make_pair(a.first.low[0], a.second) <
+                       std::make_pair(b.first.low[0], b.second);
+              });
 
     std::vector<FacePair<dim>> pairs;
     for (unsigned int s = 0; s < pad_faces.size(); ++s)
     {
       const Box<dim> box(pad_faces[s], search_distance);
-      auto           candidate =
-        std::lower_bound(boxes.begin(), boxes.end(), box.low[0] - widest, [](const auto &b, const double x) {
-          return b.first.low[0] < x;
-        });
+      auto candidate =
+          std::lower_bound(boxes.begin(), boxes.end(), box.low[0] - widest,
+                           [](const auto &b, const double x) { return b.first.low[0] < x; });
       for (; candidate != boxes.end() && candidate->first.low[0] <= box.high[0]; ++candidate)
       {
         if (!box.overlaps(candidate->first))
@@ -387,10 +388,8 @@ namespace squeal
   template class FaceElement<3>;
   template std::vector<FacePair<2>> pair_surfaces(const FaceElement<2> &,
                                                   const std::vector<SurfaceFace<2>> &,
-                                                  const std::vector<SurfaceFace<2>> &,
-                                                  double);
+                                                  const std::vector<SurfaceFace<2>> &, double);
   template std::vector<FacePair<3>> pair_surfaces(const FaceElement<3> &,
                                                   const std::vector<SurfaceFace<3>> &,
-                                                  const std::vector<SurfaceFace<3>> &,
-                                                  double);
+                                                  const std::vector<SurfaceFace<3>> &, double);
 } // namespace squeal

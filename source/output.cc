@@ -25,8 +25,9 @@ namespace squeal
       std::ofstream out(path, std::ios::binary);
       out << text << std::flush;
       if (!out)
-        throw InputError("Output/Directory: the file " + path.string() +
-                         " cannot be written. Is the directory writable, is there space on the disk?");
+        throw InputError(
+            "Output/Directory: the file " + path.string() +
+            " cannot be written. Is the directory writable, is there space on the disk?");
     }
 
     std::string formatted(const char *format, const double value)
@@ -36,8 +37,6 @@ namespace squeal
       return text;
     }
   } // namespace
-
-
 
   std::string number(const double value)
   {
@@ -49,9 +48,8 @@ namespace squeal
     return value ? number(*value) : "";
   }
 
-
-
-  void start_run_directory(const std::string &directory, const ParameterFile &file, const MPI_Comm comm)
+  void start_run_directory(const std::string &directory, const ParameterFile &file,
+                           const MPI_Comm comm)
   {
     std::string error;
     if (is_rank_zero(comm))
@@ -60,8 +58,8 @@ namespace squeal
         std::error_code code;
         std::filesystem::create_directories(directory, code);
         if (code)
-          throw InputError("Output/Directory = " + directory + ": the directory cannot be made (" + code.message() +
-                           ").");
+          throw InputError("Output/Directory = " + directory + ": the directory cannot be made (" +
+                           code.message() + ").");
         std::ostringstream used;
         file.print_used(used);
         write_file(std::filesystem::path(directory) / "original.prm", file.original_text());
@@ -70,8 +68,9 @@ namespace squeal
         for (const auto &entry : std::filesystem::directory_iterator(directory))
         {
           const std::string extension = entry.path().extension(), name = entry.path().filename();
-          if (extension == ".vtu" || extension == ".pvtu" || extension == ".pvd" || name == "modes.csv" ||
-              name == "cycles.csv" || name == "static.csv" || name == "log.txt")
+          if (extension == ".vtu" || extension == ".pvtu" || extension == ".pvd" ||
+              name == "modes.csv" || name == "cycles.csv" || name == "static.csv" ||
+              name == "log.txt")
             std::filesystem::remove(entry.path());
         }
       }
@@ -87,16 +86,12 @@ namespace squeal
       throw InputError(error);
   }
 
-
-
   Table::Table(const std::string &filename, const std::string &header, const MPI_Comm comm)
-    : filename(filename), writes(is_rank_zero(comm))
+      : filename(filename), writes(is_rank_zero(comm))
   {
     if (writes)
       write_file(filename, header + "\n");
   }
-
-
 
   void Table::add(const std::vector<std::string> &fields)
   {
@@ -111,11 +106,10 @@ namespace squeal
       throw std::runtime_error("The file " + filename + " cannot be written; is the disk full?");
   }
 
-
-
-  const char *modes_header = "cycle,mode,growth_rate_1_per_s,frequency_hz,damping_ratio,verdict,"
-                             "growth_rate_error_1_per_s,frequency_error_hz,backward_error,condition_number,"
-                             "d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2";
+  const char *modes_header =
+      "cycle,mode,growth_rate_1_per_s,frequency_hz,damping_ratio,verdict,"
+      "growth_rate_error_1_per_s,frequency_error_hz,backward_error,condition_number,"
+      "d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2";
 
   std::vector<std::string> modes_fields(const ModeRow &row)
   {
@@ -135,36 +129,27 @@ namespace squeal
             number(row.n)};
   }
 
-
-
   std::string modes_table(const std::vector<ModeRow> &rows)
   {
-    std::string text = "  mode   frequency, Hz   growth rate, 1/s   damping ratio   backward error   verdict\n";
+    std::string text =
+        "  mode   frequency, Hz   growth rate, 1/s   damping ratio   backward error   verdict\n";
     for (const ModeRow &row : rows)
     {
       const bool unstable = row.verdict == "flutter" || row.verdict == "divergence";
-      char       line[200];
-      std::snprintf(line,
-                    sizeof(line),
-                    "%s %4u   %13.4f   %16.5f   %13.3e   %14.1e   %s\n",
-                    unstable ? ">" : " ",
-                    row.mode,
-                    row.frequency(),
-                    row.growth_rate(),
-                    row.damping_ratio(),
-                    row.backward_error,
-                    row.verdict.c_str());
+      char line[200];
+      std::snprintf(line, sizeof(line), "%s %4u   %13.4f   %16.5f   %13.3e   %14.1e   %s\n",
+                    unstable ? ">" : " ", row.mode, row.frequency(), row.growth_rate(),
+                    row.damping_ratio(), row.backward_error, row.verdict.c_str());
       text += line;
     }
     return text;
   }
 
-
-
-  std::string convergence_table(const std::vector<std::vector<ModeRow>> &cycles, const std::vector<unsigned int> &dofs)
+  std::string convergence_table(const std::vector<std::vector<ModeRow>> &cycles,
+                                const std::vector<unsigned int> &dofs)
   {
     dealii::ConvergenceTable table;
-    const auto              &finest = cycles.back();
+    const auto &finest = cycles.back();
     std::vector<std::vector<int>> match;
     for (const auto &cycle : cycles)
       match.push_back(match_modes(finest, cycle));
@@ -186,10 +171,9 @@ namespace squeal
           const double d = std::abs(row.lambda - cycles[c - 1][match[c - 1][m]].lambda);
           change         = formatted("%.2e", d / std::abs(row.lambda));
           if (c >= 2 && match[c - 2][m] >= 0)
-            rate = formatted("%.2f",
-                             std::log2(std::abs(cycles[c - 1][match[c - 1][m]].lambda -
-                                                cycles[c - 2][match[c - 2][m]].lambda) /
-                                       d));
+            rate = formatted("%.2f", std::log2(std::abs(cycles[c - 1][match[c - 1][m]].lambda -
+                                                        cycles[c - 2][match[c - 2][m]].lambda) /
+                                               d));
         }
         table.add_value("change", change);
         table.add_value("rate", rate);

@@ -54,20 +54,21 @@ namespace squeal
     }
   } // namespace
 
-
-
   ParameterFile::ParameterFile() : all(std::make_unique<Parameters::All>())
   {
     all->declare(prm);
 
     // The handler's own JSON is the one public list of its entries.
     std::ostringstream json;
-    prm.print_parameters(json, dealii::ParameterHandler::KeepDeclarationOrder | dealii::ParameterHandler::JSON);
-    std::istringstream           in(json.str());
-    boost::property_tree::ptree  tree;
+    prm.print_parameters(json, dealii::ParameterHandler::KeepDeclarationOrder |
+                                   dealii::ParameterHandler::JSON);
+    std::istringstream in(json.str());
+    boost::property_tree::ptree tree;
     boost::property_tree::read_json(in, tree);
 
-    const auto collect = [this](const auto &self, const auto &node, std::vector<std::string> section) -> void {
+    const auto collect = [this](const auto &self, const auto &node,
+                                std::vector<std::string> section) -> void
+    {
       for (const auto &[mangled, child] : node)
       {
         // deal.II writes a blank in a name as _20.
@@ -105,8 +106,6 @@ namespace squeal
     collect(collect, tree, {});
   }
 
-
-
   void ParameterFile::read(const std::string &filename, const std::vector<std::string> &overrides)
   {
     std::ifstream in(filename, std::ios::binary);
@@ -124,8 +123,7 @@ namespace squeal
       const std::size_t equals = override_text.find('=');
       if (equals == std::string::npos)
         throw InputError("--set \"" + override_text + "\": expected \"Section/Key=value\".");
-      set(trim(override_text.substr(0, equals)),
-          trim(override_text.substr(equals + 1)),
+      set(trim(override_text.substr(0, equals)), trim(override_text.substr(equals + 1)),
           "--set \"" + override_text + "\"");
     }
 
@@ -139,14 +137,12 @@ namespace squeal
     }
   }
 
-
-
   void ParameterFile::parse_text(const std::string &text, const std::string &filename)
   {
     std::vector<std::string> section;
-    std::istringstream       in(text);
-    std::string              line;
-    unsigned int             line_number = 0;
+    std::istringstream in(text);
+    std::string line;
+    unsigned int line_number = 0;
     while (std::getline(in, line))
     {
       ++line_number;
@@ -179,31 +175,27 @@ namespace squeal
         set(path + trim(rest.substr(0, equals)), trim(rest.substr(equals + 1)), where);
       }
       else
-        throw InputError(where + ": expected 'subsection', 'end' or 'set Key = value', found '" + line +
-                         "'.");
+        throw InputError(where + ": expected 'subsection', 'end' or 'set Key = value', found '" +
+                         line + "'.");
     }
     if (!section.empty())
       throw InputError(filename + ": the subsection '" + section.back() + "' has no 'end'.");
   }
 
-
-
-  void ParameterFile::set(const std::string &path, const std::string &value, const std::string &where)
+  void ParameterFile::set(const std::string &path, const std::string &value,
+                          const std::string &where)
   {
-    const auto entry = std::find_if(entries.begin(), entries.end(), [&](const Entry &e) {
-      return e.path == path;
-    });
+    const auto entry = std::find_if(entries.begin(), entries.end(),
+                                    [&](const Entry &e) { return e.path == path; });
     if (entry == entries.end())
     {
       // A key that exists elsewhere is more likely meant than one that is spelt alike.
-      const std::string key      = path.substr(path.rfind('/') + 1);
-      const auto        distance = [&](const Entry &e) {
-        return std::min(2 * edit_distance(e.path, path), 2 * edit_distance(e.key, key) + 1);
-      };
-      const auto nearest =
-        std::min_element(entries.begin(), entries.end(), [&](const Entry &a, const Entry &b) {
-          return distance(a) < distance(b);
-        });
+      const std::string key = path.substr(path.rfind('/') + 1);
+      const auto distance   = [&](const Entry &e)
+      { return std::min(2 * edit_distance(e.path, path), 2 * edit_distance(e.key, key) + 1); };
+      const auto nearest = std::min_element(entries.begin(), entries.end(),
+                                            [&](const Entry &a, const Entry &b)
+                                            { return distance(a) < distance(b); });
       throw InputError(where + ": unknown key '" + path + "'. The nearest known key is '" +
                        nearest->path + "'. All keys: squeal --print-parameters=md");
     }
@@ -219,15 +211,13 @@ namespace squeal
       prm.leave_subsection();
   }
 
-
-
   void ParameterFile::print_used(std::ostream &out) const
   {
-    out << "# All parameters of a run of squeal " SQUEAL_VERSION ". This file reproduces the run.\n";
-    prm.print_parameters(out, dealii::ParameterHandler::KeepDeclarationOrder | dealii::ParameterHandler::ShortPRM);
+    out << "# All parameters of a run of squeal " SQUEAL_VERSION
+           ". This file reproduces the run.\n";
+    prm.print_parameters(out, dealii::ParameterHandler::KeepDeclarationOrder |
+                                  dealii::ParameterHandler::ShortPRM);
   }
-
-
 
   void ParameterFile::print_manual(std::ostream &out, const std::string &format) const
   {
@@ -241,8 +231,8 @@ namespace squeal
       out << "| key | default | allowed | meaning |\n|---|---|---|---|\n";
       for (const Entry &entry : entries)
       {
-        std::string row = entry.path + " | " + entry.default_value + " | " + allowed(entry.pattern) +
-                          " | " + entry.documentation;
+        std::string row = entry.path + " | " + entry.default_value + " | " +
+                          allowed(entry.pattern) + " | " + entry.documentation;
         out << "| " << row << " |\n";
       }
     }

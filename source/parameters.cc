@@ -10,9 +10,7 @@ namespace squeal
 {
   StageTerms terms_of(const Stage stage)
   {
-    return {stage >= Stage::transport,
-            stage >= Stage::friction,
-            stage >= Stage::friction_damping,
+    return {stage >= Stage::transport, stage >= Stage::friction, stage >= Stage::friction_damping,
             stage >= Stage::full};
   }
 
@@ -34,8 +32,8 @@ namespace squeal
         return Patterns::Double(0, Patterns::Double::max_double_value);
       }
 
-      [[noreturn]] void
-      fail(const std::string &key, const double value, const std::string &what_is_allowed)
+      [[noreturn]] void fail(const std::string &key, const double value,
+                             const std::string &what_is_allowed)
       {
         std::ostringstream message;
         message << key << " = " << value << ": " << what_is_allowed;
@@ -55,23 +53,19 @@ namespace squeal
       }
     } // namespace
 
-
-
     void MaterialSection::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Material");
       prm.add_parameter("Young modulus", young_modulus, "Young's modulus E, Pa.", positive());
-      prm.add_parameter("Poisson ratio",
-                        poisson_ratio,
+      prm.add_parameter("Poisson ratio", poisson_ratio,
                         "Poisson's ratio nu, -. Between -1 and 0.5, both excluded.",
                         Patterns::Double());
       prm.add_parameter("Density", density, "Density rho, kg/m^3.", positive());
-      prm.add_parameter("Mass proportional damping",
-                        mass_damping,
-                        "Rayleigh damping alpha in D = alpha M + beta K, 1/s. Used in the stage full.",
-                        not_negative());
-      prm.add_parameter("Stiffness proportional damping",
-                        stiffness_damping,
+      prm.add_parameter(
+          "Mass proportional damping", mass_damping,
+          "Rayleigh damping alpha in D = alpha M + beta K, 1/s. Used in the stage full.",
+          not_negative());
+      prm.add_parameter("Stiffness proportional damping", stiffness_damping,
                         "Rayleigh damping beta in D = alpha M + beta K, s. Used in the stage full.",
                         not_negative());
       prm.leave_subsection();
@@ -80,25 +74,21 @@ namespace squeal
     void MaterialSection::check(const std::string &section) const
     {
       if (!(poisson_ratio > -1 && poisson_ratio < 0.5))
-        fail(section + "/Material/Poisson ratio",
-             poisson_ratio,
+        fail(section + "/Material/Poisson ratio", poisson_ratio,
              "it must lie between -1 and 0.5, both excluded. At 0.5 the material is incompressible "
              "and its stiffness infinite; 0.499 is accepted.");
     }
 
-
-
     void Rotor::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Rotor");
-      prm.add_parameter("Inner radius", inner_radius, "Inner radius of the annular disc, m.", positive());
-      prm.add_parameter("Outer radius", outer_radius, "Outer radius of the annular disc, m.", positive());
-      prm.add_parameter("Thickness",
-                        thickness,
-                        "Thickness of the disc, m. Its mid-plane is z = 0.",
+      prm.add_parameter("Inner radius", inner_radius, "Inner radius of the annular disc, m.",
                         positive());
-      prm.add_parameter("Clamped boundary",
-                        clamped,
+      prm.add_parameter("Outer radius", outer_radius, "Outer radius of the annular disc, m.",
+                        positive());
+      prm.add_parameter("Thickness", thickness, "Thickness of the disc, m. Its mid-plane is z = 0.",
+                        positive());
+      prm.add_parameter("Clamped boundary", clamped,
                         "The cylinder on which all displacements are zero.",
                         Patterns::Selection("none|inner|outer"));
       material.declare(prm);
@@ -108,40 +98,35 @@ namespace squeal
     void Rotor::check() const
     {
       if (inner_radius >= outer_radius)
-        fail("Rotor/Inner radius",
-             inner_radius,
-             "it must be smaller than Rotor/Outer radius = " + std::to_string(outer_radius) + " m.");
+        fail("Rotor/Inner radius", inner_radius,
+             "it must be smaller than Rotor/Outer radius = " + std::to_string(outer_radius) +
+                 " m.");
       material.check("Rotor");
     }
-
-
 
     void Pads::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Pads");
-      prm.add_parameter("Arrangement",
-                        arrangement,
+      prm.add_parameter("Arrangement", arrangement,
                         "Which pads there are: on both faces of the rotor, on the upper one, none.",
                         Patterns::Selection("both|upper|none"));
-      prm.add_parameter("Inner radius", inner_radius, "Inner radius of the pad's sector, m.", positive());
-      prm.add_parameter("Outer radius", outer_radius, "Outer radius of the pad's sector, m.", positive());
-      prm.add_parameter("Sector angle",
-                        sector_angle,
+      prm.add_parameter("Inner radius", inner_radius, "Inner radius of the pad's sector, m.",
+                        positive());
+      prm.add_parameter("Outer radius", outer_radius, "Outer radius of the pad's sector, m.",
+                        positive());
+      prm.add_parameter("Sector angle", sector_angle,
                         "Angle of the pad's sector, degrees, centred on phi = 0.",
                         Patterns::Double(smallest, 350));
       prm.add_parameter("Thickness", thickness, "Thickness of a pad, m.", positive());
-      prm.add_parameter("Back face",
-                        back_face,
+      prm.add_parameter("Back face", back_face,
                         "Support of the pad's back face. guided: in-plane fixed, axial free.",
                         Patterns::Selection("guided|free|fixed"));
-      prm.add_parameter("Pressure",
-                        pressure,
-                        "Pressure on the pad's back face, towards the rotor, Pa.",
-                        not_negative());
-      prm.add_parameter("Pressure profile",
-                        profile,
-                        "Factor on the pressure, an expression of the position x, y, z in m; for example "
-                        "1 + 20*y presses one end of the pad more.");
+      prm.add_parameter("Pressure", pressure,
+                        "Pressure on the pad's back face, towards the rotor, Pa.", not_negative());
+      prm.add_parameter(
+          "Pressure profile", profile,
+          "Factor on the pressure, an expression of the position x, y, z in m; for example "
+          "1 + 20*y presses one end of the pad more.");
       material.declare(prm);
       prm.leave_subsection();
     }
@@ -151,82 +136,74 @@ namespace squeal
       if (n_pads() == 0)
         return;
       if (inner_radius >= outer_radius)
-        fail("Pads/Inner radius",
-             inner_radius,
+        fail("Pads/Inner radius", inner_radius,
              "it must be smaller than Pads/Outer radius = " + std::to_string(outer_radius) + " m.");
       if (inner_radius < rotor.inner_radius || outer_radius > rotor.outer_radius)
       {
         std::ostringstream message;
-        message << "Pads/Inner radius = " << inner_radius << ", Pads/Outer radius = " << outer_radius
-                << ": the pads must lie on the rotor, whose radii are " << rotor.inner_radius << " to "
-                << rotor.outer_radius << " m.";
+        message << "Pads/Inner radius = " << inner_radius
+                << ", Pads/Outer radius = " << outer_radius
+                << ": the pads must lie on the rotor, whose radii are " << rotor.inner_radius
+                << " to " << rotor.outer_radius << " m.";
         throw InputError(message.str());
       }
       material.check("Pads");
     }
 
-
-
     void Operation::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Operation");
-      prm.add_parameter("Angular velocity",
-                        angular_velocity,
-                        "Angular velocity Omega of the rotor about +z, rad/s (strip: belt speed, m/s).");
+      prm.add_parameter(
+          "Angular velocity", angular_velocity,
+          "Angular velocity Omega of the rotor about +z, rad/s (strip: belt speed, m/s).");
       prm.leave_subsection();
     }
-
-
 
     void Contact::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Contact");
-      prm.add_parameter("Formulation",
-                        formulation,
-                        "mortar: Lagrange multiplier on the pad's face. penalty: pressure = stiffness "
-                        "times penetration.",
-                        Patterns::Selection("mortar|penalty"));
-      prm.add_parameter("Penalty stiffness",
-                        penalty_stiffness,
+      prm.add_parameter(
+          "Formulation", formulation,
+          "mortar: Lagrange multiplier on the pad's face. penalty: pressure = stiffness "
+          "times penetration.",
+          Patterns::Selection("mortar|penalty"));
+      prm.add_parameter("Penalty stiffness", penalty_stiffness,
                         "Contact stiffness k_C, N/m^3. Used by the formulation penalty.",
                         positive());
-      prm.add_parameter("Steady pressure",
-                        steady_pressure,
-                        "The pressure p_0 about which friction is linearised. computed: from the static "
-                        "equilibrium. uniform: the applied pressure.",
-                        Patterns::Selection("computed|uniform"));
-      prm.add_parameter("Initial gap",
-                        initial_gap,
-                        "Distance g_0 >= 0 of the unloaded surfaces, an expression of the position x, y, z "
-                        "in m. Used with Steady pressure = computed.");
+      prm.add_parameter(
+          "Steady pressure", steady_pressure,
+          "The pressure p_0 about which friction is linearised. computed: from the static "
+          "equilibrium. uniform: the applied pressure.",
+          Patterns::Selection("computed|uniform"));
+      prm.add_parameter(
+          "Initial gap", initial_gap,
+          "Distance g_0 >= 0 of the unloaded surfaces, an expression of the position x, y, z "
+          "in m. Used with Steady pressure = computed.");
       prm.enter_subsection("Friction");
-      prm.add_parameter("Law",
-                        friction_law,
-                        "mu(v). constant: Coefficient. falling: mu_k + (mu_s - mu_k) exp(-v/v_d) with "
-                        "mu_s = Coefficient, mu_k = Coefficient at speed, v_d = Decay speed. smoothed: "
-                        "constant with Smoothing speed. expression: Expression.",
-                        Patterns::Selection("constant|falling|smoothed|expression"));
-      prm.add_parameter("Coefficient",
-                        friction_coefficient,
-                        "Friction coefficient mu (falling: at rest), -.",
-                        not_negative());
-      prm.add_parameter("Coefficient at speed",
-                        friction_coefficient_moving,
+      prm.add_parameter(
+          "Law", friction_law,
+          "mu(v). constant: Coefficient. falling: mu_k + (mu_s - mu_k) exp(-v/v_d) with "
+          "mu_s = Coefficient, mu_k = Coefficient at speed, v_d = Decay speed. smoothed: "
+          "constant with Smoothing speed. expression: Expression.",
+          Patterns::Selection("constant|falling|smoothed|expression"));
+      prm.add_parameter("Coefficient", friction_coefficient,
+                        "Friction coefficient mu (falling: at rest), -.", not_negative());
+      prm.add_parameter("Coefficient at speed", friction_coefficient_moving,
                         "Friction coefficient at high sliding speed, -. Used by the law falling.",
                         not_negative());
-      prm.add_parameter("Decay speed",
-                        friction_decay_speed,
-                        "Sliding speed over which the coefficient falls, m/s. Used by the law falling.",
-                        positive());
-      prm.add_parameter("Expression",
-                        friction_expression,
-                        "mu as an expression of the sliding speed v, m/s, and the contact pressure p, Pa. "
-                        "Used by the law expression; for example 0.4*(p/1e6)^(-0.1).");
-      prm.add_parameter("Smoothing speed",
-                        smoothing_speed,
-                        "v_s, m/s: the traction is mu p v/sqrt(v^2 + v_s^2), which has a value at rest. 0: not "
-                        "smoothed. The law smoothed needs it, the others may have it.",
-                        not_negative());
+      prm.add_parameter(
+          "Decay speed", friction_decay_speed,
+          "Sliding speed over which the coefficient falls, m/s. Used by the law falling.",
+          positive());
+      prm.add_parameter(
+          "Expression", friction_expression,
+          "mu as an expression of the sliding speed v, m/s, and the contact pressure p, Pa. "
+          "Used by the law expression; for example 0.4*(p/1e6)^(-0.1).");
+      prm.add_parameter(
+          "Smoothing speed", smoothing_speed,
+          "v_s, m/s: the traction is mu p v/sqrt(v^2 + v_s^2), which has a value at rest. 0: not "
+          "smoothed. The law smoothed needs it, the others may have it.",
+          not_negative());
       prm.leave_subsection();
       prm.leave_subsection();
     }
@@ -234,14 +211,16 @@ namespace squeal
     void Contact::check(const Stage stage, const double angular_velocity) const
     {
       if (friction_law == "smoothed" && smoothing_speed == 0)
-        fail("Contact/Friction/Smoothing speed", smoothing_speed, "the law smoothed needs a positive speed, m/s.");
+        fail("Contact/Friction/Smoothing speed", smoothing_speed,
+             "the law smoothed needs a positive speed, m/s.");
       if (friction_law == "expression" && friction_expression.empty())
-        throw InputError("Contact/Friction/Expression: the law expression needs mu as a function of v and p.");
+        throw InputError(
+            "Contact/Friction/Expression: the law expression needs mu as a function of v and p.");
       law();
       if (angular_velocity == 0 && terms_of(stage).friction_damping && smoothing_speed == 0)
-        fail("Operation/Angular velocity",
-             angular_velocity,
-             "the friction damping of the stages friction_damping and full grows like 1/Omega and has "
+        fail("Operation/Angular velocity", angular_velocity,
+             "the friction damping of the stages friction_damping and full grows like 1/Omega and "
+             "has "
              "no value at rest. Choose a speed other than 0, one of the stages elastic, transport, "
              "friction, or a Contact/Friction/Smoothing speed.");
     }
@@ -249,11 +228,12 @@ namespace squeal
     FrictionLaw Contact::law() const
     {
       FrictionLaw law;
-      law.kind = friction_law == "falling"    ? FrictionLaw::Kind::falling :
-                 friction_law == "expression" ? FrictionLaw::Kind::expression :
-                                                FrictionLaw::Kind::constant;
+      law.kind = friction_law == "falling"      ? FrictionLaw::Kind::falling
+                 : friction_law == "expression" ? FrictionLaw::Kind::expression
+                                                : FrictionLaw::Kind::constant;
       if (law.kind == FrictionLaw::Kind::expression)
-        law.expression = squeal::friction_expression(friction_expression, "Contact/Friction/Expression");
+        law.expression =
+            squeal::friction_expression(friction_expression, "Contact/Friction/Expression");
       law.smoothing_speed    = smoothing_speed;
       law.coefficient        = friction_coefficient;
       law.coefficient_moving = friction_coefficient_moving;
@@ -261,57 +241,56 @@ namespace squeal
       return law;
     }
 
-
-
     void Strip::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Strip");
       prm.add_parameter("Length", length, "Period of the layer in x, m.", positive());
-      prm.add_parameter("Thickness", thickness, "Thickness of the layer, m; its lower face is fixed.", positive());
-      prm.add_parameter("Block length", block_length, "Length of the block, centred on x = 0, m.", positive());
-      prm.add_parameter("Block thickness", block_thickness, "Thickness of the block, m.", positive());
+      prm.add_parameter("Thickness", thickness,
+                        "Thickness of the layer, m; its lower face is fixed.", positive());
+      prm.add_parameter("Block length", block_length, "Length of the block, centred on x = 0, m.",
+                        positive());
+      prm.add_parameter("Block thickness", block_thickness, "Thickness of the block, m.",
+                        positive());
       prm.leave_subsection();
     }
 
     void Strip::check() const
     {
       if (block_length >= length)
-        fail("Strip/Block length", block_length, "it must be shorter than Strip/Length = " + std::to_string(length) + " m.");
+        fail("Strip/Block length", block_length,
+             "it must be shorter than Strip/Length = " + std::to_string(length) + " m.");
     }
-
-
 
     void Discretization::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Discretization");
-      prm.add_parameter("Degree",
-                        degree,
-                        "Polynomial degree of the displacement; the geometry is mapped with the same.",
-                        Patterns::Integer(1, 8));
+      prm.add_parameter(
+          "Degree", degree,
+          "Polynomial degree of the displacement; the geometry is mapped with the same.",
+          Patterns::Integer(1, 8));
       const Patterns::List counts(Patterns::Integer(1, 100000), 3, 3, ",");
-      prm.add_parameter("Rotor cells",
-                        rotor_cells_text,
-                        "Cells of the rotor's coarse mesh: radial, circumferential, axial (strip: unused, along x, "
+      prm.add_parameter("Rotor cells", rotor_cells_text,
+                        "Cells of the rotor's coarse mesh: radial, circumferential, axial (strip: "
+                        "unused, along x, "
                         "through the thickness).",
                         counts);
-      prm.add_parameter("Pad cells",
-                        pad_cells_text,
-                        "Cells of a pad's coarse mesh: radial, circumferential, axial (strip: unused, along x, through "
+      prm.add_parameter("Pad cells", pad_cells_text,
+                        "Cells of a pad's coarse mesh: radial, circumferential, axial (strip: "
+                        "unused, along x, through "
                         "the thickness).",
                         counts);
-      prm.add_parameter("Clamp layers",
-                        clamp_layers,
-                        "Number of thin cell layers by which the rotor's mesh is graded towards the "
-                        "clamped cylinder and the two plane faces, where the stress at the clamped "
-                        "edges is singular.",
-                        Patterns::Integer(0, 20));
-      prm.add_parameter("Pad edge layers",
-                        pad_edge_layers,
-                        "Number of thin cell layers by which the pads' meshes are graded towards the "
-                        "edges of the contact face, where the contact pressure is singular.",
-                        Patterns::Integer(0, 20));
-      prm.add_parameter("Layer ratio",
-                        layer_ratio,
+      prm.add_parameter(
+          "Clamp layers", clamp_layers,
+          "Number of thin cell layers by which the rotor's mesh is graded towards the "
+          "clamped cylinder and the two plane faces, where the stress at the clamped "
+          "edges is singular.",
+          Patterns::Integer(0, 20));
+      prm.add_parameter(
+          "Pad edge layers", pad_edge_layers,
+          "Number of thin cell layers by which the pads' meshes are graded towards the "
+          "edges of the contact face, where the contact pressure is singular.",
+          Patterns::Integer(0, 20));
+      prm.add_parameter("Layer ratio", layer_ratio,
                         "Thickness of each layer relative to the next one inwards, -.",
                         Patterns::Double(0.01, 0.5));
       prm.leave_subsection();
@@ -323,30 +302,24 @@ namespace squeal
       pad_cells   = three_counts("Discretization/Pad cells", pad_cells_text);
       // With fewer cells around, the edges of one cell would meet at the same two lines.
       if (rotor_cells[1] < 3)
-        fail("Discretization/Rotor cells",
-             rotor_cells[1],
+        fail("Discretization/Rotor cells", rotor_cells[1],
              "at least 3 cells are needed in the circumferential direction.");
     }
-
-
 
     void Refinement::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Refinement");
-      prm.add_parameter("Strategy",
-                        strategy,
+      prm.add_parameter("Strategy", strategy,
                         "none: one mesh. uniform: every cell is refined from cycle to cycle.",
                         Patterns::Selection("none|uniform|adaptive"));
       prm.add_parameter("Cycles", cycles, "At most so many meshes.", Patterns::Integer(1, 100));
-      prm.add_parameter("Tolerance",
-                        tolerance,
-                        "Strategy adaptive: wanted relative error |dl|/|l| of every mode in the window, "
-                        "-; 0: only the verdicts decide.",
-                        not_negative());
-      prm.add_parameter("Maximum unknowns",
-                        maximum_unknowns,
-                        "A mesh with more unknowns is not begun.",
-                        Patterns::Integer(1));
+      prm.add_parameter(
+          "Tolerance", tolerance,
+          "Strategy adaptive: wanted relative error |dl|/|l| of every mode in the window, "
+          "-; 0: only the verdicts decide.",
+          not_negative());
+      prm.add_parameter("Maximum unknowns", maximum_unknowns,
+                        "A mesh with more unknowns is not begun.", Patterns::Integer(1));
       prm.leave_subsection();
     }
 
@@ -356,41 +329,35 @@ namespace squeal
         throw InputError("Refinement/Strategy = adaptive: this version has none and uniform.");
     }
 
-
-
     void Eigenproblem::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Eigenproblem");
-      prm.add_parameter("Maximum frequency",
-                        maximum_frequency,
+      prm.add_parameter("Maximum frequency", maximum_frequency,
                         "Every mode with 0 < |Im l|/(2 pi) up to this frequency is wanted, Hz.",
                         positive());
-      prm.add_parameter("Solver",
-                        solver,
-                        "krylov: SLEPc's PEP (TOAR), shift-invert with MUMPS. dense: LAPACK, for small "
-                        "problems.",
-                        Patterns::Selection("krylov|dense"));
-      prm.add_parameter("Tolerance",
-                        tolerance,
+      prm.add_parameter(
+          "Solver", solver,
+          "krylov: SLEPc's PEP (TOAR), shift-invert with MUMPS. dense: LAPACK, for small "
+          "problems.",
+          Patterns::Selection("krylov|dense"));
+      prm.add_parameter("Tolerance", tolerance,
                         "Backward error that every reported mode reaches, -.",
                         Patterns::Double(1e-15, 1e-2));
-      prm.add_parameter("Shift",
-                        shift,
-                        "Real shift of the shift-invert transform relative to 2 pi times Maximum "
-                        "frequency, -. 0: chosen by the program (nonzero only where a body is free to "
-                        "move as a rigid body).",
-                        Patterns::Double(0, 1));
+      prm.add_parameter(
+          "Shift", shift,
+          "Real shift of the shift-invert transform relative to 2 pi times Maximum "
+          "frequency, -. 0: chosen by the program (nonzero only where a body is free to "
+          "move as a rigid body).",
+          Patterns::Double(0, 1));
       prm.leave_subsection();
     }
-
-
 
     void Sweep::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Sweep");
-      prm.add_parameter("Parameter",
-                        parameter,
-                        "Number to vary, for example Contact/Friction/Coefficient; none: no sweep.");
+      prm.add_parameter(
+          "Parameter", parameter,
+          "Number to vary, for example Contact/Friction/Coefficient; none: no sweep.");
       prm.add_parameter("Values", values, "List 0, 0.1, 0.2 or range 0 : 0.7 : 15.");
       prm.leave_subsection();
     }
@@ -398,22 +365,19 @@ namespace squeal
     void Sweep::check() const
     {
       if (parameter != "none")
-        throw InputError("Sweep/Parameter = " + parameter + ": this version has no sweeps; only none "
-                                                            "is allowed.");
+        throw InputError("Sweep/Parameter = " + parameter +
+                         ": this version has no sweeps; only none "
+                         "is allowed.");
     }
-
-
 
     void Matrices::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Matrices");
       prm.add_parameter("Mass", mass, "Matrix Market file of M. Required by the scene matrices.");
       prm.add_parameter("Velocity", velocity, "Matrix Market file of P; empty: zero.");
-      prm.add_parameter("Stiffness",
-                        stiffness,
+      prm.add_parameter("Stiffness", stiffness,
                         "Matrix Market file of K. Required by the scene matrices.");
-      prm.add_parameter("Circulatory",
-                        circulatory,
+      prm.add_parameter("Circulatory", circulatory,
                         "Matrix Market file of N in K + p N; empty: zero.");
       prm.add_parameter("Circulatory factor", circulatory_factor, "The factor p in K + p N, -.");
       prm.leave_subsection();
@@ -428,40 +392,34 @@ namespace squeal
                          "matrix.");
     }
 
-
-
     void Output::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Output");
-      prm.add_parameter("Directory",
-                        directory,
+      prm.add_parameter("Directory", directory,
                         "Where the results go; empty: output/<name of the parameter file>.");
-      prm.add_parameter("Fields",
-                        fields,
-                        "Modes written for ParaView. unstable: those not stable, or, if there are none, "
-                        "the least stable one.",
-                        Patterns::Selection("none|unstable|all"));
-      prm.add_parameter("Animation frames",
-                        animation_frames,
+      prm.add_parameter(
+          "Fields", fields,
+          "Modes written for ParaView. unstable: those not stable, or, if there are none, "
+          "the least stable one.",
+          Patterns::Selection("none|unstable|all"));
+      prm.add_parameter("Animation frames", animation_frames,
                         "Frames over one period of each written mode; 0: no animation.",
                         Patterns::Integer(0, 1000));
       prm.leave_subsection();
     }
 
-
-
     void All::declare(ParameterHandler &prm)
     {
-      prm.add_parameter("Scene",
-                        scene,
-                        "brake: annular rotor and sector pads. strip: two-dimensional, a layer moving under a "
-                        "block (plane strain). matrices: Matrix Market files.",
-                        Patterns::Selection("brake|strip|mesh|matrices"));
-      prm.add_parameter("Stage",
-                        stage_name,
-                        "What the model contains. elastic: M, K. transport: and G, M*. friction: and "
-                        "mu T. friction_damping: and P_R, Q_R. full: and material damping.",
-                        Patterns::Selection("elastic|transport|friction|friction_damping|full"));
+      prm.add_parameter(
+          "Scene", scene,
+          "brake: annular rotor and sector pads. strip: two-dimensional, a layer moving under a "
+          "block (plane strain). matrices: Matrix Market files.",
+          Patterns::Selection("brake|strip|mesh|matrices"));
+      prm.add_parameter(
+          "Stage", stage_name,
+          "What the model contains. elastic: M, K. transport: and G, M*. friction: and "
+          "mu T. friction_damping: and P_R, Q_R. full: and material damping.",
+          Patterns::Selection("elastic|transport|friction|friction_damping|full"));
       rotor.declare(prm);
       pads.declare(prm);
       strip.declare(prm);
@@ -477,15 +435,16 @@ namespace squeal
 
     Stage All::stage() const
     {
-      static const std::vector<std::string> names = {
-        "elastic", "transport", "friction", "friction_damping", "full"};
+      static const std::vector<std::string> names = {"elastic", "transport", "friction",
+                                                     "friction_damping", "full"};
       return Stage(std::find(names.begin(), names.end(), stage_name) - names.begin());
     }
 
     void All::check()
     {
       if (scene == "mesh")
-        throw InputError("Scene = " + scene + ": this version has the scenes brake, strip and matrices.");
+        throw InputError("Scene = " + scene +
+                         ": this version has the scenes brake, strip and matrices.");
       sweep.check();
       refinement.check();
       if (scene == "matrices")

@@ -7,17 +7,13 @@ namespace squeal
   using namespace dealii;
 
   template <int dim>
-  Spaces<dim>::Spaces(const Geometry<dim> &geometry,
-                      const unsigned int   degree,
-                      const bool           with_multipliers,
-                      const MPI_Comm       comm)
-    : geometry(geometry), comm(comm), triangulation(comm), fe(degree), mapping(degree), nodes(triangulation),
-      with_multipliers(with_multipliers)
+  Spaces<dim>::Spaces(const Geometry<dim> &geometry, const unsigned int degree,
+                      const bool with_multipliers, const MPI_Comm comm)
+      : geometry(geometry), comm(comm), triangulation(comm), fe(degree), mapping(degree),
+        nodes(triangulation), with_multipliers(with_multipliers)
   {
     geometry.make_coarse_mesh(triangulation);
   }
-
-
 
   template <int dim>
   void Spaces<dim>::distribute()
@@ -29,14 +25,14 @@ namespace squeal
     hanging.reinit(relevant_nodes);
     DoFTools::make_hanging_node_constraints(nodes, hanging);
     if (geometry.is_periodic())
-      DoFTools::make_periodicity_constraints(
-        nodes, geometry.periodic.first, geometry.periodic.second, 0, hanging);
+      DoFTools::make_periodicity_constraints(nodes, geometry.periodic.first,
+                                             geometry.periodic.second, 0, hanging);
     hanging.close();
 
-    // Which components are fixed, and which nodes carry a multiplier. Ghost cells are looked at too: the
-    // only face of a node on a boundary may belong to another rank.
+    // Which components are fixed, and which nodes carry a multiplier. Ghost cells are looked at
+    // too: the only face of a node on a boundary may belong to another rank.
     std::vector<IndexSet> fixed(dim, IndexSet(nodes.n_dofs()));
-    IndexSet              in_contact(nodes.n_dofs());
+    IndexSet in_contact(nodes.n_dofs());
     std::vector<types::global_dof_index> face_nodes(fe.n_dofs_per_face());
     for (const auto &cell : nodes.active_cell_iterators())
       if (!cell->is_artificial())
@@ -93,8 +89,6 @@ namespace squeal
       vector.update_ghost_values();
     }
   }
-
-
 
   template <int dim>
   std::vector<WeightedNode> Spaces<dim>::expand(const types::global_dof_index node) const

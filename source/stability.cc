@@ -14,20 +14,16 @@ namespace squeal
     return lambda.imag() == 0 ? "divergence" : "flutter";
   }
 
-
-
-  std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem,
-                               const Modes                 &modes,
-                               const unsigned int           cycle,
-                               const double                 tolerance)
+  std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const Modes &modes,
+                               const unsigned int cycle, const double tolerance)
   {
-    const unsigned int   n_modes = modes.lambda.size(), n_local = problem.rows.n_local();
+    const unsigned int n_modes = modes.lambda.size(), n_local = problem.rows.n_local();
     std::vector<ModeRow> rows(n_modes);
-    std::vector<double>  forms(4 * n_modes);
+    std::vector<double> forms(4 * n_modes);
     for (const unsigned int order : {0u, 1u})
     {
       const Matrix &matrix = order == 0 ? problem.Q : problem.P;
-      const Block   a_re = multiply(matrix, modes.re), a_im = multiply(matrix, modes.im);
+      const Block a_re = multiply(matrix, modes.re), a_im = multiply(matrix, modes.im);
       for (unsigned int j = 0; j < n_modes; ++j)
         for (unsigned int i = 0; i < n_local; ++i)
         {
@@ -55,32 +51,30 @@ namespace squeal
     return rows;
   }
 
-
-
   std::vector<int> match_modes(const std::vector<ModeRow> &fine, const std::vector<ModeRow> &coarse)
   {
-    // The assignment problem by shortest augmenting paths (Jonker and Volgenant, 1987) on a square cost matrix;
-    // missing partners are dear.
-    const unsigned int               n = std::max(fine.size(), coarse.size());
+    // The assignment problem by shortest augmenting paths (Jonker and Volgenant, 1987) on a square
+    // cost matrix; missing partners are dear.
+    const unsigned int n = std::max(fine.size(), coarse.size());
     std::vector<std::vector<double>> cost(n + 1, std::vector<double>(n + 1, 0));
     for (unsigned int i = 0; i < fine.size(); ++i)
       for (unsigned int j = 0; j < coarse.size(); ++j)
         cost[i + 1][j + 1] = std::norm(fine[i].lambda - coarse[j].lambda);
 
-    std::vector<double>       row_price(n + 1), column_price(n + 1);
+    std::vector<double> row_price(n + 1), column_price(n + 1);
     std::vector<unsigned int> row_of(n + 1), previous(n + 1); // index 0: none
     for (unsigned int i = 1; i <= n; ++i)
     {
       std::vector<double> shortest(n + 1, std::numeric_limits<double>::infinity());
-      std::vector<bool>   done(n + 1, false);
-      unsigned int        column = 0;
-      row_of[0]                  = i;
+      std::vector<bool> done(n + 1, false);
+      unsigned int column = 0;
+      row_of[0]           = i;
       do
       {
         done[column]           = true;
         const unsigned int row = row_of[column];
-        unsigned int       next  = 0;
-        double             delta = std::numeric_limits<double>::infinity();
+        unsigned int next      = 0;
+        double delta           = std::numeric_limits<double>::infinity();
         for (unsigned int j = 1; j <= n; ++j)
           if (!done[j])
           {

@@ -11,11 +11,12 @@ namespace squeal
   namespace
   {
     /// A^{-1} B with one step of iterative refinement.
-    Block solve_refined(const Matrix &A, const Factorization &factorization, const Block &right_hand_sides)
+    Block solve_refined(const Matrix &A, const Factorization &factorization,
+                        const Block &right_hand_sides)
     {
-      const std::size_t n        = std::size_t(right_hand_sides.n_local()) * right_hand_sides.n_columns();
-      Block             solution = factorization.solve(right_hand_sides);
-      Block             residual = multiply(A, solution);
+      const std::size_t n = std::size_t(right_hand_sides.n_local()) * right_hand_sides.n_columns();
+      Block solution      = factorization.solve(right_hand_sides);
+      Block residual      = multiply(A, solution);
       for (std::size_t i = 0; i < n; ++i)
         residual.data()[i] = right_hand_sides.data()[i] - residual.data()[i];
       const Block correction = factorization.solve(residual);
@@ -24,19 +25,21 @@ namespace squeal
       return solution;
     }
 
-    /// The linear problems of one mesh for changing sets of released multipliers R, by the factorisation of the
-    /// problem A without any. Releasing a multiplier replaces its constraint by Lambda = 0; the constraint
-    /// then has a slack s:
-    ///     A x = b + E_R s,   x_R = 0   =>   x = x_0 + Y s,   A x_0 = b,   A Y = E_R,   Y_RR s = -x_0R.
+    /// The linear problems of one mesh for changing sets of released multipliers R, by the
+    /// factorisation of the problem A without any. Releasing a multiplier replaces its constraint
+    /// by Lambda = 0; the constraint then has a slack s:
+    ///     A x = b + E_R s,   x_R = 0   =>   x = x_0 + Y s,   A x_0 = b,   A Y = E_R,   Y_RR s =
+    ///     -x_0R.
     /// A new set costs a few solves instead of a factorisation.
     class ReleaseSolver
     {
     public:
       ReleaseSolver(const RowRange &rows, Matrix &&matrix, const Block &right_hand_side)
-        : rows(rows), A(std::move(matrix)),
-          factorization(A, Factorization::Kind::lu, "the stiffness of the static equilibrium"),
-          x_0(solve_refined(A, factorization, right_hand_side)), Y(rows, 0)
-      {}
+          : rows(rows), A(std::move(matrix)),
+            factorization(A, Factorization::Kind::lu, "the stiffness of the static equilibrium"),
+            x_0(solve_refined(A, factorization, right_hand_side)), Y(rows, 0)
+      {
+      }
 
       Block solve(const std::vector<unsigned int> &released)
       {
@@ -58,15 +61,16 @@ namespace squeal
         for (unsigned int i = 0; i < n; ++i)
           if (rows.contains(released[i]))
             for (unsigned int j = 0; j <= n; ++j)
-              values[i + n * j] = j == n ? -x_0.column(0)[released[i] - rows.begin] :
-                                           Y.column(column_of(released[j]))[released[i] - rows.begin];
+              values[i + n * j] = j == n
+                                      ? -x_0.column(0)[released[i] - rows.begin]
+                                      : Y.column(column_of(released[j]))[released[i] - rows.begin];
         MPI_Allreduce(MPI_IN_PLACE, values.data(), values.size(), MPI_DOUBLE, MPI_SUM, rows.comm);
         Block x = x_0;
         if (n == 0)
           return x;
         const DenseMatrix slack =
-          squeal::solve(DenseMatrix(n, n, {values.begin(), values.begin() + n * n}),
-                        DenseMatrix(n, 1, {values.begin() + n * n, values.end()}));
+            squeal::solve(DenseMatrix(n, n, {values.begin(), values.begin() + n * n}),
+                          DenseMatrix(n, 1, {values.begin() + n * n, values.end()}));
         for (unsigned int j = 0; j < n; ++j)
           for (unsigned int i = 0; i < rows.n_local(); ++i)
             x.column(0)[i] += slack(j, 0) * Y.column(column_of(released[j]))[i];
@@ -82,11 +86,11 @@ namespace squeal
         return std::find(known.begin(), known.end(), row) - known.begin();
       }
 
-      const RowRange            rows;
-      const Matrix              A;
-      const Factorization       factorization;
-      const Block               x_0;
-      Block                     Y;
+      const RowRange rows;
+      const Matrix A;
+      const Factorization factorization;
+      const Block x_0;
+      Block Y;
       std::vector<unsigned int> known; ///< the rows of Y's columns
     };
 
@@ -106,25 +110,23 @@ namespace squeal
     }
   } // namespace
 
-
-
   template <int dim>
-  StaticEquilibrium solve_static_equilibrium(const RowRange          &rows,
-                                             const std::vector<Term> &body_terms,
-                                             Contact<dim>            &contact,
-                                             const bool               with_friction,
-                                             const Block             &load)
+  StaticEquilibrium
+  solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
+                           Contact<dim> &contact, const bool with_friction, const Block &load)
   {
-    // A friction law that depends on the pressure, and penalty contact with its many points, change the matrix
-    // in each step; for mortar contact one factorisation serves all active sets of a moderate number of releases.
-    const bool nonlinear    = contact.contact_model().friction.kind == FrictionLaw::Kind::expression;
-    bool       factor_once  = contact.contact_model().mortar && !nonlinear;
+    // A friction law that depends on the pressure, and penalty contact with its many points, change
+    // the matrix in each step; for mortar contact one factorisation serves all active sets of a
+    // moderate number of releases.
+    const bool nonlinear = contact.contact_model().friction.kind == FrictionLaw::Kind::expression;
+    bool factor_once     = contact.contact_model().mortar && !nonlinear;
     constexpr unsigned int most_releases = 400;
 
     StaticEquilibrium result;
     result.pressure = contact.uniform_pressure(0);
 
-    const auto assemble = [&]() {
+    const auto assemble = [&]()
+    {
       std::vector<Summand> summands;
       for (const Term &term : body_terms)
         if (term.order == 0 && term.matrix)
@@ -135,7 +137,8 @@ namespace squeal
       summands.push_back({1., friction});
       return sum_of(rows, summands);
     };
-    const auto right_hand_side = [&]() {
+    const auto right_hand_side = [&]()
+    {
       Block sum = contact.load(result.pressure, with_friction);
       for (unsigned int i = 0; i < sum.n_local(); ++i)
         sum.data()[i] += load.data()[i];
@@ -145,7 +148,7 @@ namespace squeal
     if (factor_once)
       release_solver = std::make_unique<ReleaseSolver>(rows, assemble(), right_hand_side());
 
-    std::set<std::size_t>  visited;
+    std::set<std::size_t> visited;
     constexpr unsigned int max_iterations = 60;
     for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
     {
@@ -158,35 +161,39 @@ namespace squeal
         result.state = release_solver->solve(contact.released_multipliers());
       else
       {
-        const Matrix        A = assemble();
-        const Factorization factorization(A, Factorization::Kind::lu, "the stiffness of the static equilibrium");
+        const Matrix A = assemble();
+        const Factorization factorization(A, Factorization::Kind::lu,
+                                          "the stiffness of the static equilibrium");
         result.state = solve_refined(A, factorization, right_hand_side());
       }
 
-      auto         pressure = contact.pressure_of(result.state);
-      const double change   = relative_change(result.pressure, pressure, rows.comm);
-      result.pressure       = std::move(pressure);
-      const auto set        = contact.update_active_set(result.state);
-      result.iterations.push_back({set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change});
+      auto pressure       = contact.pressure_of(result.state);
+      const double change = relative_change(result.pressure, pressure, rows.comm);
+      result.pressure     = std::move(pressure);
+      const auto set      = contact.update_active_set(result.state);
+      result.iterations.push_back(
+          {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change});
       if (set.n_changed == 0 && (!nonlinear || change < 1e-11))
         return result;
 
       const std::vector<std::string> lost = contact.lost_contacts();
       if (!lost.empty())
-        throw SolverError("The static equilibrium has no contact on the pad '" + lost.front() +
-                          "': nothing presses it onto the rotor. Check Pads/Pressure and Contact/Initial gap.");
+        throw SolverError(
+            "The static equilibrium has no contact on the pad '" + lost.front() +
+            "': nothing presses it onto the rotor. Check Pads/Pressure and Contact/Initial gap.");
       if (set.n_changed > 0 && !visited.insert(contact.active_set_hash()).second)
         break;
     }
     throw SolverError("The active set of the static equilibrium does not settle (" +
                       std::to_string(result.iterations.size()) + " steps, " +
                       std::to_string(result.iterations.back().n_changed) +
-                      " changes in the last): friction is close to self-locking. Try a smaller friction coefficient "
+                      " changes in the last): friction is close to self-locking. Try a smaller "
+                      "friction coefficient "
                       "or a finer mesh.");
   }
 
-  template StaticEquilibrium
-  solve_static_equilibrium(const RowRange &, const std::vector<Term> &, Contact<2> &, bool, const Block &);
-  template StaticEquilibrium
-  solve_static_equilibrium(const RowRange &, const std::vector<Term> &, Contact<3> &, bool, const Block &);
+  template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
+                                                      Contact<2> &, bool, const Block &);
+  template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
+                                                      Contact<3> &, bool, const Block &);
 } // namespace squeal

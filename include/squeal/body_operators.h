@@ -9,22 +9,22 @@
 
 namespace squeal
 {
-  /// The matrices of theory.md, section 2, of one material. Rows of other bodies are empty. SI units.
+  /// The matrices of theory.md, section 2, of one material. Rows of other bodies are empty. SI
+  /// units.
   struct BodyMatrices
   {
-    std::shared_ptr<const Matrix> M;      ///< int rho Phi Phi^T
-    std::shared_ptr<const Matrix> K;      ///< int B C B^T
-    std::shared_ptr<const Matrix> G;      ///< 1/2 int rho [Phi (d_phi Phi)^T - (d_phi Phi) Phi^T]; or null
+    std::shared_ptr<const Matrix> M; ///< int rho Phi Phi^T
+    std::shared_ptr<const Matrix> K; ///< int B C B^T
+    std::shared_ptr<const Matrix>
+        G; ///< 1/2 int rho [Phi (d_phi Phi)^T - (d_phi Phi) Phi^T]; or null
     std::shared_ptr<const Matrix> M_star; ///< int rho (d_phi Phi)(d_phi Phi)^T; or null
   };
 
   /// Assembles the matrices of the given bodies in one pass over their cells; G and M* only
   /// @p with_transport.
   template <int dim>
-  BodyMatrices assemble_body(const Spaces<dim>       &spaces,
-                             const std::vector<Body> &bodies,
-                             const Material          &material,
-                             bool                     with_transport);
+  BodyMatrices assemble_body(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
+                             const Material &material, bool with_transport);
 
   /// The load vector of the scene's pressures, int -p n . Phi, N. One column.
   template <int dim>

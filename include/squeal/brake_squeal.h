@@ -23,27 +23,28 @@ namespace squeal
     /// Solves, analyses, appends to modes.csv and shows the table.
     void find_modes(const QuadraticEigenproblem &problem, unsigned int cycle);
     /// Appends to cycles.csv.
-    void finish_cycle(unsigned int cycle, std::uint64_t cells, unsigned int dofs, unsigned int multipliers);
+    void finish_cycle(unsigned int cycle, std::uint64_t cells, unsigned int dofs,
+                      unsigned int multipliers);
     void report_phases();
 
-    const ParameterFile   &file;
+    const ParameterFile &file;
     const Parameters::All &prm;
-    const std::string      directory;
-    const MPI_Comm         comm;
-    Log                    log;
-    PhaseTimer             timer;
+    const std::string directory;
+    const MPI_Comm comm;
+    Log log;
+    PhaseTimer timer;
 
-    Modes                             modes;
+    Modes modes;
     std::vector<std::vector<ModeRow>> rows_of_cycle;
-    std::vector<unsigned int>         dofs_of_cycle;
+    std::vector<unsigned int> dofs_of_cycle;
 
   private:
     std::unique_ptr<Table> modes_csv, cycles_csv;
   };
 
   /// The analysis that the scene of the parameter file asks for. Collective.
-  std::unique_ptr<Analysis>
-  make_analysis(const ParameterFile &file, const std::string &directory, MPI_Comm comm);
+  std::unique_ptr<Analysis> make_analysis(const ParameterFile &file, const std::string &directory,
+                                          MPI_Comm comm);
 
   /// Prints what a run would do, for --check.
   std::string describe(const Parameters::All &parameters, const std::string &directory);

@@ -12,38 +12,41 @@ namespace squeal
   template <int dim>
   struct ContactModel
   {
-    bool                                              mortar            = true; ///< Lagrange multiplier, else penalty
-    double                                            penalty_stiffness = 0;    ///< k_C, N/m^3
-    FrictionLaw                                       friction;
-    double                                            angular_velocity = 0; ///< Omega, rad/s
-    std::function<double(const dealii::Point<dim> &)> initial_gap;          ///< g_0 >= 0, m; empty: zero
+    bool mortar              = true; ///< Lagrange multiplier, else penalty
+    double penalty_stiffness = 0;    ///< k_C, N/m^3
+    FrictionLaw friction;
+    double angular_velocity = 0;                                   ///< Omega, rad/s
+    std::function<double(const dealii::Point<dim> &)> initial_gap; ///< g_0 >= 0, m; empty: zero
   };
 
   /// Resultants of the contact pressure on one pad.
   struct ContactResultants
   {
     std::string name;
-    double      normal_force = 0, friction_force = 0, friction_torque = 0;
-    double      area = 0, max_pressure = 0, min_pressure = 0;
-    double      max_penetration = 0; ///< meaningful only for a computed state
+    double normal_force = 0, friction_force = 0, friction_torque = 0;
+    double area = 0, max_pressure = 0, min_pressure = 0;
+    double max_penetration = 0; ///< meaningful only for a computed state
   };
 
   /// The interfaces of a scene on one mesh: pairing, active set, and the matrices built on them.
   ///
-  /// The active set tells where the surfaces touch: by multiplier for mortar, by quadrature point for penalty.
-  /// At first they touch everywhere. What has lifted off contributes nothing; the row of an inactive
-  /// multiplier says that it is zero.
+  /// The active set tells where the surfaces touch: by multiplier for mortar, by quadrature point
+  /// for penalty. At first they touch everywhere. What has lifted off contributes nothing; the row
+  /// of an inactive multiplier says that it is zero.
   template <int dim>
   class Contact
   {
   public:
     Contact(const Spaces<dim> &spaces, const ContactModel<dim> &model);
 
-    /// Multipliers are stored as p = pressure_scale * Lambda and constraint rows are multiplied by it, so
-    /// that the rows of the saddle point's constraints are as large as those of the given stiffness. Call it
-    /// before assembly.
-    void   scale_constraints(double stiffness);
-    double pressure_scale() const { return scale; }
+    /// Multipliers are stored as p = pressure_scale * Lambda and constraint rows are multiplied by
+    /// it, so that the rows of the saddle point's constraints are as large as those of the given
+    /// stiffness. Call it before assembly.
+    void scale_constraints(double stiffness);
+    double pressure_scale() const
+    {
+      return scale;
+    }
 
     /// N: penalty int d[[u]].n k_C D[[u]].n, mortar the two off-diagonal blocks.
     Matrix normal() const;
@@ -54,40 +57,44 @@ namespace squeal
     /// From a static solution (one column).
     Pressure pressure_of(const Block &state) const;
 
-    /// The friction term: int (d tau/d p) d[[u]].e Dp, that is mu T where mu does not depend on the pressure.
+    /// The friction term: int (d tau/d p) d[[u]].e Dp, that is mu T where mu does not depend on the
+    /// pressure.
     Matrix friction(const Pressure &pressure) const;
 
-    /// P_R and Q_R: those of the turning direction, int (tau/v) d[[u]].P_perp ..., and those of the law's slope,
-    /// int (d tau/d v) (d[[u]].e)(e. ...). Empty where they vanish.
+    /// P_R and Q_R: those of the turning direction, int (tau/v) d[[u]].P_perp ..., and those of the
+    /// law's slope, int (d tau/d v) (d[[u]].e)(e. ...). Empty where they vanish.
     struct FrictionDamping
     {
       Matrix P, Q, P_falling, Q_falling;
     };
     FrictionDamping friction_damping(const Pressure &pressure) const;
 
-    /// What the static problem has on the right side: the initial gap, and with @p with_friction the part of
-    /// the traction that is not linear in the pressure, -int (tau - p d tau/d p) d[[u]].e.
+    /// What the static problem has on the right side: the initial gap, and with @p with_friction
+    /// the part of the traction that is not linear in the pressure, -int (tau - p d tau/d p)
+    /// d[[u]].e.
     Block load(const Pressure &pressure, bool with_friction) const;
 
-    /// The nonlinear contact forces (left side) of theory.md at displacements and multipliers @p state and
-    /// displacement velocities @p velocity, both one column:
-    ///     int p n . d[[u]] + int tau v/|v| . d[[u]],   v = (I - n n) [Omega w + (d_t + Omega d_phi) u_R - d_t u_P],
-    /// and, for mortar, the constraint int Psi ([[u]].n - g_0). The active set stays as it is. The linearised
-    /// matrices are its derivatives.
+    /// The nonlinear contact forces (left side) of theory.md at displacements and multipliers @p
+    /// state and displacement velocities @p velocity, both one column:
+    ///     int p n . d[[u]] + int tau v/|v| . d[[u]],   v = (I - n n) [Omega w + (d_t + Omega
+    ///     d_phi) u_R - d_t u_P],
+    /// and, for mortar, the constraint int Psi ([[u]].n - g_0). The active set stays as it is. The
+    /// linearised matrices are its derivatives.
     Block nonlinear_forces(const Block &state, const Block &velocity, bool with_friction) const;
 
-    /// Primal-dual active set: multipliers in tension are released, released ones that penetrate are closed.
+    /// Primal-dual active set: multipliers in tension are released, released ones that penetrate
+    /// are closed.
     struct ActiveSetChange
     {
       unsigned int n_changed = 0, n_active = 0;
-      double       largest_tension = 0;     ///< of an active multiplier, Pa
-      double       largest_penetration = 0; ///< of an inactive multiplier (mean weighted gap), m
+      double largest_tension     = 0; ///< of an active multiplier, Pa
+      double largest_penetration = 0; ///< of an inactive multiplier (mean weighted gap), m
     };
     ActiveSetChange update_active_set(const Block &state);
 
     /// Names of the interfaces without any active multiplier or point.
     std::vector<std::string> lost_contacts() const;
-    unsigned int             n_active_multipliers() const;
+    unsigned int n_active_multipliers() const;
     /// The rows of the released multipliers, the same on all ranks.
     std::vector<unsigned int> released_multipliers() const;
     /// A number that tells active sets apart.
@@ -96,27 +103,43 @@ namespace squeal
     /// Force, torque, area in contact; penetration if a static solution is given.
     std::vector<ContactResultants> resultants(const Pressure &pressure, const Block *state) const;
 
-    const std::vector<PairedInterface<dim>> &paired_interfaces() const { return interfaces; }
-    const FaceElement<dim>                  &face_element() const { return element; }
-    const ContactModel<dim>                 &contact_model() const { return model; }
-    bool is_active(const FreeNode<dim> &node) const { return ContactKinematics<dim>::is_active(active, node); }
+    const std::vector<PairedInterface<dim>> &paired_interfaces() const
+    {
+      return interfaces;
+    }
+    const FaceElement<dim> &face_element() const
+    {
+      return element;
+    }
+    const ContactModel<dim> &contact_model() const
+    {
+      return model;
+    }
+    bool is_active(const FreeNode<dim> &node) const
+    {
+      return ContactKinematics<dim>::is_active(active, node);
+    }
 
   private:
     using Kinematics = ContactKinematics<dim>;
 
     /// Calls the function with the kinematics of each pair of faces.
-    void for_each_pair(const std::function<void(unsigned int interface, const Kinematics &)> &work) const;
+    void for_each_pair(
+        const std::function<void(unsigned int interface, const Kinematics &)> &work) const;
 
-    double gap(const dealii::Point<dim> &x) const { return model.initial_gap ? model.initial_gap(x) : 0.; }
+    double gap(const dealii::Point<dim> &x) const
+    {
+      return model.initial_gap ? model.initial_gap(x) : 0.;
+    }
 
-    const Spaces<dim>                &spaces;
-    const ContactModel<dim>           model;
-    FaceElement<dim>                  element;
+    const Spaces<dim> &spaces;
+    const ContactModel<dim> model;
+    FaceElement<dim> element;
     std::vector<PairedInterface<dim>> interfaces;
-    double                            scale               = 1;
-    double                            constraint_stiffness = 1;
-    std::vector<bool>                 is_multiplier; ///< by equation
-    std::vector<bool>                 active;        ///< by equation; mortar
-    std::vector<std::vector<bool>>    active_points; ///< by interface and point of this rank; penalty
+    double scale                = 1;
+    double constraint_stiffness = 1;
+    std::vector<bool> is_multiplier;              ///< by equation
+    std::vector<bool> active;                     ///< by equation; mortar
+    std::vector<std::vector<bool>> active_points; ///< by interface and point of this rank; penalty
   };
 } // namespace squeal

@@ -14,7 +14,7 @@ namespace squeal
   template <int dim>
   struct FreeNode
   {
-    double                   weight;
+    double weight;
     std::array<int, dim + 1> equations; ///< displacement components and multiplier; -1: none
   };
 
@@ -22,76 +22,76 @@ namespace squeal
   template <int dim>
   struct ContactFace
   {
-    SurfaceFace<dim>                        shape;
+    SurfaceFace<dim> shape;
     std::vector<std::vector<FreeNode<dim>>> nodes;
   };
 
-  /// Collects entries (row, column, value), own rows or not, and makes a matrix of them. Exact zeros are not
-  /// stored.
+  /// Collects entries (row, column, value), own rows or not, and makes a matrix of them. Exact
+  /// zeros are not stored.
   class EntryList
   {
   public:
-    void   add(int row, int column, double value);
+    void add(int row, int column, double value);
     Matrix make_matrix(const RowRange &range);
 
   private:
-    std::vector<PetscInt>    rows, columns;
+    std::vector<PetscInt> rows, columns;
     std::vector<PetscScalar> values;
   };
 
   /// The displacement jump and its parts on one pair of faces, as rows over the local displacements
-  /// (rotor nodes, then pad nodes; components within) and columns over the pair's quadrature points:
-  /// jump(u).b = sum_i b_rows(i, q) u_i for the direction b of that name.
+  /// (rotor nodes, then pad nodes; components within) and columns over the pair's quadrature
+  /// points: jump(u).b = sum_i b_rows(i, q) u_i for the direction b of that name.
   template <int dim>
   struct ContactKinematics
   {
-    unsigned int        n_points = 0, first_point = 0;
-    DenseMatrix         n, e, b;      ///< [[.]].n, [[.]].e, [[.]].b with b = n x e (empty in 2D)
-    DenseMatrix         e_phi, b_phi; ///< (d_phi u_R).e, (d_phi u_R).b
-    DenseMatrix         psi;          ///< multiplier's shape functions of the pad face
+    unsigned int n_points = 0, first_point = 0;
+    DenseMatrix n, e, b;      ///< [[.]].n, [[.]].e, [[.]].b with b = n x e (empty in 2D)
+    DenseMatrix e_phi, b_phi; ///< (d_phi u_R).e, (d_phi u_R).b
+    DenseMatrix psi;          ///< multiplier's shape functions of the pad face
     std::vector<double> weights, speeds, radii;
     std::vector<dealii::Point<dim>> positions;
     const ContactFace<dim> *rotor = nullptr, *pad = nullptr;
 
-    ContactKinematics(const FaceElement<dim> &element,
-                      const ContactFace<dim> &rotor_face,
-                      const ContactFace<dim> &pad_face,
-                      const FacePair<dim>    &pair,
-                      const Geometry<dim>    &geometry,
-                      double                  angular_velocity);
+    ContactKinematics(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
+                      const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
+                      const Geometry<dim> &geometry, double angular_velocity);
 
     /// Distributes a local matrix over displacements x displacements.
     void add(EntryList &entries, const DenseMatrix &local) const
     {
-      for_nodes([&](const unsigned int a, const FreeNode<dim> &row) {
-        for_nodes([&](const unsigned int b, const FreeNode<dim> &column) {
-          for (unsigned int i = 0; i < dim; ++i)
-            for (unsigned int k = 0; k < dim; ++k)
-              entries.add(row.equations[i],
-                          column.equations[k],
-                          row.weight * column.weight * local(a * dim + i, b * dim + k));
-        });
-      });
+      for_nodes(
+          [&](const unsigned int a, const FreeNode<dim> &row)
+          {
+            for_nodes(
+                [&](const unsigned int b, const FreeNode<dim> &column)
+                {
+                  for (unsigned int i = 0; i < dim; ++i)
+                    for (unsigned int k = 0; k < dim; ++k)
+                      entries.add(row.equations[i], column.equations[k],
+                                  row.weight * column.weight * local(a * dim + i, b * dim + k));
+                });
+          });
     }
 
-    /// Distributes a local matrix over displacements x multipliers, and its transpose on demand. Only active
-    /// multipliers (flags by equation) couple.
-    void add_coupling(EntryList               &entries,
-                      const DenseMatrix       &local,
-                      const std::vector<bool> &active,
-                      const bool               transpose_too) const
+    /// Distributes a local matrix over displacements x multipliers, and its transpose on demand.
+    /// Only active multipliers (flags by equation) couple.
+    void add_coupling(EntryList &entries, const DenseMatrix &local, const std::vector<bool> &active,
+                      const bool transpose_too) const
     {
-      for_nodes([&](const unsigned int a, const FreeNode<dim> &row) {
-        for (unsigned int m = 0; m < pad->nodes.size(); ++m)
-          for (const FreeNode<dim> &column : pad->nodes[m])
-            for (unsigned int i = 0; i < dim && is_active(active, column); ++i)
-            {
-              const double value = row.weight * column.weight * local(a * dim + i, m);
-              entries.add(row.equations[i], column.equations[dim], value);
-              if (transpose_too)
-                entries.add(column.equations[dim], row.equations[i], value);
-            }
-      });
+      for_nodes(
+          [&](const unsigned int a, const FreeNode<dim> &row)
+          {
+            for (unsigned int m = 0; m < pad->nodes.size(); ++m)
+              for (const FreeNode<dim> &column : pad->nodes[m])
+                for (unsigned int i = 0; i < dim && is_active(active, column); ++i)
+                {
+                  const double value = row.weight * column.weight * local(a * dim + i, m);
+                  entries.add(row.equations[i], column.equations[dim], value);
+                  if (transpose_too)
+                    entries.add(column.equations[dim], row.equations[i], value);
+                }
+          });
     }
 
     static bool is_active(const std::vector<bool> &active, const FreeNode<dim> &node)
@@ -100,21 +100,21 @@ namespace squeal
     }
 
     /// Adds the local forces sum_q c_q rows(:, q) on the displacements to a list of vector entries.
-    void add_forces(std::vector<PetscInt>     &equations,
-                    std::vector<double>       &values,
-                    const DenseMatrix         &rows,
-                    const std::vector<double> &c) const
+    void add_forces(std::vector<PetscInt> &equations, std::vector<double> &values,
+                    const DenseMatrix &rows, const std::vector<double> &c) const
     {
-      for_nodes([&](const unsigned int a, const FreeNode<dim> &node) {
-        for (unsigned int i = 0; i < dim; ++i)
-        {
-          double force = 0;
-          for (unsigned int q = 0; q < n_points; ++q)
-            force += rows(a * dim + i, q) * c[q];
-          equations.push_back(node.equations[i]);
-          values.push_back(node.weight * force);
-        }
-      });
+      for_nodes(
+          [&](const unsigned int a, const FreeNode<dim> &node)
+          {
+            for (unsigned int i = 0; i < dim; ++i)
+            {
+              double force = 0;
+              for (unsigned int q = 0; q < n_points; ++q)
+                force += rows(a * dim + i, q) * c[q];
+              equations.push_back(node.equations[i]);
+              values.push_back(node.weight * force);
+            }
+          });
     }
 
     /// sum_i rows(i, q) local_i at every point.
@@ -140,7 +140,8 @@ namespace squeal
     }
 
     /// sum_q c_q left(:, q) right(:, q)^T
-    DenseMatrix product(const DenseMatrix &left, std::vector<double> c, const DenseMatrix &right) const
+    DenseMatrix product(const DenseMatrix &left, std::vector<double> c,
+                        const DenseMatrix &right) const
     {
       DenseMatrix scaled(n_points, left.n_rows), transposed(n_points, right.n_rows);
       for (unsigned int q = 0; q < n_points; ++q)
@@ -170,30 +171,33 @@ namespace squeal
     std::vector<double> local_values(const std::vector<double> &global) const
     {
       std::vector<double> local(n.n_rows);
-      for_nodes([&](const unsigned int a, const FreeNode<dim> &node) {
-        for (unsigned int c = 0; c < dim; ++c)
-          if (node.equations[c] >= 0)
-            local[a * dim + c] += node.weight * global[node.equations[c]];
-      });
+      for_nodes(
+          [&](const unsigned int a, const FreeNode<dim> &node)
+          {
+            for (unsigned int c = 0; c < dim; ++c)
+              if (node.equations[c] >= 0)
+                local[a * dim + c] += node.weight * global[node.equations[c]];
+          });
       return local;
     }
   };
 
-  /// One pad against the rotor: this rank's faces of the pad, all faces of the rotor's side, their common
-  /// quadrature.
+  /// One pad against the rotor: this rank's faces of the pad, all faces of the rotor's side, their
+  /// common quadrature.
   template <int dim>
   struct PairedInterface
   {
-    std::string                   name;
+    std::string name;
     std::vector<ContactFace<dim>> pad_faces, rotor_faces;
-    std::vector<FacePair<dim>>    pairs;
+    std::vector<FacePair<dim>> pairs;
   };
 
-  /// Pairs the contact surfaces of a scene. The rotor's contact faces are gathered on all ranks, because the
-  /// ghost cells of a distributed mesh do not contain the opposite surface; each rank works on its own pad
-  /// faces. Collective.
+  /// Pairs the contact surfaces of a scene. The rotor's contact faces are gathered on all ranks,
+  /// because the ghost cells of a distributed mesh do not contain the opposite surface; each rank
+  /// works on its own pad faces. Collective.
   template <int dim>
-  std::vector<PairedInterface<dim>> pair_interfaces(const Spaces<dim> &spaces, const FaceElement<dim> &element);
+  std::vector<PairedInterface<dim>> pair_interfaces(const Spaces<dim> &spaces,
+                                                    const FaceElement<dim> &element);
 
   /// The values of a distributed column on every rank.
   std::vector<double> replicate(const Block &column);

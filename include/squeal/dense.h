@@ -8,15 +8,18 @@ namespace squeal
   /// A small dense matrix, column-major.
   struct DenseMatrix
   {
-    unsigned int        n_rows = 0, n_columns = 0;
+    unsigned int n_rows = 0, n_columns = 0;
     std::vector<double> values;
 
     DenseMatrix() = default;
-    DenseMatrix(const unsigned int m, const unsigned int n) : n_rows(m), n_columns(n), values(std::size_t(m) * n)
-    {}
+    DenseMatrix(const unsigned int m, const unsigned int n)
+        : n_rows(m), n_columns(n), values(std::size_t(m) * n)
+    {
+    }
     DenseMatrix(const unsigned int m, const unsigned int n, std::vector<double> v)
-      : n_rows(m), n_columns(n), values(std::move(v))
-    {}
+        : n_rows(m), n_columns(n), values(std::move(v))
+    {
+    }
 
     double &operator()(const unsigned int i, const unsigned int j)
     {
@@ -30,30 +33,32 @@ namespace squeal
   };
 
   /// C := alpha A B + beta C (with A transposed on demand). C must have its size.
-  void gemm(bool transpose_a, double alpha, const DenseMatrix &a, const DenseMatrix &b, double beta, DenseMatrix &c);
+  void gemm(bool transpose_a, double alpha, const DenseMatrix &a, const DenseMatrix &b, double beta,
+            DenseMatrix &c);
 
   /// A^{-1} B by LU with partial pivoting. Throws SolverError if A is singular.
   DenseMatrix solve(DenseMatrix a, DenseMatrix b);
 
-  /// Eigenvalues (ascending) and eigenvectors of a symmetric matrix; @p a is overwritten by the vectors.
+  /// Eigenvalues (ascending) and eigenvectors of a symmetric matrix; @p a is overwritten by the
+  /// vectors.
   std::vector<double> symmetric_eigen(DenseMatrix &a);
 
   /// One eigenpair of a small quadratic problem; vector has the size of the problem.
   struct DensePair
   {
-    std::complex<double>              lambda;
+    std::complex<double> lambda;
     std::vector<std::complex<double>> vector;
   };
 
-  /// All finite eigenpairs with Im l >= 0 of (l^2 M + l P + Q) x = 0, shift-inverted at the real @p shift:
-  /// with l = s + c/theta, theta is an eigenvalue of the companion matrix
+  /// All finite eigenpairs with Im l >= 0 of (l^2 M + l P + Q) x = 0, shift-inverted at the real @p
+  /// shift: with l = s + c/theta, theta is an eigenvalue of the companion matrix
   ///     [ -c Q(s)^{-1} Q'(s)   -c^2 Q(s)^{-1} M ]
   ///     [         I                   0         ].
-  /// The @p scale c > 0 should be of the size of the eigenvalues that matter: then theta is of size one for
-  /// them, and theirs is the accuracy that dgeev gives.
-  /// Without a velocity term and at shift 0 the problem is solved in l^2, so that eigenvalues come in exact
-  /// +- pairs. @p p may have zero rows, which means zero. M may be singular: infinite eigenvalues are left
-  /// out. LAPACK dgeev. Throws SolverError.
-  std::vector<DensePair>
-  quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p, const DenseMatrix &q, double shift, double scale);
+  /// The @p scale c > 0 should be of the size of the eigenvalues that matter: then theta is of size
+  /// one for them, and theirs is the accuracy that dgeev gives. Without a velocity term and at
+  /// shift 0 the problem is solved in l^2, so that eigenvalues come in exact
+  /// +- pairs. @p p may have zero rows, which means zero. M may be singular: infinite eigenvalues
+  /// are left out. LAPACK dgeev. Throws SolverError.
+  std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
+                                              const DenseMatrix &q, double shift, double scale);
 } // namespace squeal

@@ -21,27 +21,28 @@ namespace squeal
     falling_friction  ///< P_R, Q_R of mu'
   };
 
-  /// One term coefficient * matrix * (d/dt)^order u of the equations of motion. Matrices are shared between
-  /// terms: D = alpha M + beta K stores nothing.
+  /// One term coefficient * matrix * (d/dt)^order u of the equations of motion. Matrices are shared
+  /// between terms: D = alpha M + beta K stores nothing.
   struct Term
   {
-    Origin                        origin;
-    unsigned int                  order; ///< 0: position, 1: velocity, 2: acceleration
-    double                        coefficient;
+    Origin origin;
+    unsigned int order; ///< 0: position, 1: velocity, 2: acceleration
+    double coefficient;
     std::shared_ptr<const Matrix> matrix;
   };
 
-  /// (l^2 M + l P + Q) x = 0 with real matrices, M symmetric positive semi-definite. No mesh, no dimension.
+  /// (l^2 M + l P + Q) x = 0 with real matrices, M symmetric positive semi-definite. No mesh, no
+  /// dimension.
   struct QuadraticEigenproblem
   {
-    RowRange     rows;
-    Matrix       M, P, Q;           ///< P may be empty
+    RowRange rows;
+    Matrix M, P, Q;                       ///< P may be empty
     unsigned int n_constraints       = 0; ///< rows of contact pressures: M and P vanish there
     unsigned int n_local_constraints = 0; ///< of this rank; they are its last rows
 
-    /// The symmetric position matrix of the conservative reference problem l^2 M + Q_ref, whose modes can be
-    /// counted by inertia; empty: Q itself is symmetric and there is no P.
-    Matrix      reference;
+    /// The symmetric position matrix of the conservative reference problem l^2 M + Q_ref, whose
+    /// modes can be counted by inertia; empty: Q itself is symmetric and there is no P.
+    Matrix reference;
     std::string reference_name; ///< what the reference problem is, for the log
 
     /// Whether zero eigenvalues must be looked for (they rule out a shift of zero).

@@ -10,19 +10,19 @@
 
 namespace squeal
 {
-  /// Eigenvalues with Im l >= 0, ascending |Im l|, and their vectors x = re + i im, with u^H M u = 1 and the
-  /// largest component of x turned to the real axis.
+  /// Eigenvalues with Im l >= 0, ascending |Im l|, and their vectors x = re + i im, with u^H M u =
+  /// 1 and the largest component of x turned to the real axis.
   struct Modes
   {
     std::vector<std::complex<double>> lambda;
-    std::vector<double>               backward_error;
-    Block                             re, im;
+    std::vector<double> backward_error;
+    Block re, im;
 
     /// What the completeness check found, as a sentence for the log.
     std::string completeness;
     unsigned int n_rigid_body_modes = 0; ///< zero eigenvalues, not listed
     unsigned int n_solves           = 0;
-    double       factor_memory_mib  = 0;
+    double factor_memory_mib        = 0;
   };
 
   struct EigensolverOptions
@@ -40,8 +40,10 @@ namespace squeal
   {
   public:
     virtual ~Eigensolver() = default;
-    /// Throws SolverError if a mode of the window is missing or cannot be computed to the tolerance.
-    virtual Modes solve(const QuadraticEigenproblem &problem, const EigensolverOptions &options) const = 0;
+    /// Throws SolverError if a mode of the window is missing or cannot be computed to the
+    /// tolerance.
+    virtual Modes solve(const QuadraticEigenproblem &problem,
+                        const EigensolverOptions &options) const = 0;
   };
 
   /// The solver of that name: krylov or dense. To add one: a class and a row in the table.
@@ -58,17 +60,19 @@ namespace squeal
     /// Residuals Q(l_j) x_j (Re and Im) of the pairs and their backward errors.
     struct Result
     {
-      Block               re, im;
+      Block re, im;
       std::vector<double> errors;
     };
-    Result operator()(const std::vector<std::complex<double>> &lambda, const Block &re, const Block &im) const;
+    Result operator()(const std::vector<std::complex<double>> &lambda, const Block &re,
+                      const Block &im) const;
 
   private:
     const QuadraticEigenproblem &problem;
-    double                       norm_m, norm_p, norm_q;
+    double norm_m, norm_p, norm_q;
   };
 
-  /// The number of eigenfrequencies below @p omega of the conservative reference problem, by the inertia of
-  /// an LDL^T factorisation of Q_ref - omega^2 M (Sylvester): negative pivots minus one per constraint.
+  /// The number of eigenfrequencies below @p omega of the conservative reference problem, by the
+  /// inertia of an LDL^T factorisation of Q_ref - omega^2 M (Sylvester): negative pivots minus one
+  /// per constraint.
   unsigned int count_reference_modes(const QuadraticEigenproblem &problem, double omega);
 } // namespace squeal

@@ -7,11 +7,13 @@
 
 namespace squeal
 {
-  /// A function of position from its text (muParser): variables x, y and, in three dimensions, z; m.
-  /// Throws InputError that names the key if the text cannot be read.
+  /// A function of position from its text (muParser): variables x, y and, in three dimensions, z;
+  /// m. Throws InputError that names the key if the text cannot be read.
   template <int dim>
-  std::function<double(const dealii::Point<dim> &)> position_expression(const std::string &text, const std::string &key);
+  std::function<double(const dealii::Point<dim> &)> position_expression(const std::string &text,
+                                                                        const std::string &key);
 
   /// mu(v, p) from its text: sliding speed v, m/s, and contact pressure p, Pa. Throws InputError.
-  std::function<double(double, double)> friction_expression(const std::string &text, const std::string &key);
+  std::function<double(double, double)> friction_expression(const std::string &text,
+                                                            const std::string &key);
 } // namespace squeal

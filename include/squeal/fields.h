@@ -8,26 +8,20 @@
 
 namespace squeal
 {
-  /// Writes the static state (one column of displacements, m, and multipliers) as state-<cycle>.pvtu.
-  /// @p pressure_scale turns multipliers into pressures, Pa; the field is left out without multipliers.
+  /// Writes the static state (one column of displacements, m, and multipliers) as
+  /// state-<cycle>.pvtu.
+  /// @p pressure_scale turns multipliers into pressures, Pa; the field is left out without
+  /// multipliers.
   template <int dim>
-  void write_state(const Spaces<dim> &spaces,
-                   const Block       &state,
-                   double             pressure_scale,
-                   const std::string &directory,
-                   unsigned int       cycle);
+  void write_state(const Spaces<dim> &spaces, const Block &state, double pressure_scale,
+                   const std::string &directory, unsigned int cycle);
 
-  /// Writes one mode: mode-<cycle>-<mode>.pvtu with Re and Im of the displacement (and the contact pressure's
-  /// amplitude), and an animation over one period as mode-<cycle>-<mode>-frame_*.pvtu with a .pvd that
-  /// ParaView plays; its time is in periods. The mode is scaled so that its largest displacement is 1.
+  /// Writes one mode: mode-<cycle>-<mode>.pvtu with Re and Im of the displacement (and the contact
+  /// pressure's amplitude), and an animation over one period as mode-<cycle>-<mode>-frame_*.pvtu
+  /// with a .pvd that ParaView plays; its time is in periods. The mode is scaled so that its
+  /// largest displacement is 1.
   template <int dim>
-  void write_mode(const Spaces<dim> &spaces,
-                  const Block       &re,
-                  const Block       &im,
-                  unsigned int       column,
-                  double             pressure_scale,
-                  const std::string &directory,
-                  unsigned int       cycle,
-                  unsigned int       mode,
-                  unsigned int       n_frames);
+  void write_mode(const Spaces<dim> &spaces, const Block &re, const Block &im, unsigned int column,
+                  double pressure_scale, const std::string &directory, unsigned int cycle,
+                  unsigned int mode, unsigned int n_frames);
 } // namespace squeal

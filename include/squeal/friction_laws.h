@@ -17,9 +17,10 @@ namespace squeal
     double over_speed = 0; ///< tau / v, Pa s/m: what turning the sliding direction is damped by
   };
 
-  /// Coulomb friction in full sliding, tau(v, p) = mu(v, p) p v / sqrt(v^2 + v_s^2), with sliding speed v >= 0,
-  /// m/s, and contact pressure p, Pa. The smoothing speed v_s regularises the direction of slow sliding; 0: none.
-  /// To add a law: one branch in coefficient_of() and its name in the pattern of Contact/Friction/Law.
+  /// Coulomb friction in full sliding, tau(v, p) = mu(v, p) p v / sqrt(v^2 + v_s^2), with sliding
+  /// speed v >= 0, m/s, and contact pressure p, Pa. The smoothing speed v_s regularises the
+  /// direction of slow sliding; 0: none. To add a law: one branch in coefficient_of() and its name
+  /// in the pattern of Contact/Friction/Law.
   struct FrictionLaw
   {
     enum class Kind
@@ -29,12 +30,12 @@ namespace squeal
       expression ///< a function of v and p that the user gives
     };
 
-    Kind                                   kind               = Kind::constant;
-    double                                 coefficient        = 0; ///< mu; for the falling law mu_s, at rest
-    double                                 coefficient_moving = 0; ///< mu_k, at high speed (falling law)
-    double                                 decay_speed        = 1; ///< v_d, m/s (falling law)
-    double                                 smoothing_speed    = 0; ///< v_s, m/s
-    std::function<double(double, double)> expression;             ///< mu(v, p)
+    Kind kind                 = Kind::constant;
+    double coefficient        = 0;                    ///< mu; for the falling law mu_s, at rest
+    double coefficient_moving = 0;                    ///< mu_k, at high speed (falling law)
+    double decay_speed        = 1;                    ///< v_d, m/s (falling law)
+    double smoothing_speed    = 0;                    ///< v_s, m/s
+    std::function<double(double, double)> expression; ///< mu(v, p)
 
     /// mu(v). The number type is a template so that Sacado differentiates the law itself.
     template <typename Number>
@@ -53,31 +54,37 @@ namespace squeal
     }
 
     /// Whether the derivative with respect to the speed vanishes identically.
-    bool is_flat() const { return kind == Kind::constant && smoothing_speed == 0; }
+    bool is_flat() const
+    {
+      return kind == Kind::constant && smoothing_speed == 0;
+    }
 
-    /// The traction and its derivatives: by automatic differentiation, except for an expression, whose mu is
-    /// differentiated by five-point differences (its text is evaluated in plain numbers only).
+    /// The traction and its derivatives: by automatic differentiation, except for an expression,
+    /// whose mu is differentiated by five-point differences (its text is evaluated in plain numbers
+    /// only).
     FrictionTraction traction(const double v, const double p) const
     {
       using Dual = Sacado::Fad::SFad<double, 2>;
       const Dual speed(2, 0, v), pressure(2, 1, p);
-      Dual       mu = coefficient_of(speed);
+      Dual mu = coefficient_of(speed);
       if (kind == Kind::expression)
       {
-        const auto slope = [](const auto &f, const double x, const double h) {
-          return (8 * (f(x + h) - f(x - h)) - (f(x + 2 * h) - f(x - 2 * h))) / (12 * h);
-        };
-        const double dv = slope([&](const double x) { return expression(x, p); }, v, 1e-3 * (v + smoothing_speed));
-        const double dp = slope([&](const double x) { return expression(v, x); }, p, 1e-3 * (std::abs(p) + 1));
-        mu              = expression(v, p) + dv * (speed - v) + dp * (pressure - p);
+        const auto slope = [](const auto &f, const double x, const double h)
+        { return (8 * (f(x + h) - f(x - h)) - (f(x + 2 * h) - f(x - 2 * h))) / (12 * h); };
+        const double dv = slope([&](const double x) { return expression(x, p); }, v,
+                                1e-3 * (v + smoothing_speed));
+        const double dp =
+            slope([&](const double x) { return expression(v, x); }, p, 1e-3 * (std::abs(p) + 1));
+        mu = expression(v, p) + dv * (speed - v) + dp * (pressure - p);
       }
       if (smoothing_speed == 0)
       {
         const Dual tau = mu * pressure;
         return {tau.val(), tau.dx(0), tau.dx(1), tau.val() / v};
       }
-      const Dual over_speed = mu * pressure / sqrt(speed * speed + smoothing_speed * smoothing_speed);
-      const Dual tau        = over_speed * speed;
+      const Dual over_speed =
+          mu * pressure / sqrt(speed * speed + smoothing_speed * smoothing_speed);
+      const Dual tau = over_speed * speed;
       return {tau.val(), tau.dx(0), tau.dx(1), over_speed.val()};
     }
   };

@@ -30,8 +30,8 @@ namespace squeal
   /// A pair of faces in contact: the pad's face is the mortar (slave) side.
   struct ContactInterface
   {
-    std::string                name; ///< of the pad, as in static.csv
-    Body                       pad;
+    std::string name; ///< of the pad, as in static.csv
+    Body pad;
     dealii::types::boundary_id pad_face, rotor_face;
   };
 
@@ -40,25 +40,26 @@ namespace squeal
   struct Support
   {
     dealii::types::boundary_id boundary;
-    std::array<bool, dim>      fixed;
+    std::array<bool, dim> fixed;
   };
 
   /// A pressure on a boundary, Pa, against the outward normal.
   template <int dim>
   struct PressureLoad
   {
-    dealii::types::boundary_id                        boundary;
+    dealii::types::boundary_id boundary;
     std::function<double(const dealii::Point<dim> &)> pressure;
   };
 
-  /// The bodies of a scene: coarse mesh, boundary names, supports, loads, contact pairs, transport field.
+  /// The bodies of a scene: coarse mesh, boundary names, supports, loads, contact pairs, transport
+  /// field.
   template <int dim>
   struct Geometry
   {
     /// Boundary names, for example "rotor.inner" or "upper_pad.contact".
     std::map<std::string, dealii::types::boundary_id> boundaries;
 
-    std::vector<Support<dim>>     supports;
+    std::vector<Support<dim>> supports;
     std::vector<PressureLoad<dim>> loads;
     std::vector<ContactInterface> interfaces;
 
@@ -69,32 +70,37 @@ namespace squeal
     void make_coarse_mesh(dealii::Triangulation<dim> &triangulation) const;
 
     /// The coarse mesh as vertices and cells; ids of the boundaries follow from positions.
-    std::vector<dealii::Point<dim>>    vertices;
+    std::vector<dealii::Point<dim>> vertices;
     std::vector<dealii::CellData<dim>> cells;
 
     struct BoundaryRule
     {
-      Body                       body;
-      unsigned int               coordinate; ///< in 3D 0: radius, 1: angle, 2: z; in 2D 0: x, 1: y
-      double                     value;
+      Body body;
+      unsigned int coordinate; ///< in 3D 0: radius, 1: angle, 2: z; in 2D 0: x, 1: y
+      double value;
       dealii::types::boundary_id id;
     };
     std::vector<BoundaryRule> rules;
 
     /// Boundaries that are one: the second continues the first along x (strip). Invalid: none.
     std::pair<dealii::types::boundary_id, dealii::types::boundary_id> periodic = {
-      dealii::numbers::invalid_boundary_id, dealii::numbers::invalid_boundary_id};
-    bool is_periodic() const { return periodic.first != dealii::numbers::invalid_boundary_id; }
+        dealii::numbers::invalid_boundary_id, dealii::numbers::invalid_boundary_id};
+    bool is_periodic() const
+    {
+      return periodic.first != dealii::numbers::invalid_boundary_id;
+    }
   };
 
-  /// Interval ends of n equal cells on [a, b], of which the first (last) is divided @p at_start (@p at_end)
-  /// times, each layer @p ratio times as thick as the next one inwards.
-  std::vector<double>
-  graded_points(double a, double b, unsigned int n, unsigned int at_start, unsigned int at_end, double ratio);
+  /// Interval ends of n equal cells on [a, b], of which the first (last) is divided @p at_start (@p
+  /// at_end) times, each layer @p ratio times as thick as the next one inwards.
+  std::vector<double> graded_points(double a, double b, unsigned int n, unsigned int at_start,
+                                    unsigned int at_end, double ratio);
 
-  /// Annular rotor about the z axis with mid-plane z = 0 and up to two sector pads on its plane faces.
+  /// Annular rotor about the z axis with mid-plane z = 0 and up to two sector pads on its plane
+  /// faces.
   Geometry<3> make_brake(const Parameters::All &parameters);
 
-  /// Elastic layer y in [-thickness, 0], periodic in x and fixed below, under a block on y in [0, ...].
+  /// Elastic layer y in [-thickness, 0], periodic in x and fixed below, under a block on y in [0,
+  /// ...].
   Geometry<2> make_strip(const Parameters::All &parameters);
 } // namespace squeal

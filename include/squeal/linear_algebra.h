@@ -29,15 +29,21 @@ namespace squeal
       std::swap(mat, other.mat);
       return *this;
     }
-    Matrix(const Matrix &) = delete;
+    Matrix(const Matrix &)            = delete;
     Matrix &operator=(const Matrix &) = delete;
     ~Matrix();
 
-    operator Mat() const { return mat; }
-    explicit operator bool() const { return mat != nullptr; }
+    operator Mat() const
+    {
+      return mat;
+    }
+    explicit operator bool() const
+    {
+      return mat != nullptr;
+    }
 
-    double        infinity_norm() const; ///< 0 for the empty matrix
-    std::uint64_t n_nonzeros() const;    ///< summed over all ranks
+    double infinity_norm() const;     ///< 0 for the empty matrix
+    std::uint64_t n_nonzeros() const; ///< summed over all ranks
 
   private:
     Mat mat = nullptr;
@@ -46,18 +52,23 @@ namespace squeal
   /// The rows of the distributed unknowns that this rank owns: [begin, end) of size in all.
   struct RowRange
   {
-    MPI_Comm     comm  = MPI_COMM_NULL;
+    MPI_Comm comm      = MPI_COMM_NULL;
     unsigned int begin = 0, end = 0, size = 0;
 
-    unsigned int n_local() const { return end - begin; }
-    bool         contains(const unsigned int row) const { return begin <= row && row < end; }
+    unsigned int n_local() const
+    {
+      return end - begin;
+    }
+    bool contains(const unsigned int row) const
+    {
+      return begin <= row && row < end;
+    }
   };
 
-  /// An empty matrix with room for n_columns[i] entries in the i-th local row; only that many are stored
-  /// and a further one is an error. diagonal and off_diagonal count the columns inside and outside the
-  /// rank's own range.
-  Matrix make_matrix(const RowRange              &rows,
-                     const std::vector<PetscInt> &diagonal,
+  /// An empty matrix with room for n_columns[i] entries in the i-th local row; only that many are
+  /// stored and a further one is an error. diagonal and off_diagonal count the columns inside and
+  /// outside the rank's own range.
+  Matrix make_matrix(const RowRange &rows, const std::vector<PetscInt> &diagonal,
                      const std::vector<PetscInt> &off_diagonal);
 
   /// Completes the assembly.
@@ -67,11 +78,12 @@ namespace squeal
   struct Summand
   {
     double coefficient;
-    Mat    matrix;
-    bool   transposed_too = false; ///< add also the transpose: used to symmetrise
+    Mat matrix;
+    bool transposed_too = false; ///< add also the transpose: used to symmetrise
   };
 
-  /// sum_i c_i A_i on the union of the patterns, in two passes over the rows. Empty if every summand is.
+  /// sum_i c_i A_i on the union of the patterns, in two passes over the rows. Empty if every
+  /// summand is.
   Matrix sum_of(const RowRange &rows, const std::vector<Summand> &summands);
 
   /// (A + A^T)/2.
@@ -84,17 +96,39 @@ namespace squeal
   public:
     Block() = default;
     Block(const RowRange &rows, unsigned int n_columns)
-      : rows(rows), n_columns_(n_columns), data_(std::size_t(rows.n_local()) * n_columns)
-    {}
+        : rows(rows), n_columns_(n_columns), data_(std::size_t(rows.n_local()) * n_columns)
+    {
+    }
 
-    unsigned int    n_columns() const { return n_columns_; }
-    unsigned int    n_local() const { return rows.n_local(); }
-    const RowRange &row_range() const { return rows; }
+    unsigned int n_columns() const
+    {
+      return n_columns_;
+    }
+    unsigned int n_local() const
+    {
+      return rows.n_local();
+    }
+    const RowRange &row_range() const
+    {
+      return rows;
+    }
 
-    double       *column(const unsigned int j) { return data_.data() + std::size_t(j) * n_local(); }
-    const double *column(const unsigned int j) const { return data_.data() + std::size_t(j) * n_local(); }
-    double       *data() { return data_.data(); }
-    const double *data() const { return data_.data(); }
+    double *column(const unsigned int j)
+    {
+      return data_.data() + std::size_t(j) * n_local();
+    }
+    const double *column(const unsigned int j) const
+    {
+      return data_.data() + std::size_t(j) * n_local();
+    }
+    double *data()
+    {
+      return data_.data();
+    }
+    const double *data() const
+    {
+      return data_.data();
+    }
 
     /// The first n columns.
     Block head(unsigned int n) const;
@@ -102,15 +136,14 @@ namespace squeal
     void append(const Block &other);
 
   private:
-    RowRange            rows;
-    unsigned int        n_columns_ = 0;
+    RowRange rows;
+    unsigned int n_columns_ = 0;
     std::vector<double> data_;
   };
 
-  /// The distributed column with the sum of the given entries; negative rows are skipped. Any rank may give
-  /// entries of any row. Collective.
-  Block sum_entries(const RowRange                &rows,
-                    const std::vector<PetscInt>    &entry_rows,
+  /// The distributed column with the sum of the given entries; negative rows are skipped. Any rank
+  /// may give entries of any row. Collective.
+  Block sum_entries(const RowRange &rows, const std::vector<PetscInt> &entry_rows,
                     const std::vector<PetscScalar> &values);
 
   /// A B; zero if A is empty.
@@ -122,10 +155,11 @@ namespace squeal
   /// A C with a small dense C, column-major, of n_columns columns.
   Block combine(const Block &a, const std::vector<double> &coefficients, unsigned int n_columns);
 
-  /// An orthonormal basis of the span of the columns; only directions that are linear combinations of the
-  /// others up to rounding are dropped. Level-3 operations throughout: SVQB (Stathopoulos and Wu, 2002) keeps
-  /// the well-conditioned directions of the Gram matrix; the others, which the Gram matrix cannot resolve,
-  /// are formed explicitly, orthogonalised against what was kept, and treated the same way.
+  /// An orthonormal basis of the span of the columns; only directions that are linear combinations
+  /// of the others up to rounding are dropped. Level-3 operations throughout: SVQB (Stathopoulos
+  /// and Wu, 2002) keeps the well-conditioned directions of the Gram matrix; the others, which the
+  /// Gram matrix cannot resolve, are formed explicitly, orthogonalised against what was kept, and
+  /// treated the same way.
   Block orthonormalize(Block block);
 
   /// A sparse LU or LDL^T factorisation by MUMPS.
@@ -140,7 +174,7 @@ namespace squeal
     /// Throws SolverError if the matrix is singular or memory runs out.
     Factorization(const Matrix &matrix, Kind kind, const std::string &what);
     ~Factorization();
-    Factorization(const Factorization &) = delete;
+    Factorization(const Factorization &)            = delete;
     Factorization &operator=(const Factorization &) = delete;
 
     /// A^{-1} B.
@@ -156,10 +190,13 @@ namespace squeal
     Inertia inertia() const;
 
     double memory_mib() const; ///< of the factors, all ranks together
-    Mat    factor() const { return mat; }
+    Mat factor() const
+    {
+      return mat;
+    }
 
   private:
-    Mat         mat = nullptr;
+    Mat mat = nullptr;
     std::string what;
   };
 } // namespace squeal

@@ -21,16 +21,19 @@ namespace squeal
     void open(const std::string &filename);
 
     void print(const std::string &text);
-    void line(const std::string &text) { print(text + "\n"); }
+    void line(const std::string &text)
+    {
+      print(text + "\n");
+    }
 
     /// A line that the next one overwrites; shown on terminals only.
     void progress(const std::string &text);
 
   private:
-    const bool    speaks, terminal;
-    bool          progress_shown = false;
+    const bool speaks, terminal;
+    bool progress_shown = false;
     std::ofstream file;
-    std::string   so_far;
+    std::string so_far;
   };
 
   /// Wall-clock seconds by phase, in the order of their first use.
@@ -41,15 +44,19 @@ namespace squeal
     {
     public:
       Scope(PhaseTimer &timer, const std::string &phase)
-        : timer(timer), phase(phase), start(std::chrono::steady_clock::now())
-      {}
-      ~Scope() { timer.add(phase, seconds_since(start)); }
-      Scope(const Scope &) = delete;
+          : timer(timer), phase(phase), start(std::chrono::steady_clock::now())
+      {
+      }
+      ~Scope()
+      {
+        timer.add(phase, seconds_since(start));
+      }
+      Scope(const Scope &)            = delete;
       Scope &operator=(const Scope &) = delete;
 
     private:
-      PhaseTimer                                 &timer;
-      const std::string                           phase;
+      PhaseTimer &timer;
+      const std::string phase;
       const std::chrono::steady_clock::time_point start;
     };
 
@@ -58,14 +65,17 @@ namespace squeal
       return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 
-    void   add(const std::string &phase, double seconds);
+    void add(const std::string &phase, double seconds);
     double seconds(const std::string &phase) const;
-    double total() const { return seconds_since(start); }
+    double total() const
+    {
+      return seconds_since(start);
+    }
     /// Forgets the phases and starts the total anew.
     void restart();
 
   private:
-    std::map<std::string, double>         phases;
+    std::map<std::string, double> phases;
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   };
 

@@ -29,9 +29,9 @@ namespace squeal
     }
   };
 
-  /// C_ijkl = lambda d_ij d_kl + mu (d_ik d_jl + d_il d_jk), as table[i][k][j][l]: the block (i,k) maps
-  /// int d_j N_a d_l N_b to the stiffness between component i of node a and component k of node b.
-  /// In two dimensions this is plane strain.
+  /// C_ijkl = lambda d_ij d_kl + mu (d_ik d_jl + d_il d_jk), as table[i][k][j][l]: the block (i,k)
+  /// maps int d_j N_a d_l N_b to the stiffness between component i of node a and component k of
+  /// node b. In two dimensions this is plane strain.
   template <int dim>
   std::array<double, dim * dim * dim * dim> elasticity_tensor(const Material &material)
   {
@@ -43,7 +43,8 @@ namespace squeal
       for (int k = 0; k < dim; ++k)
         for (int j = 0; j < dim; ++j)
           for (int l = 0; l < dim; ++l, ++n)
-            table[n] = lambda * (i == j) * (k == l) + mu * ((i == k) * (j == l) + (i == l) * (j == k));
+            table[n] =
+                lambda * (i == j) * (k == l) + mu * ((i == k) * (j == l) + (i == l) * (j == k));
     return table;
   }
 } // namespace squeal

@@ -14,8 +14,8 @@ namespace squeal
   std::string number(double value);
   std::string number(const std::optional<double> &value);
 
-  /// Makes the directory and its record of the input: original.prm and parameters.prm. Collective; throws
-  /// InputError on every rank if the directory cannot be written.
+  /// Makes the directory and its record of the input: original.prm and parameters.prm. Collective;
+  /// throws InputError on every rank if the directory cannot be written.
   void start_run_directory(const std::string &directory, const ParameterFile &file, MPI_Comm comm);
 
   /// A CSV file that grows line by line; complete lines are on disk after each call. Rank 0 writes.
@@ -27,17 +27,18 @@ namespace squeal
 
   private:
     const std::string filename;
-    const bool        writes;
+    const bool writes;
   };
 
   /// The header of modes.csv, as the first columns that users rely on, and one line of it.
-  extern const char       *modes_header;
+  extern const char *modes_header;
   std::vector<std::string> modes_fields(const ModeRow &row);
 
   /// The table of modes as the screen shows it.
   std::string modes_table(const std::vector<ModeRow> &rows);
 
-  /// Frequencies and growth rates of the modes of the finest mesh over the meshes, with observed rates of
-  /// convergence of the eigenvalue (log2 of the ratio of successive changes).
-  std::string convergence_table(const std::vector<std::vector<ModeRow>> &cycles, const std::vector<unsigned int> &dofs);
+  /// Frequencies and growth rates of the modes of the finest mesh over the meshes, with observed
+  /// rates of convergence of the eigenvalue (log2 of the ratio of successive changes).
+  std::string convergence_table(const std::vector<std::vector<ModeRow>> &cycles,
+                                const std::vector<unsigned int> &dofs);
 } // namespace squeal

@@ -9,22 +9,28 @@
 
 namespace squeal
 {
-  /// A parameter file with its overrides, read strictly: an unknown key is an error that names the file,
-  /// the line, the section, and the nearest known key.
+  /// A parameter file with its overrides, read strictly: an unknown key is an error that names the
+  /// file, the line, the section, and the nearest known key.
   class ParameterFile
   {
   public:
     /// All parameters at their defaults.
     ParameterFile();
 
-    /// Reads @p filename, then applies @p overrides of the form "Section/Key=value", then checks the
-    /// rules across keys. Throws InputError.
+    /// Reads @p filename, then applies @p overrides of the form "Section/Key=value", then checks
+    /// the rules across keys. Throws InputError.
     void read(const std::string &filename, const std::vector<std::string> &overrides);
 
-    const Parameters::All &parameters() const { return *all; }
+    const Parameters::All &parameters() const
+    {
+      return *all;
+    }
 
     /// The text of the file, byte for byte.
-    const std::string &original_text() const { return original; }
+    const std::string &original_text() const
+    {
+      return original;
+    }
 
     /// All parameters used, as a parameter file.
     void print_used(std::ostream &out) const;
@@ -36,19 +42,19 @@ namespace squeal
     struct Entry
     {
       std::vector<std::string> section;
-      std::string              key;
-      std::string              path; ///< Section/.../Key
-      std::string              pattern;
-      std::string              documentation;
-      std::string              default_value;
+      std::string key;
+      std::string path; ///< Section/.../Key
+      std::string pattern;
+      std::string documentation;
+      std::string default_value;
     };
 
     void parse_text(const std::string &text, const std::string &filename);
     void set(const std::string &path, const std::string &value, const std::string &where);
 
     std::unique_ptr<Parameters::All> all;
-    dealii::ParameterHandler         prm;
-    std::vector<Entry>               entries;
-    std::string                      original;
+    dealii::ParameterHandler prm;
+    std::vector<Entry> entries;
+    std::string original;
   };
 } // namespace squeal

@@ -33,9 +33,9 @@ namespace squeal
 
   namespace Parameters
   {
-    // One struct per section of the parameter file: defaults are the member initialisers, every text
-    // carries its unit, and check() holds the rules that no pattern of a single key can express.
-    // check() throws InputError with the path of the key.
+    // One struct per section of the parameter file: defaults are the member initialisers, every
+    // text carries its unit, and check() holds the rules that no pattern of a single key can
+    // express. check() throws InputError with the path of the key.
 
     struct MaterialSection : Material
     {
@@ -46,10 +46,10 @@ namespace squeal
 
     struct Rotor
     {
-      double          inner_radius = 0.05;
-      double          outer_radius = 0.15;
-      double          thickness    = 0.012;
-      std::string     clamped      = "inner";
+      double inner_radius = 0.05;
+      double outer_radius = 0.15;
+      double thickness    = 0.012;
+      std::string clamped = "inner";
       MaterialSection material{Material{1.25e11, 0.25, 7200, 0, 1e-7}};
 
       void declare(dealii::ParameterHandler &prm);
@@ -58,19 +58,28 @@ namespace squeal
 
     struct Pads
     {
-      std::string     arrangement  = "both";
-      double          inner_radius = 0.09;
-      double          outer_radius = 0.14;
-      double          sector_angle = 50;
-      double          thickness    = 0.012;
-      std::string     back_face    = "guided";
-      double          pressure     = 1e6;
-      std::string     profile      = "1";
+      std::string arrangement = "both";
+      double inner_radius     = 0.09;
+      double outer_radius     = 0.14;
+      double sector_angle     = 50;
+      double thickness        = 0.012;
+      std::string back_face   = "guided";
+      double pressure         = 1e6;
+      std::string profile     = "1";
       MaterialSection material{Material{1e10, 0.3, 2500, 0, 2e-6}};
 
-      bool upper() const { return arrangement == "both" || arrangement == "upper"; }
-      bool lower() const { return arrangement == "both"; }
-      int  n_pads() const { return int(upper()) + int(lower()); }
+      bool upper() const
+      {
+        return arrangement == "both" || arrangement == "upper";
+      }
+      bool lower() const
+      {
+        return arrangement == "both";
+      }
+      int n_pads() const
+      {
+        return int(upper()) + int(lower());
+      }
 
       void declare(dealii::ParameterHandler &prm);
       void check(const Rotor &rotor) const;
@@ -79,31 +88,34 @@ namespace squeal
     struct Operation
     {
       double angular_velocity = 20;
-      void   declare(dealii::ParameterHandler &prm);
+      void declare(dealii::ParameterHandler &prm);
     };
 
     struct Contact
     {
-      std::string formulation                 = "mortar";
-      double      penalty_stiffness           = 1e12;
-      std::string steady_pressure             = "computed";
-      std::string friction_law                = "constant";
-      double      friction_coefficient        = 0.6;
-      double      friction_coefficient_moving = 0.3;
-      double      friction_decay_speed        = 1;
-      std::string friction_expression         = "";
-      double      smoothing_speed             = 0;
-      std::string initial_gap                 = "0";
+      std::string formulation            = "mortar";
+      double penalty_stiffness           = 1e12;
+      std::string steady_pressure        = "computed";
+      std::string friction_law           = "constant";
+      double friction_coefficient        = 0.6;
+      double friction_coefficient_moving = 0.3;
+      double friction_decay_speed        = 1;
+      std::string friction_expression    = "";
+      double smoothing_speed             = 0;
+      std::string initial_gap            = "0";
 
-      bool        mortar() const { return formulation == "mortar"; }
+      bool mortar() const
+      {
+        return formulation == "mortar";
+      }
       FrictionLaw law() const;
 
       void declare(dealii::ParameterHandler &prm);
       void check(Stage stage, double angular_velocity) const;
     };
 
-    /// The two-dimensional scene: an elastic layer, periodic in x, under a block. Materials, pressure and
-    /// support of the block are those of the sections Rotor and Pads.
+    /// The two-dimensional scene: an elastic layer, periodic in x, under a block. Materials,
+    /// pressure and support of the block are those of the sections Rotor and Pads.
     struct Strip
     {
       double length          = 0.2;
@@ -117,14 +129,14 @@ namespace squeal
 
     struct Discretization
     {
-      unsigned int                degree             = 2;
-      std::array<unsigned int, 3> rotor_cells        = {{5, 36, 1}};
-      std::array<unsigned int, 3> pad_cells          = {{3, 6, 1}};
-      unsigned int                clamp_layers       = 0;
-      unsigned int                pad_edge_layers    = 0;
-      double                      layer_ratio        = 0.2;
-      std::string                 rotor_cells_text   = "5, 36, 1";
-      std::string                 pad_cells_text     = "3, 6, 1";
+      unsigned int degree                     = 2;
+      std::array<unsigned int, 3> rotor_cells = {{5, 36, 1}};
+      std::array<unsigned int, 3> pad_cells   = {{3, 6, 1}};
+      unsigned int clamp_layers               = 0;
+      unsigned int pad_edge_layers            = 0;
+      double layer_ratio                      = 0.2;
+      std::string rotor_cells_text            = "5, 36, 1";
+      std::string pad_cells_text              = "3, 6, 1";
 
       void declare(dealii::ParameterHandler &prm);
       void check();
@@ -132,23 +144,26 @@ namespace squeal
 
     struct Refinement
     {
-      std::string  strategy         = "none";
+      std::string strategy          = "none";
       unsigned int cycles           = 1;
-      double       tolerance        = 1e-3;
+      double tolerance              = 1e-3;
       unsigned int maximum_unknowns = 500000;
 
       /// The number of meshes a run may use.
-      unsigned int n_cycles() const { return strategy == "none" ? 1 : cycles; }
-      void         declare(dealii::ParameterHandler &prm);
-      void         check() const;
+      unsigned int n_cycles() const
+      {
+        return strategy == "none" ? 1 : cycles;
+      }
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
     };
 
     struct Eigenproblem
     {
-      double      maximum_frequency = 6000;
-      std::string solver            = "krylov";
-      double      tolerance         = 1e-9;
-      double      shift             = 0;
+      double maximum_frequency = 6000;
+      std::string solver       = "krylov";
+      double tolerance         = 1e-9;
+      double shift             = 0;
 
       void declare(dealii::ParameterHandler &prm);
     };
@@ -157,14 +172,14 @@ namespace squeal
     {
       std::string parameter = "none";
       std::string values    = "";
-      void        declare(dealii::ParameterHandler &prm);
-      void        check() const;
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
     };
 
     struct Matrices
     {
       std::string mass, velocity, stiffness, circulatory;
-      double      circulatory_factor = 1;
+      double circulatory_factor = 1;
 
       void declare(dealii::ParameterHandler &prm);
       void check() const;
@@ -172,33 +187,39 @@ namespace squeal
 
     struct Output
     {
-      std::string  directory        = "";
-      std::string  fields           = "unstable";
+      std::string directory         = "";
+      std::string fields            = "unstable";
       unsigned int animation_frames = 16;
-      void         declare(dealii::ParameterHandler &prm);
+      void declare(dealii::ParameterHandler &prm);
     };
 
     /// Everything a run needs to know.
     struct All
     {
-      std::string    scene      = "brake";
-      std::string    stage_name = "full";
-      Rotor          rotor;
-      Pads           pads;
-      Strip          strip;
-      Operation      operation;
-      Contact        contact;
+      std::string scene      = "brake";
+      std::string stage_name = "full";
+      Rotor rotor;
+      Pads pads;
+      Strip strip;
+      Operation operation;
+      Contact contact;
       Discretization discretization;
-      Refinement     refinement;
-      Eigenproblem   eigenproblem;
-      Sweep          sweep;
-      Matrices       matrices;
-      Output         output;
+      Refinement refinement;
+      Eigenproblem eigenproblem;
+      Sweep sweep;
+      Matrices matrices;
+      Output output;
 
-      Stage      stage() const;
-      StageTerms terms() const { return terms_of(stage()); }
+      Stage stage() const;
+      StageTerms terms() const
+      {
+        return terms_of(stage());
+      }
       /// The number of contact pairs.
-      int n_pads() const { return scene == "strip" ? int(pads.arrangement != "none") : pads.n_pads(); }
+      int n_pads() const
+      {
+        return scene == "strip" ? int(pads.arrangement != "none") : pads.n_pads();
+      }
 
       /// Makes every member an entry of @p prm; parsing @p prm then fills the members.
       void declare(dealii::ParameterHandler &prm);

@@ -17,29 +17,32 @@ namespace squeal
   struct WeightedNode
   {
     dealii::types::global_dof_index node;
-    double                          weight;
+    double weight;
   };
 
   /// Mesh, finite element and numbering.
   ///
-  /// Displacement components share one scalar element, so everything is indexed by *nodes* (degrees of
-  /// freedom of the scalar element). An *equation* is a row of the eigenproblem: a displacement component of
-  /// a node that is neither fixed nor hanging, or the contact pressure of a node on a pad's contact face.
-  /// Fixed components and hanging nodes have no equation: nothing is stored or solved for them. Each rank's
-  /// equations are contiguous, its displacements first, then its multipliers.
+  /// Displacement components share one scalar element, so everything is indexed by *nodes* (degrees
+  /// of freedom of the scalar element). An *equation* is a row of the eigenproblem: a displacement
+  /// component of a node that is neither fixed nor hanging, or the contact pressure of a node on a
+  /// pad's contact face. Fixed components and hanging nodes have no equation: nothing is stored or
+  /// solved for them. Each rank's equations are contiguous, its displacements first, then its
+  /// multipliers.
   template <int dim>
   class Spaces
   {
   public:
     static constexpr unsigned int none = -1;
 
-    Spaces(const Geometry<dim> &geometry, unsigned int degree, bool with_multipliers, MPI_Comm comm);
+    Spaces(const Geometry<dim> &geometry, unsigned int degree, bool with_multipliers,
+           MPI_Comm comm);
 
     /// Numbers nodes and equations on the present mesh. Call it after every change of the mesh.
     void distribute();
 
     /// The equation of displacement @p component at a locally relevant node, or none.
-    unsigned int equation(const dealii::types::global_dof_index node, const unsigned int component) const
+    unsigned int equation(const dealii::types::global_dof_index node,
+                          const unsigned int component) const
     {
       return to_equation(equations[component](node));
     }
@@ -49,21 +52,21 @@ namespace squeal
       return to_equation(equations[dim](node));
     }
 
-    /// The free nodes that interpolate a locally relevant node: itself unless it hangs or lies on the far side
-    /// of a periodic boundary.
+    /// The free nodes that interpolate a locally relevant node: itself unless it hangs or lies on
+    /// the far side of a periodic boundary.
     std::vector<WeightedNode> expand(dealii::types::global_dof_index node) const;
 
-    const Geometry<dim>                               &geometry;
-    const MPI_Comm                                     comm;
-    dealii::parallel::distributed::Triangulation<dim>  triangulation;
-    const dealii::FE_Q<dim>                            fe;
-    dealii::MappingQCache<dim>                         mapping;
-    dealii::DoFHandler<dim>                            nodes;
-    dealii::AffineConstraints<double>                  hanging; ///< and periodic nodes
-    dealii::IndexSet                                   relevant_nodes;
-    RowRange                                           rows;
-    unsigned int                                       n_displacements = 0, n_multipliers = 0; ///< global
-    unsigned int                                       first_local_multiplier = 0; ///< global row
+    const Geometry<dim> &geometry;
+    const MPI_Comm comm;
+    dealii::parallel::distributed::Triangulation<dim> triangulation;
+    const dealii::FE_Q<dim> fe;
+    dealii::MappingQCache<dim> mapping;
+    dealii::DoFHandler<dim> nodes;
+    dealii::AffineConstraints<double> hanging; ///< and periodic nodes
+    dealii::IndexSet relevant_nodes;
+    RowRange rows;
+    unsigned int n_displacements = 0, n_multipliers = 0; ///< global
+    unsigned int first_local_multiplier = 0;             ///< global row
 
   private:
     using NodeVector = dealii::LinearAlgebra::distributed::Vector<double>;
@@ -71,7 +74,7 @@ namespace squeal
     {
       return value < 0 ? none : static_cast<unsigned int>(value);
     }
-    const bool              with_multipliers;
+    const bool with_multipliers;
     std::vector<NodeVector> equations; ///< dim components and the multiplier; -1: none
   };
 } // namespace squeal

@@ -10,30 +10,30 @@ namespace squeal
   struct StaticIteration
   {
     unsigned int n_active, n_changed; ///< multipliers (mortar) or quadrature points (penalty)
-    double       largest_tension;     ///< of what was closed, Pa
-    double       largest_penetration; ///< of what was open, m
-    double       pressure_change;     ///< largest change of the pressure relative to its maximum
+    double largest_tension;           ///< of what was closed, Pa
+    double largest_penetration;       ///< of what was open, m
+    double pressure_change;           ///< largest change of the pressure relative to its maximum
   };
 
   struct StaticEquilibrium
   {
-    Block                            state; ///< one column, contact pressures in the multipliers' rows
-    std::vector<StaticIteration>     iterations;
+    Block state; ///< one column, contact pressures in the multipliers' rows
+    std::vector<StaticIteration> iterations;
     typename std::vector<std::vector<double>> pressure; ///< Contact::Pressure of the state
   };
 
-  /// The steady sliding state of theory.md, section 3: p >= 0, g <= 0, p g = 0 with friction in full sliding,
+  /// The steady sliding state of theory.md, section 3: p >= 0, g <= 0, p g = 0 with friction in
+  /// full sliding,
   ///     sum_{order 0} c_i A_i q_0 + (N + mu T) Lambda_0 = f.
-  /// Primal-dual active set (a semi-smooth Newton method, Hintermueller, Ito, Kunisch 2002); a friction law that
-  /// depends on the pressure is linearised in the same steps. The operator is not symmetric because of friction;
-  /// LU by MUMPS, one step of iterative refinement. @p contact leaves with the active set of the solution.
+  /// Primal-dual active set (a semi-smooth Newton method, Hintermueller, Ito, Kunisch 2002); a
+  /// friction law that depends on the pressure is linearised in the same steps. The operator is not
+  /// symmetric because of friction; LU by MUMPS, one step of iterative refinement. @p contact
+  /// leaves with the active set of the solution.
   ///
-  /// Throws SolverError if a pad loses all contact, and if active sets repeat, which friction close to
-  /// self-locking causes.
+  /// Throws SolverError if a pad loses all contact, and if active sets repeat, which friction close
+  /// to self-locking causes.
   template <int dim>
-  StaticEquilibrium solve_static_equilibrium(const RowRange          &rows,
-                                             const std::vector<Term> &body_terms,
-                                             Contact<dim>            &contact,
-                                             bool                     with_friction,
-                                             const Block             &load);
+  StaticEquilibrium
+  solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
+                           Contact<dim> &contact, bool with_friction, const Block &load);
 } // namespace squeal
