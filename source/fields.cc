@@ -84,6 +84,7 @@ namespace squeal
         flags.compression_level = DataOutBase::VtkFlags::best_speed;
         flags.time              = time;
         data_out.set_flags(flags);
+        data_out.attach_triangulation(spaces.triangulation);
         const std::vector<DataComponentInterpretation::DataComponentInterpretation> is_vector(
             dim, DataComponentInterpretation::component_is_part_of_vector);
         for (const auto &[name, field] : displacements)
@@ -91,7 +92,6 @@ namespace squeal
                                    is_vector);
         for (const auto &[name, field] : pressures)
           data_out.add_data_vector(spaces.nodes, *field, name);
-        data_out.attach_triangulation(spaces.triangulation);
         data_out.add_data_vector(body, "body");
         data_out.build_patches(spaces.mapping, spaces.fe.degree, DataOut<dim>::curved_inner_cells);
 

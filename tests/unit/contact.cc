@@ -61,7 +61,7 @@ namespace
     Parameters::All prm;
     Geometry<3> geometry;
     Spaces<3> spaces;
-    ContactModel model;
+    ContactModel<3> model;
     std::optional<Contact<3>> interfaces;
 
     static constexpr double mu = 0.4, a = 0.09, b = 0.14, angle = 50 * M_PI / 180;
@@ -93,6 +93,12 @@ namespace
   Tensor<1, 3> rotation(const Point<3> &x)
   {
     return Tensor<1, 3>({-x[1], x[0], 0.});
+  }
+
+  /// mu T; the pressure is of no effect on Coulomb friction.
+  Matrix friction_of(const Contact<3> &contact)
+  {
+    return contact.friction(contact.uniform_pressure(1e6));
   }
 
   Matrix transposed(const Matrix &matrix)
@@ -174,11 +180,17 @@ TEST_CASE("contact: pressure_scale multiplies the mortar matrices")
 {
   Scene scene("upper", true, 2);
   Contact<3> contact(scene.spaces, scene.model);
-  const double normal    = contact.normal().infinity_norm(),
-               friction  = contact.friction().infinity_norm();
-  contact.pressure_scale = 1e3;
-  CHECK(relative_error(contact.normal().infinity_norm(), 1e3 * normal) <= 1e-14);
-  CHECK(relative_error(contact.friction().infinity_norm(), 1e3 * friction) <= 1e-14);
+  const auto pressure   = contact.uniform_pressure(1e6);
+  const double normal   = contact.normal().infinity_norm(),
+               friction = contact.friction(pressure).infinity_norm();
+  CHECK(contact.pressure_scale() == 1);
+  for (const double factor : {10., 1e3}) // not cumulative
+  {
+    contact.scale_constraints(factor * normal);
+    CHECK(relative_error(contact.pressure_scale(), factor) <= 1e-14);
+    CHECK(relative_error(contact.normal().infinity_norm(), factor * normal) <= 1e-14);
+    CHECK(relative_error(contact.friction(pressure).infinity_norm(), factor * friction) <= 1e-14);
+  }
 }
 
 TEST_CASE("contact: virtual work of the normal coupling, penalty")
@@ -211,7 +223,7 @@ TEST_CASE("contact: virtual work of the friction")
     const double sign = omega < 0 ? -1 : 1; // friction opposes the motion
     {
       Scene scene("both", true, 3, omega);
-      const Matrix T       = scene.contact().friction();
+      const Matrix T       = friction_of(scene.contact());
       const Block pressure = constant_multiplier(scene.spaces, 1);
       const auto work      = [&](const Block &v) { return bilinear_form(v, T, pressure); };
       CHECK(relative_error(work(scene.on_rotor(rotation)), sign * Scene::mu * 2 * first_moment) <=
@@ -231,7 +243,7 @@ TEST_CASE("contact: virtual work of the friction")
     }
     {
       Scene scene("upper", false, 3, omega);
-      const Matrix T   = scene.contact().friction();
+      const Matrix T   = friction_of(scene.contact());
       const Block rise = translation(scene.spaces, {rotor_body}, 2);
       CHECK(relative_error(bilinear_form(scene.on_rotor(rotation), T, rise),
                            sign * Scene::mu * scene.model.penalty_stiffness * first_moment) <=
@@ -261,7 +273,7 @@ TEST_CASE("contact: resultants of the uniform pressure")
       CHECK(relative_error(r.friction_force, Scene::mu * p * area) <= 1e-7);
       CHECK(relative_error(r.friction_torque, Scene::mu * p * first_moment) <= 1e-7);
       CHECK(r.max_pressure == p);
-      CHECK(r.tension_area == 0);
+      CHECK(r.min_pressure == 0);
     }
   }
 
@@ -280,7 +292,8 @@ TEST_CASE("contact: resultants of the uniform pressure")
                        p * Scene::angle * over_radius([&](const double r) { return mu(r) * r; })) <=
         1e-7);
   // And so does the matrix.
-  CHECK(relative_error(bilinear_form(scene.on_rotor(rotation), contact.friction(),
+  CHECK(relative_error(bilinear_form(scene.on_rotor(rotation),
+                                     contact.friction(contact.uniform_pressure(p)),
                                      constant_multiplier(scene.spaces, p)),
                        result.friction_torque) <= 1e-12);
 }
@@ -292,16 +305,17 @@ TEST_CASE("contact: the pressure of a state")
   {
     Scene scene("upper", true, 3);
     Contact<3> contact(scene.spaces, scene.model);
-    contact.pressure_scale = 100;
-    const Block state      = constant_multiplier(scene.spaces, 7);
-    const auto result      = contact.resultants(contact.pressure_of(state), &state)[0];
+    contact.scale_constraints(100 * contact.normal().infinity_norm());
+    const Block state = constant_multiplier(scene.spaces, 7);
+    const auto result = contact.resultants(contact.pressure_of(state), &state)[0];
     CHECK(relative_error(result.max_pressure, 700) <= 1e-12);
     CHECK(relative_error(result.normal_force, 700 * area) <= 1e-7);
     CHECK(std::abs(result.max_penetration) <= 1e-20);
-    // Negative multipliers are tension on the whole face.
+    // Negative multipliers are tension: computed, until the active set releases them.
     const auto tension =
         contact.resultants(contact.pressure_of(constant_multiplier(scene.spaces, -7)), nullptr)[0];
-    CHECK(relative_error(tension.tension_area, area) <= 1e-7);
+    CHECK(relative_error(tension.min_pressure, -700) <= 1e-12);
+    CHECK(tension.max_pressure == 0);
     CHECK(relative_error(tension.normal_force, -700 * area) <= 1e-7);
   }
   {
@@ -455,7 +469,7 @@ TEST_CASE("contact: hanging nodes on both faces")
             integral([](const Point<3> &x) { return x[0]; })) <= 1e-10);
   CHECK(largest_entry(multiply(N, translation(scene.spaces, all_bodies, 2))) <=
         1e-14 * N.infinity_norm());
-  const Matrix T = scene.contact().friction();
+  const Matrix T = friction_of(scene.contact());
   for (unsigned int c = 0; c < 3; ++c)
     CHECK(largest_entry(multiply(transposed(T), translation(scene.spaces, all_bodies, c))) <=
           1e-14 * T.infinity_norm());

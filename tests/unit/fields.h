@@ -21,8 +21,8 @@ namespace squeal::tests
   const std::vector<Body> all_bodies = {rotor_body, upper_pad_body, lower_pad_body};
 
   /// Refines the cells for which the function, given the cell's centre and body, says so.
-  template <typename Function>
-  void refine_where(Spaces<3> &spaces, const Function &wanted)
+  template <int dim, typename Function>
+  void refine_where(Spaces<dim> &spaces, const Function &wanted)
   {
     for (const auto &cell : spaces.triangulation.active_cell_iterators())
       if (cell->is_locally_owned() && wanted(cell->center(), cell->material_id()))
@@ -33,8 +33,8 @@ namespace squeal::tests
 
   /// The nodal interpolant of a displacement field on some bodies, as a column: values at free
   /// nodes where the component has an equation, 0 elsewhere.
-  template <typename Field>
-  Block interpolate(const Spaces<3> &spaces, const std::vector<Body> &bodies, const Field &field)
+  template <int dim, typename Field>
+  Block interpolate(const Spaces<dim> &spaces, const std::vector<Body> &bodies, const Field &field)
   {
     Block column(spaces.rows, 1);
     std::vector<dealii::types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());
@@ -44,13 +44,13 @@ namespace squeal::tests
         cell->get_dof_indices(cell_nodes);
         for (unsigned int a = 0; a < cell_nodes.size(); ++a)
         {
-          const Point<3> x = spaces.mapping.transform_unit_to_real_cell(
+          const Point<dim> x = spaces.mapping.transform_unit_to_real_cell(
               cell, spaces.fe.get_unit_support_points()[a]);
-          const Tensor<1, 3> u = field(x);
-          for (unsigned int c = 0; c < 3; ++c)
+          const Tensor<1, dim> u = field(x);
+          for (unsigned int c = 0; c < dim; ++c)
           {
             const unsigned int row = spaces.equation(cell_nodes[a], c);
-            if (row != Spaces<3>::none && spaces.rows.contains(row))
+            if (row != Spaces<dim>::none && spaces.rows.contains(row))
               column.column(0)[row - spaces.rows.begin] = u[c];
           }
         }
@@ -58,20 +58,22 @@ namespace squeal::tests
     return column;
   }
 
-  inline Block translation(const Spaces<3> &spaces, const std::vector<Body> &bodies,
-                           const unsigned int component)
+  template <int dim>
+  Block translation(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
+                    const unsigned int component)
   {
     return interpolate(spaces, bodies,
-                       [&](const Point<3> &)
+                       [&](const Point<dim> &)
                        {
-                         Tensor<1, 3> u;
+                         Tensor<1, dim> u;
                          u[component] = 1;
                          return u;
                        });
   }
 
   /// A constant contact pressure: every multiplier has this value.
-  inline Block constant_multiplier(const Spaces<3> &spaces, const double value)
+  template <int dim>
+  Block constant_multiplier(const Spaces<dim> &spaces, const double value)
   {
     Block column(spaces.rows, 1);
     std::fill(column.column(0) + (spaces.first_local_multiplier - spaces.rows.begin),
@@ -81,13 +83,13 @@ namespace squeal::tests
 
   /// The integral of a function over some bodies as they are meshed, with the quadrature of the
   /// assembly.
-  template <typename Function>
-  double integrate(const Spaces<3> &spaces, const std::vector<Body> &bodies,
+  template <int dim, typename Function>
+  double integrate(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
                    const Function &function)
   {
-    dealii::FEValues<3> fe_values(spaces.mapping, spaces.fe,
-                                  dealii::QGauss<3>(spaces.fe.degree + 1),
-                                  dealii::update_quadrature_points | dealii::update_JxW_values);
+    dealii::FEValues<dim> fe_values(spaces.mapping, spaces.fe,
+                                    dealii::QGauss<dim>(spaces.fe.degree + 1),
+                                    dealii::update_quadrature_points | dealii::update_JxW_values);
     double sum = 0;
     for (const auto &cell : spaces.nodes.active_cell_iterators())
       if (cell->is_locally_owned() && is_one_of(cell->material_id(), bodies))
@@ -100,12 +102,12 @@ namespace squeal::tests
   }
 
   /// The same over a boundary; the function gets the place and the outward normal.
-  template <typename Function>
-  double integrate_boundary(const Spaces<3> &spaces, const dealii::types::boundary_id boundary,
+  template <int dim, typename Function>
+  double integrate_boundary(const Spaces<dim> &spaces, const dealii::types::boundary_id boundary,
                             const Function &function)
   {
-    dealii::FEFaceValues<3> fe_values(
-        spaces.mapping, spaces.fe, dealii::QGauss<2>(spaces.fe.degree + 2),
+    dealii::FEFaceValues<dim> fe_values(
+        spaces.mapping, spaces.fe, dealii::QGauss<dim - 1>(spaces.fe.degree + 2),
         dealii::update_quadrature_points | dealii::update_normal_vectors |
             dealii::update_JxW_values);
     double sum = 0;

@@ -163,8 +163,8 @@ TEST_CASE("geometry: a pad that lies on one face of the rotor and presses toward
     CHECK(interface.rotor_face == geometry.boundaries.at(upper ? "rotor.top" : "rotor.bottom"));
   }
   CHECK(geometry.loads.size() == 2);
-  for (const PressureLoad &load : geometry.loads)
-    CHECK(load.pressure == p.pads.pressure);
+  for (const PressureLoad<3> &load : geometry.loads)
+    CHECK(load.pressure(Point<3>(0.1, 0.01, 0.018)) == p.pads.pressure);
 
   Triangulation<3> triangulation;
   geometry.make_coarse_mesh(triangulation);
