@@ -1,6 +1,7 @@
 #include <squeal/contact_fields.h>
 
 #include <deal.II/base/data_out_base.h>
+#include <deal.II/grid/reference_cell.h>
 
 #include <algorithm>
 #include <cmath>
@@ -81,6 +82,7 @@ namespace squeal
         patch.n_subdivisions       = element.degree();
         patch.patch_index          = patches.size();
         patch.points_are_available = true;
+        patch.reference_cell       = ReferenceCells::get_hypercube<dim - 1>();
         patch.data.reinit(first_point + dim, n);
         for (unsigned int a = 0; a < n; ++a)
         {
