@@ -41,13 +41,12 @@ if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then
   exit 0
 fi
 
-missing_packages() {
-  local package
-  for package in "${packages[@]}"; do
-    [[ $(dpkg-query -W -f '${db:Status-Status}' "$package" 2> /dev/null) == installed ]] || echo "$package"
-  done
-}
-mapfile -t missing < <(missing_packages)
+missing=()
+for package in "${packages[@]}"; do
+  if [[ $(dpkg-query -W -f '${db:Status-Status}' "$package" 2> /dev/null) != installed ]]; then
+    missing+=("$package")
+  fi
+done
 if [[ ${#missing[@]} -eq 0 ]]; then
   exit 0
 fi

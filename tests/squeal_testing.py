@@ -5,6 +5,7 @@ Only Python's standard library is needed, so that a fresh machine can run the te
 """
 
 import csv
+import math
 import os
 import pathlib
 import shutil
@@ -82,7 +83,7 @@ def read_table(path):
 
 def eigenvalue(row):
     """The eigenvalue of a line of modes.csv or of a reference table, 1/s."""
-    return complex(row["growth_rate_1_per_s"], 2 * 3.141592653589793 * row["frequency_hz"])
+    return complex(row["growth_rate_1_per_s"], 2 * math.pi * row["frequency_hz"])
 
 
 def run(*arguments, ranks=1, directory=None, timeout=300, executable=SQUEAL):

@@ -1,6 +1,7 @@
 """The brake, stage by stage, against the eigenvalues of an independent semi-analytical method
 (tests/data/reference; Omega = 5 rad/s, mu = 0.4, uniform pressure, 25 modes below 6300 Hz)."""
 
+import math
 import unittest
 
 import squeal_testing as st
@@ -13,6 +14,8 @@ MESH = {
 
 # Measured: 2.3e-3 where the clamp and the pads' edges, both singular, are strained most; 1e-6 to 1e-3 elsewhere.
 FREQUENCY_TOLERANCE = 3e-3
+# The mode that turns the disc about its axis strains the clamp evenly: measured 7e-7.
+SMOOTH_MODE, SMOOTH_TOLERANCE = 3040.69, 1e-5
 
 # Friction makes growth rates by exchange between modes; the share of a neighbour goes with 1/(its distance). The
 # mesh's errors, some Hz, are small against all distances but those in these clusters (Hz):
@@ -35,9 +38,13 @@ class Brake(st.TestCase):
         self.assertEqual(len(expected), 25)
         clustered = {cluster: [] for cluster in CLUSTERS}
         for l, reference in self.pairs(computed, expected):
-            self.assertLess(abs(l.imag - reference.imag), FREQUENCY_TOLERANCE * reference.imag)
+            frequency = reference.imag / (2 * math.pi)
+            smooth = abs(frequency - SMOOTH_MODE) < 0.01
+            self.assertLess(abs(l.imag - reference.imag),
+                            (SMOOTH_TOLERANCE if smooth else FREQUENCY_TOLERANCE) * reference.imag,
+                            f"computed {l}, reference {reference}")
             for cluster in CLUSTERS:
-                if cluster[0] < reference.imag / 6.283185307 < cluster[1]:
+                if cluster[0] < frequency < cluster[1]:
                     clustered[cluster].append((l.real, reference.real))
                     break
             else:
@@ -65,7 +72,7 @@ class Brake(st.TestCase):
         computed = self.compare("brake_T4_friction_k1e12.csv", {**st.PENALTY, "Stage": "friction"},
                                 hopeless=[(4740, 4790)])
         worst = max(computed, key=lambda l: l.real)
-        self.assertLess(abs(worst.imag / 6.283185307 - 6230), 15)
+        self.assertLess(abs(worst.imag / (2 * math.pi) - 6230), 15)
         self.assertLess(abs(worst.real - 102.4), 6)
 
     def test_friction_damping(self):
