@@ -568,8 +568,8 @@ TEST_CASE("mortar: annular faces with different arcs")
 TEST_CASE("mortar: cuts follow curved edges")
 {
   // Annular rotor faces inside of one square pad face of width 0.4: each piece is a whole rotor
-  // face. Its outline is a polygon within 1e-6 of the pad's width, that is 4e-7, of four edges of
-  // together 0.3: area 1e-7 of 0.004.
+  // face. Its outline is a polygon within 1e-4 of the pad's width, that is 4e-5, of two arcs of
+  // together 0.1: area 4e-6 of 0.004.
   const FaceElement<3> element(2);
   const auto pad   = grid<3>(2, 1, 1, rectangle(-0.2, -0.2, 0.4, 0.4));
   const auto rotor = grid<3>(2, 2, 4,
@@ -588,6 +588,6 @@ TEST_CASE("mortar: cuts follow curved edges")
       area += point.weight;
     const std::vector<SurfaceFace<3>> face = {rotor[pair.rotor_face]};
     CHECK(relative_error(
-              area, integrate_faces(element, face, [](const Point<3> &) { return 1.; })) <= 3e-5);
+              area, integrate_faces(element, face, [](const Point<3> &) { return 1.; })) <= 1e-3);
   }
 }
