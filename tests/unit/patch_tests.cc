@@ -50,7 +50,7 @@ namespace
                  {
                    const bool here =
                        body == rotor_body ? hanging != Hanging::pad : hanging != Hanging::rotor;
-                   return here && (dim == 3 ? x[1] > 0 : std::abs(x[0] - 0.06) < 0.05);
+                   return here && (dim == 3 ? x[1] > 0 : std::abs(x[0] - 0.04) < 0.039);
                  });
     CHECK(spaces.triangulation.n_global_active_cells() > before);
   }
