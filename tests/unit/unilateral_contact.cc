@@ -326,8 +326,7 @@ TEST_CASE("unilateral_contact: a friction law that depends on the pressure")
 
 // Known limitation: the iteration starts at p = 0, and open points stay there, where a power law of
 // negative exponent is not finite, although its traction mu p is.
-TEST_CASE("unilateral_contact: a friction law that is singular without pressure" *
-          doctest::should_fail())
+TEST_CASE("unilateral_contact: a friction law that is singular without pressure")
 {
   FrictionLaw law;
   law.kind       = FrictionLaw::Kind::expression;
