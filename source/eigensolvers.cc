@@ -251,6 +251,10 @@ namespace squeal
     {
       const BackwardError backward_error(problem);
       const bool galerkin = problem.n_constraints == 0 || !problem.reference;
+      // A Krylov space contains its start vector, which does not satisfy the constraints;
+      // Galerkin's test vectors must. One inverse iteration makes them so.
+      if (galerkin && problem.n_constraints > 0)
+        start = factorization.solve(multiply(problem.M, start));
       clear_multipliers(problem, start);
       Block basis = orthonormalize(std::move(start));
       Modes modes;
@@ -564,7 +568,9 @@ namespace squeal
         for (unsigned int row = problem.rows.begin; row < problem.rows.end; ++row)
           identity.column(row)[row - problem.rows.begin] = 1;
         const double radius = search_radius(options.max_imaginary);
-        const double shift  = options.max_imaginary * options.shift;
+        const double shift  = options.max_imaginary * (options.shift > 0          ? options.shift
+                                                       : problem.may_move_rigidly ? 0.1
+                                                                                  : 0.);
         options.progress("  dense: " + std::to_string(problem.rows.size) + " unknowns");
         Pairs pairs = rayleigh_ritz(problem, identity, identity, radius, shift);
         Modes modes;

@@ -268,7 +268,7 @@ namespace squeal
         return false;
       };
       // A wrong place of the cut by delta costs about delta^2 in the integrals.
-      const double tolerance = 1e-4;
+      const double tolerance = 1e-6;
 
       Polygon polygon;
       const std::array<Point<2>, 4> corners = {

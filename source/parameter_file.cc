@@ -7,6 +7,7 @@
 #include <boost/property_tree/json_parser.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -47,8 +48,7 @@ namespace squeal
       if (position != std::string::npos)
         text.replace(position, smallest.size(), "0 (excluded)");
       const std::string largest = "MAX_DOUBLE";
-      const std::size_t end     = text.find(largest);
-      if (end != std::string::npos)
+      for (std::size_t end = text.find(largest); end != std::string::npos; end = text.find(largest))
         text.replace(end, largest.size(), "infinity");
       return text;
     }
@@ -109,7 +109,7 @@ namespace squeal
   void ParameterFile::read(const std::string &filename, const std::vector<std::string> &overrides)
   {
     std::ifstream in(filename, std::ios::binary);
-    if (!in)
+    if (!in || std::filesystem::is_directory(filename))
       throw InputError(filename + ": the parameter file cannot be read.");
     std::ostringstream text;
     text << in.rdbuf();
@@ -157,7 +157,17 @@ namespace squeal
       if (line.empty())
         continue;
       else if (word == "subsection")
+      {
         section.push_back(rest);
+        if (std::none_of(entries.begin(), entries.end(),
+                         [&](const Entry &e)
+                         {
+                           return e.section.size() >= section.size() &&
+                                  std::equal(section.begin(), section.end(), e.section.begin());
+                         }))
+          throw InputError(where + ": unknown subsection '" + rest +
+                           "'. All keys: squeal --print-parameters=md");
+      }
       else if (word == "end" && rest.empty())
       {
         if (section.empty())

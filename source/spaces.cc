@@ -28,6 +28,13 @@ namespace squeal
       DoFTools::make_periodicity_constraints(nodes, geometry.periodic.first,
                                              geometry.periodic.second, 0, hanging);
     hanging.close();
+    // The nodes that others hang on may belong to cells beyond the ghost layer (chains of
+    // constraints).
+    for (const auto &line : hanging.get_lines())
+      for (const auto &[node, weight] : line.entries)
+        if (!relevant_nodes.is_element(node))
+          relevant_nodes.add_index(node);
+    relevant_nodes.compress();
 
     // Which components are fixed, and which nodes carry a multiplier. Ghost cells are looked at
     // too: the only face of a node on a boundary may belong to another rank.

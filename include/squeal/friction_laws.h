@@ -2,6 +2,7 @@
 
 #include <Sacado.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -62,6 +63,9 @@ namespace squeal
     /// The traction and its derivatives: by automatic differentiation, except for an expression,
     /// whose mu is differentiated by five-point differences (its text is evaluated in plain numbers
     /// only).
+    ///
+    /// An expression may be singular at p = 0 (a negative power, say), where the traction is zero
+    /// all the same: it is evaluated at a pressure of at least one pascal.
     FrictionTraction traction(const double v, const double p) const
     {
       using Dual = Sacado::Fad::SFad<double, 2>;
@@ -71,11 +75,13 @@ namespace squeal
       {
         const auto slope = [](const auto &f, const double x, const double h)
         { return (8 * (f(x + h) - f(x - h)) - (f(x + 2 * h) - f(x - 2 * h))) / (12 * h); };
-        const double dv = slope([&](const double x) { return expression(x, p); }, v,
+        const double p_1 = std::max(p, 1.);
+        const double dv  = slope([&](const double x) { return expression(x, p_1); }, v,
                                 1e-3 * (v + smoothing_speed));
-        const double dp =
-            slope([&](const double x) { return expression(v, x); }, p, 1e-3 * (std::abs(p) + 1));
-        mu = expression(v, p) + dv * (speed - v) + dp * (pressure - p);
+        const double dp  = slope([&](const double x) { return expression(v, x); }, p_1, 1e-3 * p_1);
+        mu               = expression(v, p_1) + dv * (speed - v);
+        if (p >= 1)
+          mu += dp * (pressure - p);
       }
       if (smoothing_speed == 0)
       {
