@@ -337,19 +337,21 @@ namespace squeal
     void BrakeSqueal<dim>::report_static(const typename Contact<dim>::Pressure &pressure,
                                          const unsigned int cycle)
     {
+      const bool slides = prm.terms().friction;
       for (const ContactResultants &r :
            contact->resultants(pressure, state_computed ? &state : nullptr))
       {
         static_csv.add({std::to_string(cycle), r.name, number(r.normal_force),
-                        number(r.friction_force), number(r.friction_torque), number(r.area),
+                        slides ? number(r.friction_force) : "",
+                        slides ? number(r.friction_torque) : "", number(r.area),
                         number(r.max_pressure), state_computed ? number(r.max_penetration) : ""});
         char text[240];
         std::snprintf(text, sizeof(text),
                       "Pad %s: normal force %.6g N, friction force %.6g N, torque %.6g N m, area "
                       "in contact %.6g m^2, "
                       "pressure %.4g to %.4g Pa",
-                      r.name.c_str(), r.normal_force, r.friction_force, r.friction_torque, r.area,
-                      r.min_pressure, r.max_pressure);
+                      r.name.c_str(), r.normal_force, slides ? r.friction_force : 0.,
+                      slides ? r.friction_torque : 0., r.area, r.min_pressure, r.max_pressure);
         log.line(text);
       }
     }
@@ -439,6 +441,12 @@ namespace squeal
             throw InputError("Matrices/Mass = " + names.mass + ": the matrix has " +
                              std::to_string(mass.n_rows) + " rows and " +
                              std::to_string(mass.n_columns) + " columns; it must be square.");
+          int n_ranks = 1;
+          MPI_Comm_size(comm, &n_ranks);
+          if (n_ranks > int(mass.n_rows))
+            throw InputError("Matrices/Mass = " + names.mass + ": the matrix has fewer rows (" +
+                             std::to_string(mass.n_rows) + ") than there are ranks (" +
+                             std::to_string(n_ranks) + "). Use fewer ranks.");
           problem.rows = even_rows(mass.n_rows);
           problem.M    = distribute(mass, problem.rows);
           check_symmetric(problem);

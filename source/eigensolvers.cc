@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <sstream>
 
 namespace squeal
@@ -52,21 +51,6 @@ namespace squeal
     return result;
   }
 
-  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const double omega)
-  {
-    const Matrix &stiffness = problem.reference ? problem.reference : problem.Q;
-    const Matrix shifted    = sum_of(problem.rows, {{1., stiffness}, {-omega * omega, problem.M}});
-    const Factorization factorization(shifted, Factorization::Kind::ldlt,
-                                      "the shifted reference problem (for counting its modes)");
-    const auto inertia = factorization.inertia();
-    if (inertia.negative < problem.n_constraints)
-      throw SolverError("The inertia count of the reference problem gave " +
-                        std::to_string(inertia.negative) + " negative eigenvalues, less than the " +
-                        std::to_string(problem.n_constraints) +
-                        " of the contact constraints: the constraints are linearly dependent.");
-    return inertia.negative - problem.n_constraints;
-  }
-
   namespace
   {
     /// A zero eigenvalue of a body that is free to move is defective, so rounding spreads it to
@@ -74,6 +58,14 @@ namespace squeal
     double rigid_body_limit(const double max_imaginary)
     {
       return 1e-5 * max_imaginary;
+    }
+
+    unsigned int count_rigid_body_modes(const QuadraticEigenproblem &problem,
+                                        const EigensolverOptions &options)
+    {
+      return problem.may_move_rigidly
+                 ? count_reference_modes(problem, rigid_body_limit(options.max_imaginary))
+                 : 0;
     }
 
     /// |l| up to which solvers search: the window is a strip |Im l| <= w, the search region this
@@ -103,7 +95,7 @@ namespace squeal
                 });
 
       Modes result              = modes;
-      result.n_rigid_body_modes = n_zero / 2;
+      result.n_rigid_body_modes = modes.n_rigid_body_modes + n_zero / 2;
       result.re = result.im = Block(problem.rows, order.size());
       result.lambda.clear();
       result.backward_error.clear();
@@ -273,8 +265,12 @@ namespace squeal
         inverse_iteration(problem, factorization, shift, pairs);
         const std::vector<double> errors = backward_error(pairs.lambda, pairs.re, pairs.im).errors;
 
-        std::vector<unsigned int> order(pairs.lambda.size());
-        std::iota(order.begin(), order.end(), 0);
+        // Zero eigenvalues of free bodies are defective and never accurate; they are counted, not
+        // polished.
+        std::vector<unsigned int> order;
+        for (unsigned int j = 0; j < pairs.lambda.size(); ++j)
+          if (std::abs(pairs.lambda[j]) > rigid_body_limit(options.max_imaginary))
+            order.push_back(j);
         std::sort(order.begin(), order.end(),
                   [&](const unsigned int a, const unsigned int b)
                   { return errors[a] < errors[b]; });
@@ -302,10 +298,8 @@ namespace squeal
             if (std::abs(l) > rigid_body_limit(options.max_imaginary))
               change = std::max(change, nearest / std::abs(l));
           }
-        std::ostringstream progress;
-        progress << "  polishing step " << step << ": " << order.size()
-                 << " pairs, largest backward error " << worst << ", largest change " << change;
-        options.progress(progress.str());
+        options.progress("  polishing step " + std::to_string(step) + ": " +
+                         std::to_string(order.size()) + " pairs");
         if (order.size() >= n_wanted && worst <= options.tolerance && change <= options.tolerance)
           return modes;
         previous = modes.lambda;
@@ -469,17 +463,14 @@ namespace squeal
     Modes Krylov::solve(const QuadraticEigenproblem &problem,
                         const EigensolverOptions &options) const
     {
-      const double radius           = search_radius(options.max_imaginary);
-      const unsigned int n_expected = count_reference_modes(problem, radius);
+      const double radius = search_radius(options.max_imaginary);
 
       // At shift 0 the position matrix itself is factorised; a rigid body makes it singular.
-      const unsigned int n_rigid =
-          problem.may_move_rigidly
-              ? count_reference_modes(problem, rigid_body_limit(options.max_imaginary))
-              : 0;
-      const double shift = options.max_imaginary * (options.shift > 0 ? options.shift
-                                                    : n_rigid > 0     ? 0.1
-                                                                      : 0.);
+      const unsigned int n_rigid    = count_rigid_body_modes(problem, options);
+      const unsigned int n_expected = count_reference_modes(problem, radius) - n_rigid;
+      const double shift            = options.max_imaginary * (options.shift > 0 ? options.shift
+                                                               : n_rigid > 0     ? 0.1
+                                                                                 : 0.);
       const Matrix shifted =
           shift == 0 ? Matrix()
                      : sum_of(problem.rows,
@@ -488,16 +479,17 @@ namespace squeal
                                         "the position matrix (for shift-invert)");
       const double reach = std::hypot(radius, shift);
 
-      const auto in_disc = [&](const std::vector<Complex> &lambda)
+      const auto in_disc = [&](const Complex &l)
+      { return std::abs(l) <= radius && std::abs(l) > rigid_body_limit(options.max_imaginary); };
+      const auto count_in_disc = [&](const std::vector<Complex> &lambda)
       {
         return std::count_if(lambda.begin(), lambda.end(),
-                             [&](const Complex &l)
-                             { return std::abs(l) <= radius && l.imag() > 0; });
+                             [&](const Complex &l) { return in_disc(l) && l.imag() > 0; });
       };
 
       // Modes come nearest first, so all of the disc are found once one outside of it is.
       unsigned int n_wanted =
-          std::min(2 * n_expected + 4, 2 * (problem.rows.size - problem.n_constraints));
+          std::min(2 * (n_expected + n_rigid) + 4, 2 * (problem.rows.size - problem.n_constraints));
       const unsigned int n_all = 2 * (problem.rows.size - problem.n_constraints);
       Search found;
       for (unsigned int attempt = 0;; ++attempt)
@@ -517,7 +509,7 @@ namespace squeal
       // of the problem and of its reference may differ without anything missing: then an
       // independent search from another start vector decides.
       std::ostringstream completeness;
-      const unsigned int n_found  = in_disc(found.lambda);
+      const unsigned int n_found  = count_in_disc(found.lambda);
       const std::string reference = problem.reference
                                         ? problem.reference_name
                                         : std::string("the problem itself (it is symmetric)");
@@ -527,7 +519,7 @@ namespace squeal
       {
         Search again =
             search(problem, factorization, shift, options.max_imaginary, n_wanted, 1, options);
-        const unsigned int n_again = in_disc(again.lambda);
+        const unsigned int n_again = count_in_disc(again.lambda);
         completeness << "; a second search from another start vector found " << n_again;
         if (n_again > n_found)
           std::swap(found, again);
@@ -543,11 +535,12 @@ namespace squeal
 
       std::vector<Complex> inside;
       for (const Complex &l : found.lambda)
-        if (std::abs(l) <= radius)
+        if (in_disc(l))
           inside.push_back(l);
       Modes modes = polish(problem, factorization, found.vectors, inside, radius, shift, options);
-      modes.factor_memory_mib = factorization.memory_mib();
-      modes.completeness      = completeness.str();
+      modes.n_rigid_body_modes = n_rigid;
+      modes.factor_memory_mib  = factorization.memory_mib();
+      modes.completeness       = completeness.str();
       return finish(problem, options, std::move(modes));
     }
 
@@ -568,9 +561,10 @@ namespace squeal
         for (unsigned int row = problem.rows.begin; row < problem.rows.end; ++row)
           identity.column(row)[row - problem.rows.begin] = 1;
         const double radius = search_radius(options.max_imaginary);
-        const double shift  = options.max_imaginary * (options.shift > 0          ? options.shift
-                                                       : problem.may_move_rigidly ? 0.1
-                                                                                  : 0.);
+        const bool is_free  = count_rigid_body_modes(problem, options) > 0;
+        const double shift  = options.max_imaginary * (options.shift > 0 ? options.shift
+                                                       : is_free         ? 0.1
+                                                                         : 0.);
         options.progress("  dense: " + std::to_string(problem.rows.size) + " unknowns");
         Pairs pairs = rayleigh_ritz(problem, identity, identity, radius, shift);
         Modes modes;

@@ -142,6 +142,7 @@ namespace squeal
     std::vector<std::string> section;
     std::istringstream in(text);
     std::string line;
+    std::string section_start;
     unsigned int line_number = 0;
     while (std::getline(in, line))
     {
@@ -159,19 +160,21 @@ namespace squeal
       else if (word == "subsection")
       {
         section.push_back(rest);
+        section_start = where;
+      }
+      else if (word == "end" && rest.empty())
+      {
+        if (section.empty())
+          throw InputError(where + ": this 'end' closes no subsection.");
+        // A key inside of an unknown section has been refused before; this is for an empty one.
         if (std::none_of(entries.begin(), entries.end(),
                          [&](const Entry &e)
                          {
                            return e.section.size() >= section.size() &&
                                   std::equal(section.begin(), section.end(), e.section.begin());
                          }))
-          throw InputError(where + ": unknown subsection '" + rest +
+          throw InputError(section_start + ": unknown subsection '" + section.back() +
                            "'. All keys: squeal --print-parameters=md");
-      }
-      else if (word == "end" && rest.empty())
-      {
-        if (section.empty())
-          throw InputError(where + ": this 'end' closes no subsection.");
         section.pop_back();
       }
       else if (word == "set")
@@ -241,9 +244,12 @@ namespace squeal
       out << "| key | default | allowed | meaning |\n|---|---|---|---|\n";
       for (const Entry &entry : entries)
       {
-        std::string row = entry.path + " | " + entry.default_value + " | " +
-                          allowed(entry.pattern) + " | " + entry.documentation;
-        out << "| " << row << " |\n";
+        std::string row = allowed(entry.pattern);
+        for (std::size_t bar = row.find('|'); bar != std::string::npos;
+             bar             = row.find('|', bar + 2))
+          row.insert(bar, "\\");
+        out << "| " << entry.path << " | " << entry.default_value << " | " << row << " | "
+            << entry.documentation << " |\n";
       }
     }
     else

@@ -51,4 +51,9 @@ namespace squeal
 
   /// sum over the terms of one order, or the empty matrix.
   Matrix sum_of(const RowRange &rows, const std::vector<Term> &terms, unsigned int order);
+
+  /// The number of eigenfrequencies below @p omega of the conservative reference problem, by the
+  /// inertia of an LDL^T factorisation of Q_ref - omega^2 M (Sylvester): negative pivots minus one
+  /// per constraint.
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, double omega);
 } // namespace squeal

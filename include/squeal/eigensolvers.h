@@ -70,9 +70,4 @@ namespace squeal
     const QuadraticEigenproblem &problem;
     double norm_m, norm_p, norm_q;
   };
-
-  /// The number of eigenfrequencies below @p omega of the conservative reference problem, by the
-  /// inertia of an LDL^T factorisation of Q_ref - omega^2 M (Sylvester): negative pivots minus one
-  /// per constraint.
-  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, double omega);
 } // namespace squeal
