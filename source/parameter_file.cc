@@ -244,12 +244,12 @@ namespace squeal
       out << "| key | default | allowed | meaning |\n|---|---|---|---|\n";
       for (const Entry &entry : entries)
       {
-        std::string row = allowed(entry.pattern);
+        std::string row = allowed(entry.pattern) + " \n " + entry.documentation;
         for (std::size_t bar = row.find('|'); bar != std::string::npos;
              bar             = row.find('|', bar + 2))
-          row.insert(bar, "\\");
-        out << "| " << entry.path << " | " << entry.default_value << " | " << row << " | "
-            << entry.documentation << " |\n";
+          row.insert(bar, "\\"); // a bar inside of a cell
+        row.replace(row.find('\n'), 1, "|");
+        out << "| " << entry.path << " | " << entry.default_value << " | " << row << " |\n";
       }
     }
     else
