@@ -8,15 +8,12 @@
 
 namespace squeal
 {
-  namespace
+  bool is_rank_zero(const MPI_Comm comm)
   {
-    bool is_rank_zero(const MPI_Comm comm)
-    {
-      int rank = 0;
-      MPI_Comm_rank(comm, &rank);
-      return rank == 0;
-    }
-  } // namespace
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    return rank == 0;
+  }
 
   // mpirun pretends to be a terminal even where its own output goes to a file.
   Log::Log(const MPI_Comm comm)

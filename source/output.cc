@@ -1,4 +1,5 @@
 #include <squeal/errors.h>
+#include <squeal/log.h>
 #include <squeal/output.h>
 
 #include <deal.II/base/convergence_table.h>
@@ -13,13 +14,6 @@ namespace squeal
 {
   namespace
   {
-    bool is_rank_zero(const MPI_Comm comm)
-    {
-      int rank = 0;
-      MPI_Comm_rank(comm, &rank);
-      return rank == 0;
-    }
-
     void write_file(const std::filesystem::path &path, const std::string &text)
     {
       std::ofstream out(path, std::ios::binary);

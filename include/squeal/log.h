@@ -11,6 +11,9 @@
 
 namespace squeal
 {
+  /// Whether this is the rank that speaks and writes tables.
+  bool is_rank_zero(MPI_Comm comm);
+
   /// What the screen shows, and the same in log.txt. Only rank 0 speaks.
   class Log
   {
