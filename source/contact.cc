@@ -28,7 +28,8 @@ namespace squeal
 
   template <int dim>
   void Contact<dim>::for_each_pair(
-      const std::function<void(unsigned int interface, const Kinematics &)> &work) const
+      const std::function<void(unsigned int interface, const Kinematics &)> &work,
+      const bool with_slopes) const
   {
     for (unsigned int i = 0; i < interfaces.size(); ++i)
     {
@@ -37,7 +38,7 @@ namespace squeal
       {
         Kinematics kinematics(element, interfaces[i].rotor_faces[pair.rotor_face],
                               interfaces[i].pad_faces[pair.pad_face], pair, spaces.geometry,
-                              model.angular_velocity);
+                              model.angular_velocity, with_slopes);
         kinematics.first_point = first_point;
         work(i, kinematics);
         first_point += pair.points.size();
@@ -215,35 +216,127 @@ namespace squeal
   }
 
   template <int dim>
+  typename Contact<dim>::Turning Contact<dim>::turning(const Pressure &pressure,
+                                                       const bool with_friction) const
+  {
+    EntryList by_pressure, by_friction;
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          std::vector<double> p(k.n_points), tau(k.n_points), turn(k.n_points), slope(k.n_points);
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const double p_0 = std::max(0., pressure[i][k.first_point + q]), w = k.weights[q];
+            p[q] = -w * p_0;
+            if (with_friction)
+            {
+              const auto t = model.friction.traction(k.speeds[q], p_0);
+              tau[q]       = w * t.value;
+              turn[q]      = w * t.over_speed * model.angular_velocity;
+              slope[q]     = w * t.d_speed * model.angular_velocity;
+            }
+          }
+          std::vector<double> minus_tau = tau;
+          for (double &value : minus_tau)
+            value *= -1;
+          for (unsigned int s = 0; s < dim - 1; ++s)
+          {
+            const DenseMatrix &jump = s == 0 ? k.e : k.b;
+            k.add(by_pressure, k.product(jump, p, k.slopes[s][0]));
+            k.add(by_pressure, k.product(k.slopes[s][0], p, jump));
+            if (with_friction)
+              k.add(by_friction, k.product(k.slopes[s][1], minus_tau, jump));
+          }
+          if (with_friction)
+          {
+            k.add(by_friction, k.product(k.n, tau, k.slopes[0][0]));
+            k.add(by_friction, k.product(k.e, slope, k.moved_w[0]));
+            if (dim == 3)
+              k.add(by_friction, k.product(k.b, turn, k.moved_w[1]));
+          }
+        },
+        true);
+    Turning result;
+    result.pressure = by_pressure.make_matrix(spaces.rows);
+    if (with_friction)
+      result.friction = by_friction.make_matrix(spaces.rows);
+    return result;
+  }
+
+  template <int dim>
   Block Contact<dim>::nonlinear_forces(const Block &state, const Block &velocity,
-                                       const bool with_friction) const
+                                       const bool with_friction, const Block *turned_from) const
   {
     const std::vector<double> u = replicate(state), u_t = replicate(velocity);
+    std::vector<double> du(u.size()); // from the steady state on
+    if (turned_from)
+      du = replicate(*turned_from);
+    for (unsigned int row = 0; row < du.size() && turned_from; ++row)
+      du[row] = u[row] - du[row];
     const Pressure pressure = pressure_of(state);
     std::vector<PetscInt> rows;
     std::vector<double> values;
     for_each_pair(
         [&](const unsigned int i, const Kinematics &k)
         {
-          const std::vector<double> local = k.local_values(u), local_t = k.local_values(u_t);
-          const auto jump = k.at_points(k.n, local);
-          const auto e_t = k.at_points(k.e, local_t), e_phi = k.at_points(k.e_phi, local);
-          const auto b_t = dim == 3 ? k.at_points(k.b, local_t) : std::vector<double>(k.n_points);
-          const auto b_phi =
-              dim == 3 ? k.at_points(k.b_phi, local) : std::vector<double>(k.n_points);
-          std::vector<double> along_n(k.n_points), along_e(k.n_points), along_b(k.n_points);
+          // Components along the reference basis n, e, b.
+          using Components      = Tensor<1, 3>;
+          const auto components = [&](const std::array<const DenseMatrix *, 3> &rows_of,
+                                      const std::vector<double> &local)
+          {
+            std::vector<Components> result(k.n_points);
+            for (unsigned int c = 0; c < 3; ++c)
+              if (rows_of[c] && rows_of[c]->n_rows > 0)
+              {
+                const std::vector<double> component = k.at_points(*rows_of[c], local);
+                for (unsigned int q = 0; q < k.n_points; ++q)
+                  result[q][c] = component[q];
+              }
+            return result;
+          };
+          const std::vector<double> local = k.local_values(u), local_t = k.local_values(u_t),
+                                    local_du = k.local_values(du);
+          const auto jump                    = components({{&k.n, &k.e, &k.b}}, local),
+                     jump_t                  = components({{&k.n, &k.e, &k.b}}, local_t),
+                     d_phi                   = components({{nullptr, &k.e_phi, &k.b_phi}}, local),
+                     moved                   = components({{nullptr, &k.e, &k.b}}, local_du),
+                     moved_w = components({{nullptr, &k.moved_w[0], &k.moved_w[1]}}, local_du);
+          std::array<std::vector<Components>, 2> slopes;
+          for (unsigned int s = 0; s < 2; ++s)
+            slopes[s] = components({{&k.slopes[s][0], &k.slopes[s][1], &k.slopes[s][2]}}, local_du);
+
+          std::array<std::vector<double>, 3> force;
+          std::array<std::array<std::vector<double>, 3>, 2> moved_force; // on d_a du_R
+          for (unsigned int c = 0; c < 3; ++c)
+          {
+            force[c].resize(k.n_points);
+            for (unsigned int s = 0; s < 2; ++s)
+              moved_force[s][c].resize(k.n_points);
+          }
+          const double omega = model.angular_velocity;
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
             const double p = pressure[i][k.first_point + q], w = k.weights[q];
-            // e points along Omega w, so its component of the sliding velocity is |Omega w| + ...
-            const double v_e = k.speeds[q] + e_t[q] + model.angular_velocity * e_phi[q];
-            const double v_b = b_t[q] + model.angular_velocity * b_phi[q];
-            along_n[q]       = w * p;
+            Components e({0, 1, 0}), b({0, 0, 1});
+            e += slopes[0][q];
+            b += slopes[1][q];
+            Components normal = cross_product_3d(e, b); // (n, e, b) is right-handed
+            normal /= normal.norm();
+            // v = (I - n n) [Omega w + d_t [[u]] + Omega d_phi u_R]; e points along Omega w.
+            Components v = jump_t[q] + omega * (d_phi[q] + moved_w[q]);
+            v[1] += k.speeds[q];
+            v[0] += k.speeds[q] * slopes[0][q][0]; // d_phi u_R . n
+            if (!turned_from)
+              v[0] = 0;
+            v -= (v * normal) * normal;
+            Components traction = p * normal;
             if (with_friction)
+              traction += model.friction.traction(v.norm(), p).over_speed * v;
+            for (unsigned int c = 0; c < 3; ++c)
             {
-              const double over_speed = model.friction.traction(std::hypot(v_e, v_b), p).over_speed;
-              along_e[q]              = w * over_speed * v_e;
-              along_b[q]              = w * over_speed * v_b;
+              force[c][q] = w * traction[c];
+              for (unsigned int s = 0; s < 2; ++s)
+                moved_force[s][c][q] = -w * traction[c] * moved[q][1 + s];
             }
             if (model.mortar)
               for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
@@ -252,14 +345,18 @@ namespace squeal
                   {
                     rows.push_back(node.equations[dim]);
                     values.push_back(node.weight * scale * w * k.psi(m, q) *
-                                     (jump[q] - gap(k.positions[q])));
+                                     (jump[q][0] - gap(k.positions[q])));
                   }
           }
-          k.add_forces(rows, values, k.n, along_n);
-          k.add_forces(rows, values, k.e, along_e);
-          if (dim == 3)
-            k.add_forces(rows, values, k.b, along_b);
-        });
+          const std::array<const DenseMatrix *, 3> basis = {{&k.n, &k.e, &k.b}};
+          for (unsigned int c = 0; c < dim; ++c)
+          {
+            k.add_forces(rows, values, *basis[c], force[c]);
+            for (unsigned int s = 0; s < dim - 1 && turned_from; ++s)
+              k.add_forces(rows, values, k.slopes[s][c], moved_force[s][c]);
+          }
+        },
+        turned_from != nullptr);
     if (model.mortar)
       for (unsigned int row = spaces.first_local_multiplier; row < spaces.rows.end; ++row)
         if (!active[row])

@@ -7,49 +7,13 @@ namespace squeal
 {
   using namespace dealii;
 
-  void EntryList::add(const int row, const int column, const double value)
-  {
-    if (row >= 0 && column >= 0 && value != 0)
-    {
-      rows.push_back(row);
-      columns.push_back(column);
-      values.push_back(value);
-    }
-  }
-
-  Matrix EntryList::make_matrix(const RowRange &range)
-  {
-    Mat mat = nullptr;
-    SQUEAL_PETSC(MatCreate(range.comm, &mat));
-    Matrix matrix(mat);
-    SQUEAL_PETSC(MatSetSizes(mat, range.n_local(), range.n_local(), range.size, range.size));
-    SQUEAL_PETSC(MatSetType(mat, MATAIJ));
-    SQUEAL_PETSC(MatSetPreallocationCOO(mat, rows.size(), rows.data(), columns.data()));
-    SQUEAL_PETSC(MatSetValuesCOO(mat, values.data(), ADD_VALUES));
-    return matrix;
-  }
-
-  std::vector<double> replicate(const Block &column)
-  {
-    const RowRange &range = column.row_range();
-    int n_ranks = 0, n_local = range.n_local(), begin = range.begin;
-    MPI_Comm_size(range.comm, &n_ranks);
-    std::vector<int> counts(n_ranks), offsets(n_ranks);
-    MPI_Allgather(&n_local, 1, MPI_INT, counts.data(), 1, MPI_INT, range.comm);
-    MPI_Allgather(&begin, 1, MPI_INT, offsets.data(), 1, MPI_INT, range.comm);
-    std::vector<double> all(range.size);
-    MPI_Allgatherv(column.data(), n_local, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
-                   MPI_DOUBLE, range.comm);
-    return all;
-  }
-
   template <int dim>
   ContactKinematics<dim>::ContactKinematics(const FaceElement<dim> &element,
                                             const ContactFace<dim> &rotor_face,
                                             const ContactFace<dim> &pad_face,
                                             const FacePair<dim> &pair,
                                             const Geometry<dim> &geometry,
-                                            const double angular_velocity)
+                                            const double angular_velocity, const bool with_slopes)
       : n_points(pair.points.size()), rotor(&rotor_face), pad(&pad_face)
   {
     const unsigned int n_nodes = element.n_nodes(), n_rows = 2 * n_nodes * dim;
@@ -57,6 +21,13 @@ namespace squeal
     if (dim == 3)
       b = b_phi = DenseMatrix(n_rows, n_points);
     psi = DenseMatrix(n_nodes, n_points);
+    if (with_slopes)
+      for (unsigned int along = 0; along < dim - 1; ++along)
+      {
+        moved_w[along] = DenseMatrix(n_rows, n_points);
+        for (unsigned int c = 0; c < dim; ++c)
+          slopes[along][c] = DenseMatrix(n_rows, n_points);
+      }
     std::vector<double> on_rotor, on_pad;
     std::vector<typename FaceElement<dim>::Gradient> gradients;
     for (unsigned int q = 0; q < n_points; ++q)
@@ -78,16 +49,21 @@ namespace squeal
       speeds.push_back(std::abs(angular_velocity) * speed);
       radii.push_back(speed);
 
-      // d_phi N = grad_surface N . w = (d N/d xi_i) a_i, where a solves t_i . t_j a_j = t_i . w
+      // Derivative on the surface along a tangential direction t: (grad_surface N) . t = (d N/d
+      // xi_i) a_i, where a solves t_i . t_j a_j = t_i . t
       Tensor<2, dim - 1> metric;
-      Tensor<1, dim - 1> components;
       for (unsigned int i = 0; i < dim - 1; ++i)
-      {
-        components[i] = frame.tangents[i] * w;
         for (unsigned int j = 0; j < dim - 1; ++j)
           metric[i][j] = frame.tangents[i] * frame.tangents[j];
-      }
-      const Tensor<1, dim - 1> along = invert(metric) * components;
+      const Tensor<2, dim - 1> inverse_metric = invert(metric);
+      const auto coordinates_of               = [&](const Tensor<1, dim> &t)
+      {
+        Tensor<1, dim - 1> components;
+        for (unsigned int i = 0; i < dim - 1; ++i)
+          components[i] = frame.tangents[i] * t;
+        return inverse_metric * components;
+      };
+      const Tensor<1, dim - 1> along = coordinates_of(w);
 
       Tensor<1, dim> binormal;
       if constexpr (dim == 3)
@@ -112,6 +88,29 @@ namespace squeal
             b_phi(r, q) = d_phi * binormal[c];
           }
         }
+      }
+
+      const std::array<Tensor<1, dim>, 3> basis = {{normal, direction, binormal}};
+      for (unsigned int s = 0; s < dim - 1 && with_slopes; ++s)
+      {
+        const Tensor<1, dim - 1> t = coordinates_of(basis[1 + s]);
+        // w is affine, so this difference is exact: the tangential change of w along n, e, b.
+        std::array<double, 3> change{};
+        for (unsigned int d = 1; d < dim; ++d)
+          change[d] =
+              basis[1 + s] * (geometry.transport(frame.x + basis[d]) - geometry.transport(frame.x));
+        for (unsigned int a = 0; a < n_nodes; ++a)
+          for (unsigned int c = 0; c < dim; ++c)
+          {
+            const unsigned int r = a * dim + c, p = (n_nodes + a) * dim + c;
+            for (unsigned int d = 0; d < dim; ++d)
+              slopes[s][d](r, q) = gradients[a] * t * basis[d][c];
+            for (unsigned int d = 1; d < dim; ++d)
+            {
+              moved_w[s](r, q) -= on_rotor[a] * change[d] * basis[d][c];
+              moved_w[s](p, q) += on_pad[a] * change[d] * basis[d][c];
+            }
+          }
       }
     }
   }

@@ -214,6 +214,42 @@ namespace squeal
     return result;
   }
 
+  void EntryList::add(const int row, const int column, const double value)
+  {
+    if (row >= 0 && column >= 0 && value != 0)
+    {
+      rows.push_back(row);
+      columns.push_back(column);
+      values.push_back(value);
+    }
+  }
+
+  Matrix EntryList::make_matrix(const RowRange &range)
+  {
+    Mat mat = nullptr;
+    SQUEAL_PETSC(MatCreate(range.comm, &mat));
+    Matrix matrix(mat);
+    SQUEAL_PETSC(MatSetSizes(mat, range.n_local(), range.n_local(), range.size, range.size));
+    SQUEAL_PETSC(MatSetType(mat, MATAIJ));
+    SQUEAL_PETSC(MatSetPreallocationCOO(mat, rows.size(), rows.data(), columns.data()));
+    SQUEAL_PETSC(MatSetValuesCOO(mat, values.data(), ADD_VALUES));
+    return matrix;
+  }
+
+  std::vector<double> replicate(const Block &column)
+  {
+    const RowRange &range = column.row_range();
+    int n_ranks = 0, n_local = range.n_local(), begin = range.begin;
+    MPI_Comm_size(range.comm, &n_ranks);
+    std::vector<int> counts(n_ranks), offsets(n_ranks);
+    MPI_Allgather(&n_local, 1, MPI_INT, counts.data(), 1, MPI_INT, range.comm);
+    MPI_Allgather(&begin, 1, MPI_INT, offsets.data(), 1, MPI_INT, range.comm);
+    std::vector<double> all(range.size);
+    MPI_Allgatherv(column.data(), n_local, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
+                   MPI_DOUBLE, range.comm);
+    return all;
+  }
+
   Block multiply(const Matrix &matrix, const Block &block)
   {
     Block result(block.row_range(), block.n_columns());

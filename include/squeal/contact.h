@@ -69,6 +69,20 @@ namespace squeal
     };
     FrictionDamping friction_damping(const Pressure &pressure) const;
 
+    /// What turns with the surface (Prestress/Turning contact): the normal and the sliding
+    /// direction turn with the rotor's surface, and the contact point moves along it,
+    ///     Dn = -e s_e - b s_b,   De = n s_e + b (...),   s_a = n.(d_a Du_R),
+    ///     int [p_0 Dn + tau_0 De] . d[[u]]  -  int (p_0 n + tau_0 e) . (d_a du_R) D[[u]].a
+    ///     + int (tau_0/v_0 P_perp + tau_0' e e) d[[u]] . Omega Dw,   Dw = -W D[[u]]_tangential.
+    /// The in-plane turning of e by d_phi u_R is that of Q_R. A conservative problem has a
+    /// symmetric stiffness: that of the pressure is, because the moving contact point belongs to
+    /// the turning normal.
+    struct Turning
+    {
+      Matrix pressure, friction; ///< friction is empty without
+    };
+    Turning turning(const Pressure &pressure, bool with_friction) const;
+
     /// What the static problem has on the right side: the initial gap, and with @p with_friction
     /// the part of the traction that is not linear in the pressure, -int (tau - p d tau/d p)
     /// d[[u]].e.
@@ -79,8 +93,10 @@ namespace squeal
     ///     int p n . d[[u]] + int tau v/|v| . d[[u]],   v = (I - n n) [Omega w + (d_t + Omega
     ///     d_phi) u_R - d_t u_P],
     /// and, for mortar, the constraint int Psi ([[u]].n - g_0). The active set stays as it is. The
-    /// linearised matrices are its derivatives.
-    Block nonlinear_forces(const Block &state, const Block &velocity, bool with_friction) const;
+    /// linearised matrices are its derivatives. With a steady state @p turned_from, the directions
+    /// of the forces and the contact points follow the surface from there on: x + u_R - u_R0.
+    Block nonlinear_forces(const Block &state, const Block &velocity, bool with_friction,
+                           const Block *turned_from = nullptr) const;
 
     /// Primal-dual active set: multipliers in tension are released, released ones that penetrate
     /// are closed.
@@ -124,8 +140,8 @@ namespace squeal
     using Kinematics = ContactKinematics<dim>;
 
     /// Calls the function with the kinematics of each pair of faces.
-    void for_each_pair(
-        const std::function<void(unsigned int interface, const Kinematics &)> &work) const;
+    void for_each_pair(const std::function<void(unsigned int interface, const Kinematics &)> &work,
+                       bool with_slopes = false) const;
 
     double gap(const dealii::Point<dim> &x) const
     {

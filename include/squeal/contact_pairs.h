@@ -4,7 +4,7 @@
 #include <squeal/mortar.h>
 #include <squeal/spaces.h>
 
-#include <functional>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -26,19 +26,6 @@ namespace squeal
     std::vector<std::vector<FreeNode<dim>>> nodes;
   };
 
-  /// Collects entries (row, column, value), own rows or not, and makes a matrix of them. Exact
-  /// zeros are not stored.
-  class EntryList
-  {
-  public:
-    void add(int row, int column, double value);
-    Matrix make_matrix(const RowRange &range);
-
-  private:
-    std::vector<PetscInt> rows, columns;
-    std::vector<PetscScalar> values;
-  };
-
   /// The displacement jump and its parts on one pair of faces, as rows over the local displacements
   /// (rotor nodes, then pad nodes; components within) and columns over the pair's quadrature
   /// points: jump(u).b = sum_i b_rows(i, q) u_i for the direction b of that name.
@@ -49,13 +36,19 @@ namespace squeal
     DenseMatrix n, e, b;      ///< [[.]].n, [[.]].e, [[.]].b with b = n x e (empty in 2D)
     DenseMatrix e_phi, b_phi; ///< (d_phi u_R).e, (d_phi u_R).b
     DenseMatrix psi;          ///< multiplier's shape functions of the pad face
+    /// For the turning of the directions: slopes[a][c] = (d_a u_R).c with a in {e, b} and c in {n,
+    /// e, b}, and the change -W [[.]]_tangential of the transport field w, W = grad w, where the
+    /// contact point moves along the rotor: its components along e and b. Empty unless asked for.
+    std::array<std::array<DenseMatrix, 3>, 2> slopes;
+    std::array<DenseMatrix, 2> moved_w;
     std::vector<double> weights, speeds, radii;
     std::vector<dealii::Point<dim>> positions;
     const ContactFace<dim> *rotor = nullptr, *pad = nullptr;
 
     ContactKinematics(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
                       const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
-                      const Geometry<dim> &geometry, double angular_velocity);
+                      const Geometry<dim> &geometry, double angular_velocity,
+                      bool with_slopes = false);
 
     /// Distributes a local matrix over displacements x displacements.
     void add(EntryList &entries, const DenseMatrix &local) const
@@ -198,7 +191,4 @@ namespace squeal
   template <int dim>
   std::vector<PairedInterface<dim>> pair_interfaces(const Spaces<dim> &spaces,
                                                     const FaceElement<dim> &element);
-
-  /// The values of a distributed column on every rank.
-  std::vector<double> replicate(const Block &column);
 } // namespace squeal

@@ -89,6 +89,19 @@ namespace squeal
   /// (A + A^T)/2.
   Matrix symmetric_part(const RowRange &rows, const Matrix &matrix);
 
+  /// Collects entries (row, column, value), own rows or not, and makes a matrix of them. Exact
+  /// zeros are not stored.
+  class EntryList
+  {
+  public:
+    void add(int row, int column, double value);
+    Matrix make_matrix(const RowRange &range);
+
+  private:
+    std::vector<PetscInt> rows, columns;
+    std::vector<PetscScalar> values;
+  };
+
   /// A block of distributed vectors, stored column by column: column j of this rank is
   /// data[j*n_local ... (j+1)*n_local).
   class Block
@@ -145,6 +158,9 @@ namespace squeal
   /// may give entries of any row. Collective.
   Block sum_entries(const RowRange &rows, const std::vector<PetscInt> &entry_rows,
                     const std::vector<PetscScalar> &values);
+
+  /// The values of a distributed column on every rank.
+  std::vector<double> replicate(const Block &column);
 
   /// A B; zero if A is empty.
   Block multiply(const Matrix &matrix, const Block &block);

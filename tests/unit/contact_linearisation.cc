@@ -195,6 +195,27 @@ namespace
         else
           CHECK(largest_entry(shear) <= 1e-9 * largest_entry(both));
 
+        // The directions turn with the surface: what differs from fixed directions.
+        sizes.fill(1);
+        sizes[dim] = p_0 / depth / contact.pressure_scale();
+        for (const bool mu : {false, true})
+        {
+          const auto turning = contact.turning(pressure, mu);
+          const auto forces  = [&](const double step)
+          {
+            const Block x = sum(state, step, any);
+            return sum(contact.nonlinear_forces(x, rest, mu, &state), -1,
+                       contact.nonlinear_forces(x, rest, mu));
+          };
+          // Slopes, unlike pressures, stay small for much larger steps.
+          const double step  = 1e-7;
+          const Block turned = sum(sum(rest, 0.5 / step, forces(step)), -0.5 / step, forces(-step));
+          CHECK(difference(scene,
+                           sum(multiply(turning.pressure, any), 1, multiply(turning.friction, any)),
+                           turned) <= 1e-6);
+          CHECK(asymmetry(scene.spaces.rows, turning.pressure) <= 1e-13);
+        }
+
         sizes.fill(1);
         sizes[dim]         = 0;
         const Block rate   = scene.scatter(sizes, 3);
