@@ -4,6 +4,10 @@
 
 #include <deal.II/base/utilities.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
 #include <sstream>
 
 namespace squeal
@@ -352,22 +356,84 @@ namespace squeal
       prm.leave_subsection();
     }
 
+    void Prestress::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Prestress");
+      prm.add_parameter(
+          "Centrifugal load", centrifugal_load,
+          "Whether the static equilibrium contains the load rho Omega^2 (x, y, 0), and "
+          "the equations of motion the geometric stiffness of the rotor's static "
+          "stress.");
+      prm.add_parameter("Stress stiffness", stress_stiffness,
+                        "Whether the equations of motion contain the geometric stiffness of the "
+                        "static stress in all bodies.");
+      prm.add_parameter(
+          "Turning contact", turning_contact,
+          "Whether the steady pressure and friction turn with the rotor's surface and "
+          "follow the contact point along it.");
+      prm.leave_subsection();
+    }
+
     void Sweep::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Sweep");
       prm.add_parameter(
           "Parameter", parameter,
           "Number to vary, for example Contact/Friction/Coefficient; none: no sweep.");
-      prm.add_parameter("Values", values, "List 0, 0.1, 0.2 or range 0 : 0.7 : 15.");
+      prm.add_parameter("Values", values,
+                        "List 0, 0.1, 0.2 or range 0 : 0.7 : 15 (first, last, number).");
+      prm.add_parameter("Critical values", critical_values,
+                        "Whether the onset of flutter (Re l = 0) and coalescence (a double "
+                        "eigenvalue with one eigenvector) are located between the values.");
       prm.leave_subsection();
+    }
+
+    std::vector<double> Sweep::points() const
+    {
+      const bool is_range = values.find(':') != std::string::npos;
+      std::vector<double> numbers;
+      for (const std::string &word : dealii::Utilities::split_string_list(values, is_range ? ':' : ','))
+        try
+        {
+          numbers.push_back(dealii::Utilities::string_to_double(word));
+        }
+        catch (const std::exception &)
+        {
+          numbers.push_back(std::numeric_limits<double>::quiet_NaN());
+        }
+      const bool finite = std::all_of(numbers.begin(), numbers.end(),
+                                      [](const double x) { return std::isfinite(x); });
+      if (!finite || numbers.empty() ||
+          (is_range && (numbers.size() != 3 || numbers[2] < 2 ||
+                        numbers[2] != std::floor(numbers[2]) || numbers[2] > 100000)))
+        throw InputError("Sweep/Values = " + values +
+                         ": allowed are a list of numbers 0, 0.1, 0.2 or a range first : last : "
+                         "number with a number of at least 2.");
+      if (is_range)
+      {
+        const double first = numbers[0], last = numbers[1];
+        const unsigned int n = numbers[2];
+        numbers.clear();
+        for (unsigned int i = 0; i < n; ++i)
+          numbers.push_back(i + 1 == n ? last : first + i * (last - first) / (n - 1));
+      }
+      const bool up   = std::adjacent_find(numbers.begin(), numbers.end(),
+                                           std::greater_equal<double>()) == numbers.end(),
+                 down = std::adjacent_find(numbers.begin(), numbers.end(),
+                                           std::less_equal<double>()) == numbers.end();
+      if (!up && !down)
+        throw InputError("Sweep/Values = " + values +
+                         ": the values must rise or fall, none twice, so that branches can be "
+                         "followed.");
+      return numbers;
     }
 
     void Sweep::check() const
     {
-      if (parameter != "none")
-        throw InputError("Sweep/Parameter = " + parameter +
-                         ": this version has no sweeps; only none "
-                         "is allowed.");
+      if (active())
+        points();
+      else if (critical_values)
+        throw InputError("Sweep/Critical values = true: a Sweep/Parameter is needed.");
     }
 
     void Matrices::declare(ParameterHandler &prm)
@@ -405,6 +471,9 @@ namespace squeal
       prm.add_parameter("Animation frames", animation_frames,
                         "Frames over one period of each written mode; 0: no animation.",
                         Patterns::Integer(0, 1000));
+      prm.add_parameter("Sensitivities", sensitivities,
+                        "Whether sensitivities.csv tells how each eigenvalue depends on each "
+                        "parameter.");
       prm.leave_subsection();
     }
 
@@ -428,6 +497,7 @@ namespace squeal
       discretization.declare(prm);
       refinement.declare(prm);
       eigenproblem.declare(prm);
+      prestress.declare(prm);
       sweep.declare(prm);
       matrices.declare(prm);
       output.declare(prm);
@@ -470,6 +540,19 @@ namespace squeal
       }
       if (n_pads() > 0)
         contact.check(stage(), operation.angular_velocity);
+      if (prestress.needs_state() && n_pads() > 0 && contact.steady_pressure != "computed")
+        throw InputError("Contact/Steady pressure = " + contact.steady_pressure +
+                         ": Prestress/Centrifugal load and Prestress/Stress stiffness need the "
+                         "static equilibrium; allowed is computed.");
+      if (prestress.centrifugal_load && scene != "brake")
+        throw InputError(
+            "Prestress/Centrifugal load = true: only the rotor of the scene brake turns.");
+      if (prestress.centrifugal_load && !terms().transport)
+        throw InputError("Prestress/Centrifugal load = true: Stage = " + stage_name +
+                         " is at rest; allowed are transport and the stages after it.");
+      if (prestress.centrifugal_load && rotor.clamped == "none")
+        throw InputError("Prestress/Centrifugal load = true: a rotor with Rotor/Clamped boundary = "
+                         "none has no static equilibrium; allowed are inner and outer.");
     }
   } // namespace Parameters
 } // namespace squeal

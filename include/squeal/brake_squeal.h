@@ -13,7 +13,7 @@ namespace squeal
   class Analysis
   {
   public:
-    Analysis(const ParameterFile &file, const std::string &directory, MPI_Comm comm);
+    Analysis(ParameterFile &file, const std::string &directory, MPI_Comm comm);
     virtual ~Analysis() = default;
 
     /// The whole analysis. Throws InputError, SolverError.
@@ -27,7 +27,7 @@ namespace squeal
                       unsigned int multipliers);
     void report_phases();
 
-    const ParameterFile &file;
+    ParameterFile &file;
     const Parameters::All &prm;
     const std::string directory;
     const MPI_Comm comm;
@@ -43,7 +43,7 @@ namespace squeal
   };
 
   /// The analysis that the scene of the parameter file asks for. Collective.
-  std::unique_ptr<Analysis> make_analysis(const ParameterFile &file, const std::string &directory,
+  std::unique_ptr<Analysis> make_analysis(ParameterFile &file, const std::string &directory,
                                           MPI_Comm comm);
 
   /// Prints what a run would do, for --check.

@@ -18,7 +18,10 @@ namespace squeal
     contact,          ///< normal coupling N
     friction,         ///< mu T, circulatory
     friction_damping, ///< P_R, Q_R of the turning sliding direction
-    falling_friction  ///< P_R, Q_R of mu'
+    falling_friction, ///< P_R, Q_R of mu'
+    prestress,        ///< geometric stiffness of the static stress and pressure, conservative
+    turning_friction, ///< geometric stiffness of the friction traction, circulatory
+    velocity          ///< a given velocity matrix (scene matrices)
   };
 
   /// One term coefficient * matrix * (d/dt)^order u of the equations of motion. Matrices are shared

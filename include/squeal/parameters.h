@@ -168,10 +168,33 @@ namespace squeal
       void declare(dealii::ParameterHandler &prm);
     };
 
+    /// Terms of the size of the static stress, off by default.
+    struct Prestress
+    {
+      bool centrifugal_load = false;
+      bool stress_stiffness = false;
+      bool turning_contact  = false;
+
+      /// Whether the displacements of the static equilibrium are needed.
+      bool needs_state() const
+      {
+        return centrifugal_load || stress_stiffness;
+      }
+      void declare(dealii::ParameterHandler &prm);
+    };
+
     struct Sweep
     {
       std::string parameter = "none";
       std::string values    = "";
+      bool critical_values  = false;
+
+      bool active() const
+      {
+        return parameter != "none";
+      }
+      /// The values, ascending or descending as given. Throws InputError.
+      std::vector<double> points() const;
       void declare(dealii::ParameterHandler &prm);
       void check() const;
     };
@@ -190,6 +213,7 @@ namespace squeal
       std::string directory         = "";
       std::string fields            = "unstable";
       unsigned int animation_frames = 16;
+      bool sensitivities            = false;
       void declare(dealii::ParameterHandler &prm);
     };
 
@@ -206,6 +230,7 @@ namespace squeal
       Discretization discretization;
       Refinement refinement;
       Eigenproblem eigenproblem;
+      Prestress prestress;
       Sweep sweep;
       Matrices matrices;
       Output output;

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <squeal/model.h>
+
+namespace squeal
+{
+  /// Matrix Market files instead of bodies: M q'' + P q' + (K + p N) q = 0.
+  class MatrixModel : public Model
+  {
+  public:
+    /// Reads the files. Throws InputError.
+    MatrixModel(const Parameters::Matrices &names, MPI_Comm comm);
+
+    void assemble(const Parameters::All &parameters) override;
+    QuadraticEigenproblem problem() const override;
+    std::vector<ParameterDerivative> derivatives() const override;
+
+    unsigned int size() const
+    {
+      return rows.size;
+    }
+
+  private:
+    RowRange rows;
+    std::shared_ptr<const Matrix> mass, velocity, stiffness, circulatory;
+    double circulatory_factor = 1;
+  };
+} // namespace squeal

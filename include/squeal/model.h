@@ -1,0 +1,52 @@
+#pragma once
+
+#include <squeal/eigenproblem.h>
+#include <squeal/parameters.h>
+
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// How the equations of motion depend on one parameter: d/dp of their terms.
+  struct ParameterDerivative
+  {
+    std::string parameter; ///< path of the key
+    double value;          ///< present value, in the unit of the key
+    std::vector<Term> terms;
+  };
+
+  /// The equations of motion of a scene as a list of terms: what sweeps, sensitivities and the
+  /// search for critical values need to know of it.
+  class Model
+  {
+  public:
+    virtual ~Model() = default;
+
+    /// Makes the terms for these parameters, again where they have changed. Throws InputError,
+    /// SolverError.
+    virtual void assemble(const Parameters::All &parameters) = 0;
+
+    const std::vector<Term> &terms() const
+    {
+      return terms_;
+    }
+
+    /// { M, P, Q } and the reference problem for counting modes.
+    virtual QuadraticEigenproblem problem() const = 0;
+
+    /// The derivatives of the terms with respect to the parameters that the scene uses, the steady
+    /// pressure's own dependence included; the active set of the contact is held fixed.
+    virtual std::vector<ParameterDerivative> derivatives() const = 0;
+
+  protected:
+    void add_term(const Origin origin, const unsigned int order, const double coefficient,
+                  Matrix matrix)
+    {
+      if (matrix)
+        terms_.push_back(
+            {origin, order, coefficient, std::make_shared<const Matrix>(std::move(matrix))});
+    }
+    std::vector<Term> terms_;
+  };
+} // namespace squeal

@@ -1,0 +1,264 @@
+#include <squeal/brake_model.h>
+#include <squeal/expressions.h>
+#include <squeal/prestress.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  template <int dim>
+  BrakeModel<dim>::BrakeModel(const Geometry<dim> &geometry, const Parameters::All &parameters,
+                              const MPI_Comm comm, Log &log, PhaseTimer &timer)
+      : geometry(geometry), comm(comm), log(log), timer(timer),
+        spaces_(this->geometry, parameters.discretization.degree, parameters.contact.mortar(),
+                comm),
+        prm(parameters)
+  {
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::distribute()
+  {
+    terms_.clear();
+    contact_.reset();
+    equilibrium_.reset();
+    bodies = {};
+    spaces_.distribute();
+  }
+
+  template <int dim>
+  std::vector<Body> BrakeModel<dim>::bodies_of(const bool rotor) const
+  {
+    if (rotor)
+      return {rotor_body};
+    std::vector<Body> pads;
+    for (const ContactInterface &interface : geometry.interfaces)
+      pads.push_back(interface.pad);
+    return pads;
+  }
+
+  template <int dim>
+  const Material &BrakeModel<dim>::material_of(const bool rotor) const
+  {
+    return rotor ? prm.rotor.material : prm.pads.material;
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::assemble(const Parameters::All &parameters)
+  {
+    prm = parameters;
+    terms_.clear();
+    add_bodies();
+    find_steady_state();
+    add_contact();
+    add_prestress();
+  }
+
+  /// M q'' + (D + 2 Omega G) q' + (K - Omega^2 M*) q of theory.md, section 2, as far as the stage
+  /// has it.
+  template <int dim>
+  void BrakeModel<dim>::add_bodies()
+  {
+    PhaseTimer::Scope scope(timer, "assembly");
+    const StageTerms stage = prm.terms();
+    const double omega     = prm.operation.angular_velocity;
+    const bool moves       = stage.transport && omega != 0;
+    for (const bool rotor : {true, false})
+    {
+      if (bodies_of(rotor).empty())
+        continue;
+      const Material &material = material_of(rotor);
+      AssembledBody &body      = bodies[rotor];
+      if (!body.matrices.M || body.material.poisson_ratio != material.poisson_ratio ||
+          (rotor && moves && !body.matrices.G))
+        body = {assemble_body(spaces_, bodies_of(rotor), material, rotor && moves), material};
+      // M, G, M* are proportional to the density, K to Young's modulus.
+      const double rho             = material.density / body.material.density,
+                   E               = material.young_modulus / body.material.young_modulus;
+      const BodyMatrices &matrices = body.matrices;
+      terms_.push_back({Origin::inertia, 2, rho, matrices.M});
+      terms_.push_back({Origin::elasticity, 0, E, matrices.K});
+      if (rotor && moves)
+      {
+        terms_.push_back({Origin::transport, 1, 2 * omega * rho, matrices.G});
+        terms_.push_back({Origin::transport, 0, -omega * omega * rho, matrices.M_star});
+      }
+      if (stage.material_damping)
+      {
+        const double alpha = material.mass_damping, beta = material.stiffness_damping;
+        if (alpha != 0)
+          terms_.push_back({Origin::material_damping, 1, alpha * rho, matrices.M});
+        if (beta != 0)
+          terms_.push_back({Origin::material_damping, 1, beta * E, matrices.K});
+        // Damping proportional to mass acts on the material velocity u_t + Omega d_phi u.
+        if (alpha != 0 && rotor && moves)
+          terms_.push_back({Origin::material_damping, 0, alpha * omega * rho, matrices.G});
+      }
+    }
+  }
+
+  /// The contact surfaces and the steady pressure. With a computed one the static equilibrium also
+  /// decides where the pads touch, in every stage. A rotor alone has a static state only under the
+  /// centrifugal load.
+  template <int dim>
+  void BrakeModel<dim>::find_steady_state()
+  {
+    equilibrium_.reset();
+    const bool has_pads = !geometry.interfaces.empty();
+    if (!has_pads && !prm.prestress.needs_state())
+      return;
+    ContactModel<dim> model;
+    model.mortar            = prm.contact.mortar();
+    model.penalty_stiffness = prm.contact.penalty_stiffness;
+    model.friction          = prm.contact.law();
+    model.angular_velocity  = prm.operation.angular_velocity;
+    const bool computed     = prm.contact.steady_pressure == "computed" || !has_pads;
+    if (computed && prm.contact.initial_gap != "0")
+      model.initial_gap = position_expression<dim>(prm.contact.initial_gap, "Contact/Initial gap");
+    {
+      PhaseTimer::Scope scope(timer, "contact");
+      contact_ = std::make_unique<Contact<dim>>(spaces_, model);
+      if (model.mortar && has_pads)
+      {
+        // Rows of the constraint as large as those of the stiffness.
+        double stiffness = 0;
+        for (const Term &term : terms_)
+          if (term.origin == Origin::elasticity && term.order == 0)
+            stiffness = std::max(stiffness, term.coefficient * term.matrix->infinity_norm());
+        contact_->scale_constraints(stiffness);
+      }
+    }
+    if (!computed)
+    {
+      pressure_ = contact_->uniform_pressure(prm.pads.pressure);
+      return;
+    }
+
+    PhaseTimer::Scope scope(timer, "static");
+    log.progress("  static equilibrium");
+    Block load = assemble_pressure_load(spaces_);
+    if (prm.prestress.centrifugal_load)
+    {
+      const Block centrifugal =
+          assemble_centrifugal_load(spaces_, material_of(true), prm.operation.angular_velocity);
+      for (unsigned int i = 0; i < load.n_local(); ++i)
+        load.data()[i] += centrifugal.data()[i];
+    }
+    equilibrium_ = std::make_unique<StaticEquilibrium>(
+        solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load));
+    pressure_ = equilibrium_->pressure;
+  }
+
+  namespace
+  {
+    /// N, mu T, P_R and Q_R of theory.md, section 3, as far as the stage has them.
+    template <int dim>
+    std::vector<Term> contact_terms(const Contact<dim> &contact,
+                                    const typename Contact<dim>::Pressure &pressure,
+                                    const Parameters::All &prm)
+    {
+      std::vector<Term> terms;
+      const auto add = [&](const Origin origin, const unsigned int order, Matrix &&matrix)
+      {
+        if (matrix)
+          terms.push_back({origin, order, 1., std::make_shared<const Matrix>(std::move(matrix))});
+      };
+      const StageTerms stage = prm.terms();
+      add(Origin::contact, 0, contact.normal());
+      if (stage.friction)
+        add(Origin::friction, 0, contact.friction(pressure));
+      if (stage.friction_damping)
+      {
+        auto damping = contact.friction_damping(pressure);
+        add(Origin::friction_damping, 1, std::move(damping.P));
+        add(Origin::friction_damping, 0, std::move(damping.Q));
+        add(Origin::falling_friction, 1, std::move(damping.P_falling));
+        add(Origin::falling_friction, 0, std::move(damping.Q_falling));
+      }
+      if (prm.prestress.turning_contact)
+      {
+        auto turning = contact.turning(pressure, stage.friction);
+        add(Origin::prestress, 0, std::move(turning.pressure));
+        add(Origin::turning_friction, 0, std::move(turning.friction));
+      }
+      return terms;
+    }
+  } // namespace
+
+  template <int dim>
+  void BrakeModel<dim>::add_contact()
+  {
+    if (geometry.interfaces.empty())
+      return;
+    PhaseTimer::Scope scope(timer, "contact");
+    for (Term &term : contact_terms(*contact_, pressure_, prm))
+      terms_.push_back(std::move(term));
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::add_prestress()
+  {
+    if (!prm.prestress.needs_state())
+      return;
+    PhaseTimer::Scope scope(timer, "assembly");
+    for (const bool rotor : {true, false})
+      if (!bodies_of(rotor).empty() && (rotor || prm.prestress.stress_stiffness))
+        add_term(Origin::prestress, 0, 1.,
+                 assemble_stress_stiffness(spaces_, bodies_of(rotor), material_of(rotor),
+                                           equilibrium_->state));
+  }
+
+  template <int dim>
+  std::vector<ContactResultants> BrakeModel<dim>::resultants() const
+  {
+    if (geometry.interfaces.empty())
+      return {};
+    return contact_->resultants(pressure_, equilibrium_ ? &equilibrium_->state : nullptr);
+  }
+
+  template <int dim>
+  QuadraticEigenproblem BrakeModel<dim>::problem() const
+  {
+    const RowRange &rows = spaces_.rows;
+    QuadraticEigenproblem problem;
+    problem.rows                = rows;
+    problem.M                   = sum_of(rows, terms_, 2);
+    problem.P                   = sum_of(rows, terms_, 1);
+    problem.Q                   = sum_of(rows, terms_, 0);
+    problem.n_constraints       = contact_ ? contact_->n_active_multipliers() : 0;
+    problem.n_local_constraints = rows.end - spaces_.first_local_multiplier;
+
+    // The reference problem: the same bodies in frictionless contact.
+    std::vector<Term> symmetric;
+    bool is_reference = !problem.P;
+    for (const Term &term : terms_)
+      if (term.order == 0)
+      {
+        const bool conservative =
+            term.origin == Origin::elasticity || term.origin == Origin::contact ||
+            term.origin == Origin::transport || term.origin == Origin::prestress;
+        if (conservative)
+          symmetric.push_back(term);
+        is_reference &= conservative;
+      }
+    if (!is_reference)
+      problem.reference = sum_of(rows, symmetric, 0);
+    problem.reference_name = "the same bodies in frictionless contact";
+
+    // Bodies without enough supports can move rigidly: a clamped rotor cannot, a guided pad is held
+    // by the contact.
+    problem.may_move_rigidly = (prm.scene == "brake" && prm.rotor.clamped == "none") ||
+                               (prm.n_pads() > 0 && prm.pads.back_face == "free");
+    return problem;
+  }
+
+  template <int dim>
+  std::vector<ParameterDerivative> BrakeModel<dim>::derivatives() const
+  {
+    return {};
+  }
+
+  template class BrakeModel<2>;
+  template class BrakeModel<3>;
+} // namespace squeal
