@@ -392,7 +392,8 @@ namespace squeal
     {
       const bool is_range = values.find(':') != std::string::npos;
       std::vector<double> numbers;
-      for (const std::string &word : dealii::Utilities::split_string_list(values, is_range ? ':' : ','))
+      for (const std::string &word :
+           dealii::Utilities::split_string_list(values, is_range ? ':' : ','))
         try
         {
           numbers.push_back(dealii::Utilities::string_to_double(word));
