@@ -1,4 +1,3 @@
-#include <squeal/dense.h>
 #include <squeal/eigensolvers.h>
 
 #include <slepcpep.h>
@@ -12,54 +11,8 @@ namespace squeal
 {
   using Complex = std::complex<double>;
 
-  BackwardError::BackwardError(const QuadraticEigenproblem &problem)
-      : problem(problem), norm_m(problem.M.infinity_norm()), norm_p(problem.P.infinity_norm()),
-        norm_q(problem.Q.infinity_norm())
-  {
-  }
-
-  BackwardError::Result BackwardError::operator()(const std::vector<Complex> &lambda,
-                                                  const Block &re, const Block &im) const
-  {
-    const Block m_re = multiply(problem.M, re), m_im = multiply(problem.M, im);
-    const Block p_re = multiply(problem.P, re), p_im = multiply(problem.P, im);
-    Result result{multiply(problem.Q, re), multiply(problem.Q, im), {}};
-
-    std::vector<double> largest(2 * lambda.size());
-    for (unsigned int j = 0; j < lambda.size(); ++j)
-    {
-      const Complex l = lambda[j], l2 = l * l;
-      for (unsigned int i = 0; i < re.n_local(); ++i)
-      {
-        const Complex r = l2 * Complex(m_re.column(j)[i], m_im.column(j)[i]) +
-                          l * Complex(p_re.column(j)[i], p_im.column(j)[i]) +
-                          Complex(result.re.column(j)[i], result.im.column(j)[i]);
-        result.re.column(j)[i] = r.real();
-        result.im.column(j)[i] = r.imag();
-        largest[2 * j]         = std::max(largest[2 * j], std::abs(r));
-        largest[2 * j + 1] =
-            std::max(largest[2 * j + 1], std::abs(Complex(re.column(j)[i], im.column(j)[i])));
-      }
-    }
-    MPI_Allreduce(MPI_IN_PLACE, largest.data(), largest.size(), MPI_DOUBLE, MPI_MAX,
-                  problem.rows.comm);
-    for (unsigned int j = 0; j < lambda.size(); ++j)
-    {
-      const double size = std::norm(lambda[j]) * norm_m + std::abs(lambda[j]) * norm_p + norm_q;
-      result.errors.push_back(largest[2 * j] / (size * largest[2 * j + 1]));
-    }
-    return result;
-  }
-
   namespace
   {
-    /// A zero eigenvalue of a body that is free to move is defective, so rounding spreads it to
-    /// sqrt(eps).
-    double rigid_body_limit(const double max_imaginary)
-    {
-      return 1e-5 * max_imaginary;
-    }
-
     unsigned int count_rigid_body_modes(const QuadraticEigenproblem &problem,
                                         const EigensolverOptions &options)
     {
@@ -75,9 +28,91 @@ namespace squeal
       return 1.1 * max_imaginary;
     }
 
-    /// Sorts, normalises and turns the modes; keeps those inside the window.
-    Modes finish(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
-                 Modes modes)
+    /// x := f x for every column of a complex block.
+    void scale(Block &re, Block &im, const std::vector<Complex> &factors)
+    {
+      for (unsigned int k = 0; k < factors.size(); ++k)
+        for (unsigned int i = 0; i < re.n_local(); ++i)
+        {
+          const Complex x = factors[k] * Complex(re.column(k)[i], im.column(k)[i]);
+          re.column(k)[i] = x.real();
+          im.column(k)[i] = x.imag();
+        }
+    }
+
+    /// The factors that turn the largest component of each column to the real axis.
+    std::vector<Complex> turning_factors(const RowRange &rows, const Block &re, const Block &im)
+    {
+      std::vector<Complex> factors;
+      for (unsigned int k = 0; k < re.n_columns(); ++k)
+      {
+        // The largest component; ties and ranks are decided by the lowest row.
+        struct
+        {
+          double value;
+          int rank;
+        } largest{-1., 0};
+        MPI_Comm_rank(rows.comm, &largest.rank);
+        std::array<double, 2> turn{{1, 0}};
+        for (unsigned int i = 0; i < rows.n_local(); ++i)
+        {
+          const double size = std::hypot(re.column(k)[i], im.column(k)[i]);
+          if (size > largest.value * (1 + 1e-8))
+          {
+            largest.value = size;
+            turn          = {{re.column(k)[i] / size, im.column(k)[i] / size}};
+          }
+        }
+        MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, rows.comm);
+        MPI_Bcast(turn.data(), 2, MPI_DOUBLE, largest.rank, rows.comm);
+        factors.push_back(std::conj(Complex(turn[0], turn[1])));
+      }
+      return factors;
+    }
+
+    /// x^H M x = 1 with the largest component real, z^H Q'(l) x = 2 l, and the condition numbers.
+    void normalise(const QuadraticEigenproblem &problem, Modes &modes)
+    {
+      const unsigned int n = modes.lambda.size(), n_local = problem.rows.n_local();
+      // Sums over the rows of x^H M x, z^H M z, z^H (2 l M + P) x
+      std::vector<Complex> sums(3 * n), factors = turning_factors(problem.rows, modes.re, modes.im),
+                                        left_factors(n);
+      const Block m_re = multiply(problem.M, modes.re), m_im = multiply(problem.M, modes.im),
+                  p_re = multiply(problem.P, modes.re), p_im = multiply(problem.P, modes.im),
+                  z_re = multiply(problem.M, modes.left_re),
+                  z_im = multiply(problem.M, modes.left_im);
+      const auto entry =
+          [](const Block &re, const Block &im, const unsigned int k, const unsigned int i)
+      { return Complex(re.column(k)[i], im.column(k)[i]); };
+      for (unsigned int k = 0; k < n; ++k)
+        for (unsigned int i = 0; i < n_local; ++i)
+        {
+          const Complex x = entry(modes.re, modes.im, k, i),
+                        z = entry(modes.left_re, modes.left_im, k, i), mx = entry(m_re, m_im, k, i);
+          sums[3 * k] += std::conj(x) * mx;
+          sums[3 * k + 1] += std::conj(z) * entry(z_re, z_im, k, i);
+          sums[3 * k + 2] += std::conj(z) * (2. * modes.lambda[k] * mx + entry(p_re, p_im, k, i));
+        }
+      MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2 * sums.size(), MPI_DOUBLE, MPI_SUM,
+                    problem.rows.comm);
+      modes.condition.clear();
+      for (unsigned int k = 0; k < n; ++k)
+      {
+        const double x_norm   = std::sqrt(sums[3 * k].real()),
+                     z_norm   = std::sqrt(sums[3 * k + 1].real());
+        const Complex product = sums[3 * k + 2];
+        modes.condition.push_back(z_norm * x_norm * std::abs(2. * modes.lambda[k]) /
+                                  std::abs(product));
+        factors[k] /= x_norm;
+        left_factors[k] = std::conj(2. * modes.lambda[k] / (product * factors[k]));
+      }
+      scale(modes.re, modes.im, factors);
+      scale(modes.left_re, modes.left_im, left_factors);
+    }
+
+    /// The modes inside the window, sorted.
+    Modes in_window(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
+                    Modes modes)
     {
       std::vector<unsigned int> order;
       unsigned int n_zero = 0;
@@ -96,225 +131,23 @@ namespace squeal
 
       Modes result              = modes;
       result.n_rigid_body_modes = modes.n_rigid_body_modes + n_zero / 2;
-      result.re = result.im = Block(problem.rows, order.size());
-      result.lambda.clear();
-      result.backward_error.clear();
-      for (unsigned int k = 0; k < order.size(); ++k)
+      const auto select         = [&](auto &values)
       {
-        const unsigned int j = order[k];
-        result.lambda.push_back(modes.lambda[j]);
-        result.backward_error.push_back(modes.backward_error[j]);
-        std::copy_n(modes.re.column(j), problem.rows.n_local(), result.re.column(k));
-        std::copy_n(modes.im.column(j), problem.rows.n_local(), result.im.column(k));
-      }
-
-      const Block m_re = multiply(problem.M, result.re), m_im = multiply(problem.M, result.im);
-      unsigned int n_local = problem.rows.n_local();
-      for (unsigned int k = 0; k < order.size(); ++k)
+        const auto all = values;
+        values.clear();
+        for (const unsigned int j : order)
+          values.push_back(all[j]);
+      };
+      select(result.lambda);
+      select(result.backward_error);
+      for (Block Modes::*block : {&Modes::re, &Modes::im})
       {
-        double *re = result.re.column(k), *im = result.im.column(k);
-        double norm_squared = 0;
-        // The largest component; ties and ranks are decided by the lowest row.
-        struct
-        {
-          double value;
-          int rank;
-        } largest{-1., 0};
-        MPI_Comm_rank(problem.rows.comm, &largest.rank);
-        std::array<double, 2> turn{{1, 0}};
-        for (unsigned int i = 0; i < n_local; ++i)
-        {
-          norm_squared += re[i] * m_re.column(k)[i] + im[i] * m_im.column(k)[i];
-          const double size = std::hypot(re[i], im[i]);
-          if (size > largest.value * (1 + 1e-8))
-          {
-            largest.value = size;
-            turn          = {{re[i] / size, im[i] / size}};
-          }
-        }
-        MPI_Allreduce(MPI_IN_PLACE, &norm_squared, 1, MPI_DOUBLE, MPI_SUM, problem.rows.comm);
-        MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, problem.rows.comm);
-        MPI_Bcast(turn.data(), 2, MPI_DOUBLE, largest.rank, problem.rows.comm);
-        const Complex factor = std::conj(Complex(turn[0], turn[1])) / std::sqrt(norm_squared);
-        for (unsigned int i = 0; i < n_local; ++i)
-        {
-          const Complex x = factor * Complex(re[i], im[i]);
-          re[i]           = x.real();
-          im[i]           = x.imag();
-        }
+        result.*block = Block(problem.rows, order.size());
+        for (unsigned int k = 0; k < order.size(); ++k)
+          std::copy_n((modes.*block).column(order[k]), problem.rows.n_local(),
+                      (result.*block).column(k));
       }
       return result;
-    }
-
-    /// Approximate eigenpairs that span a real subspace.
-    struct Pairs
-    {
-      std::vector<Complex> lambda;
-      Block re, im;
-    };
-
-    /// Rayleigh-Ritz on the span of an orthonormal real basis U, tested with Z: all Ritz pairs
-    ///     (l^2 Z^T M U + l Z^T P U + Z^T Q U) c = 0,   x = U c,
-    /// with Im l >= 0 and |l| <= radius.
-    Pairs rayleigh_ritz(const QuadraticEigenproblem &problem, const Block &trial, const Block &test,
-                        const double radius, const double shift)
-    {
-      const unsigned int n = trial.n_columns();
-      const auto project   = [&](const Matrix &matrix)
-      {
-        return matrix ? DenseMatrix(n, n, inner_products(test, multiply(matrix, trial)))
-                      : DenseMatrix();
-      };
-      const std::vector<DensePair> all = quadratic_eigenpairs(
-          project(problem.M), project(problem.P), project(problem.Q), shift, radius);
-
-      Pairs pairs;
-      std::vector<double> c_re, c_im;
-      for (const DensePair &pair : all)
-        if (std::abs(pair.lambda) <= radius)
-        {
-          pairs.lambda.push_back(pair.lambda);
-          for (const Complex &c : pair.vector)
-          {
-            c_re.push_back(c.real());
-            c_im.push_back(c.imag());
-          }
-        }
-      pairs.re = combine(trial, c_re, pairs.lambda.size());
-      pairs.im = combine(trial, c_im, pairs.lambda.size());
-      return pairs;
-    }
-
-    /// One step of inverse iteration with the factorisation at the shift s: with m = l - s,
-    ///     x := -Q(s)^{-1} (m^2 M + m Q'(s)) x  =  x - Q(s)^{-1} Q(l) x.
-    /// It damps what is far outside of the window, and gives multipliers that belong to the
-    /// displacements.
-    void inverse_iteration(const QuadraticEigenproblem &problem, const Factorization &factorization,
-                           const double shift, Pairs &pairs)
-    {
-      const unsigned int n_pairs = pairs.lambda.size(), n = problem.rows.n_local();
-      const Block m_re = multiply(problem.M, pairs.re), m_im = multiply(problem.M, pairs.im);
-      const Block p_re = multiply(problem.P, pairs.re), p_im = multiply(problem.P, pairs.im);
-      Block right(problem.rows, 2 * n_pairs);
-      for (unsigned int j = 0; j < n_pairs; ++j)
-      {
-        // m^2 M + m (P + 2 s M) = (l^2 - s^2) M + m P
-        const Complex c_m = pairs.lambda[j] * pairs.lambda[j] - shift * shift,
-                      c_p = pairs.lambda[j] - shift;
-        for (unsigned int i = 0; i < n; ++i)
-        {
-          const Complex r = -c_m * Complex(m_re.column(j)[i], m_im.column(j)[i]) -
-                            c_p * Complex(p_re.column(j)[i], p_im.column(j)[i]);
-          right.column(2 * j)[i]     = r.real();
-          right.column(2 * j + 1)[i] = r.imag();
-        }
-      }
-      const Block x = factorization.solve(right);
-      for (unsigned int j = 0; j < n_pairs; ++j)
-      {
-        std::copy_n(x.column(2 * j), n, pairs.re.column(j));
-        std::copy_n(x.column(2 * j + 1), n, pairs.im.column(j));
-      }
-    }
-
-    /// Multipliers are no part of a subspace: they follow from the displacements.
-    void clear_multipliers(const QuadraticEigenproblem &problem, Block &block)
-    {
-      for (unsigned int k = 0; k < block.n_columns(); ++k)
-        std::fill_n(block.column(k) + problem.rows.n_local() - problem.n_local_constraints,
-                    problem.n_local_constraints, 0.);
-    }
-
-    /// Improves approximate eigenvectors until their backward errors and the last relative changes
-    /// of their eigenvalues are below the tolerance. Each step is Rayleigh-Ritz and one inverse
-    /// iteration, whose result enlarges the next subspace: block Davidson with the factorisation at
-    /// the shift as preconditioner, in real arithmetic.
-    ///
-    /// The displacements satisfy N^T u = 0, and test vectors must satisfy (N + mu T)^T z = 0 for
-    /// the contact pressures to drop out. With friction U itself does not; Z = Q(s)^{-T} M U does,
-    /// and is smooth.
-    ///
-    /// @p start spans the approximate vectors, @p previous holds their eigenvalues inside the
-    /// radius. Ritz values without a small residual are no eigenvalues and are left out; fewer
-    /// pairs than given are a SolverError.
-    Modes polish(const QuadraticEigenproblem &problem, const Factorization &factorization,
-                 Block start, std::vector<Complex> previous, const double radius,
-                 const double shift, const EigensolverOptions &options)
-    {
-      const BackwardError backward_error(problem);
-      const bool galerkin = problem.n_constraints == 0 || !problem.reference;
-      // A Krylov space contains its start vector, which does not satisfy the constraints;
-      // Galerkin's test vectors must. One inverse iteration makes them so.
-      if (galerkin && problem.n_constraints > 0)
-        start = factorization.solve(multiply(problem.M, start));
-      clear_multipliers(problem, start);
-      Block basis = orthonormalize(std::move(start));
-      Modes modes;
-      const unsigned int n_wanted = previous.size();
-      double worst = 0, change = 0;
-      for (unsigned int step = 0; step < 8; ++step)
-      {
-        Pairs pairs =
-            galerkin ? rayleigh_ritz(problem, basis, basis, radius, shift)
-                     : rayleigh_ritz(problem, basis,
-                                     factorization.solve_transposed(multiply(problem.M, basis)),
-                                     radius, shift);
-        modes.n_solves += 2 * pairs.lambda.size() + (galerkin ? 0 : basis.n_columns());
-        Block next = pairs.re;
-        next.append(pairs.im);
-        inverse_iteration(problem, factorization, shift, pairs);
-        const std::vector<double> errors = backward_error(pairs.lambda, pairs.re, pairs.im).errors;
-
-        // Zero eigenvalues of free bodies are defective and never accurate; they are counted, not
-        // polished.
-        std::vector<unsigned int> order;
-        for (unsigned int j = 0; j < pairs.lambda.size(); ++j)
-          if (std::abs(pairs.lambda[j]) > rigid_body_limit(options.max_imaginary))
-            order.push_back(j);
-        std::sort(order.begin(), order.end(),
-                  [&](const unsigned int a, const unsigned int b)
-                  { return errors[a] < errors[b]; });
-        order.resize(std::min<std::size_t>(order.size(), n_wanted));
-        modes.lambda.clear();
-        modes.backward_error.clear();
-        modes.re = modes.im = Block(problem.rows, order.size());
-        for (unsigned int k = 0; k < order.size(); ++k)
-        {
-          modes.lambda.push_back(pairs.lambda[order[k]]);
-          modes.backward_error.push_back(errors[order[k]]);
-          std::copy_n(pairs.re.column(order[k]), problem.rows.n_local(), modes.re.column(k));
-          std::copy_n(pairs.im.column(order[k]), problem.rows.n_local(), modes.im.column(k));
-        }
-        worst  = order.empty()
-                     ? 0
-                     : *std::max_element(modes.backward_error.begin(), modes.backward_error.end());
-        change = previous.size() == order.size() ? 0 : 1;
-        if (change == 0)
-          for (const Complex &l : modes.lambda)
-          {
-            double nearest = std::abs(l);
-            for (const Complex &p : previous)
-              nearest = std::min(nearest, std::abs(p - l));
-            if (std::abs(l) > rigid_body_limit(options.max_imaginary))
-              change = std::max(change, nearest / std::abs(l));
-          }
-        options.progress("  polishing step " + std::to_string(step) + ": " +
-                         std::to_string(order.size()) + " pairs");
-        if (order.size() >= n_wanted && worst <= options.tolerance && change <= options.tolerance)
-          return modes;
-        previous = modes.lambda;
-
-        next.append(pairs.re);
-        next.append(pairs.im);
-        clear_multipliers(problem, next);
-        basis = orthonormalize(std::move(next));
-      }
-      std::ostringstream message;
-      message << "The eigenpairs could not be polished to the tolerance " << options.tolerance
-              << ": " << modes.lambda.size() << " of " << n_wanted
-              << " pairs, largest backward error " << worst << ", last relative change " << change
-              << ". Try a larger Eigenproblem/Tolerance, or the solver dense for a small problem.";
-      throw SolverError(message.str());
     }
 
     /// SLEPc's PEP: TOAR with shift-invert at a real shift, in real arithmetic.
@@ -537,11 +370,15 @@ namespace squeal
       for (const Complex &l : found.lambda)
         if (in_disc(l))
           inside.push_back(l);
-      Modes modes = polish(problem, factorization, found.vectors, inside, radius, shift, options);
+      Modes modes = polish(problem, ShiftInvert(factorization, shift), found.vectors, inside,
+                           radius, false, options);
       modes.n_rigid_body_modes = n_rigid;
       modes.factor_memory_mib  = factorization.memory_mib();
       modes.completeness       = completeness.str();
-      return finish(problem, options, std::move(modes));
+      modes                    = in_window(problem, options, std::move(modes));
+      add_left_vectors(problem, factorization, shift, radius, options, modes);
+      normalise(problem, modes);
+      return modes;
     }
 
     /// LAPACK on the whole problem; the oracle of the other solvers.
@@ -577,7 +414,10 @@ namespace squeal
             throw SolverError("The dense solver's backward error is " + std::to_string(error) +
                               ". Try a larger Eigenproblem/Tolerance.");
         modes.completeness = "all eigenvalues were computed";
-        return finish(problem, options, std::move(modes));
+        modes              = in_window(problem, options, std::move(modes));
+        add_left_vectors(problem, identity, shift, radius, modes);
+        normalise(problem, modes);
+        return modes;
       }
     };
   } // namespace

@@ -1,0 +1,160 @@
+#pragma once
+
+#include <squeal/eigenproblem.h>
+
+#include <complex>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// Eigenvalues with Im l >= 0, ascending |Im l|, and their vectors x = re + i im, with u^H M u =
+  /// 1 and the largest component of x turned to the real axis.
+  struct Modes
+  {
+    std::vector<std::complex<double>> lambda;
+    std::vector<double> backward_error;
+    Block re, im;
+
+    /// Left vectors z = left_re + i left_im, z^H Q(l) = 0, scaled to |z^H Q'(l) x| = |2 l|, and
+    /// their backward errors.
+    Block left_re, left_im;
+    std::vector<double> left_backward_error;
+    /// |z|_M |x|_M |2 l| / |z^H Q'(l) x|: 1 for a conservative system, infinite at coalescence. A
+    /// perturbation dQ of the operator moves l by at most condition |dQ| / |2 l|, |dQ| in the norm
+    /// of M, to first order.
+    std::vector<double> condition;
+
+    /// What the completeness check found, as a sentence for the log.
+    std::string completeness;
+    unsigned int n_rigid_body_modes = 0; ///< zero eigenvalues, not listed
+    unsigned int n_solves           = 0;
+    double factor_memory_mib        = 0;
+  };
+
+  struct EigensolverOptions
+  {
+    double max_imaginary = 0;    ///< every mode with 0 < |Im l| <= this is wanted, 1/s
+    double tolerance     = 1e-9; ///< backward error, and relative change of the last polishing step
+    double shift         = 0;    ///< relative to max_imaginary; 0: chosen
+
+    /// Called with a line of progress.
+    std::function<void(const std::string &)> progress = [](const std::string &) {};
+  };
+
+  /// The normwise backward error of approximate eigenpairs (Tisseur, 2000) in the infinity norm,
+  ///     |Q(l) x| / ((|l|^2 |M| + |l| |P| + |Q|) |x|),
+  /// the one measure for all solvers.
+  class BackwardError
+  {
+  public:
+    explicit BackwardError(const QuadraticEigenproblem &problem);
+
+    /// Residuals Q(l_j) x_j (Re and Im) of the pairs and their backward errors.
+    struct Result
+    {
+      Block re, im;
+      std::vector<double> errors;
+    };
+    Result operator()(const std::vector<std::complex<double>> &lambda, const Block &re,
+                      const Block &im) const;
+
+  private:
+    const QuadraticEigenproblem &problem;
+    double norm_m, norm_p, norm_q;
+  };
+
+  /// Solves with a factorisation of Q(s), or of its transpose for the adjoint problem.
+  class ShiftInvert
+  {
+  public:
+    ShiftInvert(const Factorization &factorization, const double shift, const bool adjoint = false)
+        : shift(shift), factorization(factorization), adjoint(adjoint)
+    {
+    }
+    Block solve(const Block &b) const
+    {
+      return adjoint ? factorization.solve_transposed(b) : factorization.solve(b);
+    }
+    Block solve_transposed(const Block &b) const
+    {
+      return adjoint ? factorization.solve(b) : factorization.solve_transposed(b);
+    }
+    const double shift;
+
+  private:
+    const Factorization &factorization;
+    const bool adjoint;
+  };
+
+  /// Approximate eigenpairs that span a real subspace.
+  struct Pairs
+  {
+    std::vector<std::complex<double>> lambda;
+    Block re, im;
+  };
+
+  /// A zero eigenvalue of a body that is free to move is defective, so rounding spreads it to
+  /// sqrt(eps): eigenvalues below this count as zero.
+  inline double rigid_body_limit(const double max_imaginary)
+  {
+    return 1e-5 * max_imaginary;
+  }
+
+  /// Rayleigh-Ritz on the span of an orthonormal real basis U, tested with Z: all Ritz pairs
+  ///     (l^2 Z^T M U + l Z^T P U + Z^T Q U) c = 0,   x = U c,
+  /// with Im l >= 0 and |l| <= radius.
+  Pairs rayleigh_ritz(const QuadraticEigenproblem &problem, const Block &trial, const Block &test,
+                      double radius, double shift);
+
+  /// An orthonormal basis of what the block adds to the span of an orthonormal basis.
+  Block orthonormal_complement(const Block &basis, Block block);
+
+  /// Improves approximate eigenvectors until their backward errors and the last relative changes
+  /// of their eigenvalues are below the tolerance. Each step is Rayleigh-Ritz and one inverse
+  /// iteration, whose result enlarges the next subspace: block Davidson with the factorisation at
+  /// the shift as preconditioner, in real arithmetic.
+  ///
+  /// The displacements satisfy N^T u = 0, and test vectors must satisfy (N + mu T)^T z = 0 for
+  /// the contact pressures to drop out. With friction U itself does not; Z = Q(s)^{-T} M U does,
+  /// and is smooth.
+  ///
+  /// @p start spans the approximate vectors, @p previous holds their eigenvalues inside the
+  /// radius. Ritz values without a small residual are no eigenvalues and are left out; fewer
+  /// pairs than given are a SolverError. If the eigenvalues are @p known, exactly theirs are looked
+  /// for.
+  Modes polish(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert, Block start,
+               std::vector<std::complex<double>> previous, double radius, bool known,
+               const EigensolverOptions &options);
+
+  /// An orthonormal basis of the block Krylov space of Q(s)^{-1} M from a fixed start block. The
+  /// velocity terms, weak in a brake, are left to polish(). Multipliers are cleared.
+  Block krylov_basis(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                     unsigned int n_columns, unsigned int seed);
+
+  /// Z^H A X for blocks of complex vectors, column-major, the same on all ranks.
+  std::vector<std::complex<double>> sesquilinear_form(const Block &z_re, const Block &z_im,
+                                                      const Matrix &matrix, const Block &x_re,
+                                                      const Block &x_im);
+
+  /// Z^H [(l_i + l'_j) M + P] X, the form in which left and right vectors of different eigenvalues
+  /// are orthogonal: z_i^H Q(l_i) = 0 and Q(l'_j) x_j = 0 give (l_i - l'_j) z_i^H [...] x_j = 0. On
+  /// the diagonal it is z^H Q'(l) x. Column-major.
+  std::vector<std::complex<double>>
+  biorthogonality(const QuadraticEigenproblem &problem,
+                  const std::vector<std::complex<double>> &lambda_z, const Block &z_re,
+                  const Block &z_im, const std::vector<std::complex<double>> &lambda_x,
+                  const Block &x_re, const Block &x_im);
+
+  /// Adds the left vectors to modes: those of the transposed problem, out of a block Krylov space
+  /// of the transposed factorisation. Left vectors of equal eigenvalues are chosen biorthogonal to
+  /// the right ones. Throws SolverError if they do not converge.
+  void add_left_vectors(const QuadraticEigenproblem &problem, const Factorization &factorization,
+                        double shift, double radius, const EigensolverOptions &options,
+                        Modes &modes);
+
+  /// The same by one Rayleigh-Ritz step of the transposed problem on a basis of the whole space.
+  void add_left_vectors(const QuadraticEigenproblem &problem, const Block &basis, double shift,
+                        double radius, Modes &modes);
+} // namespace squeal

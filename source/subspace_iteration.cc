@@ -1,0 +1,535 @@
+#include <squeal/dense.h>
+#include <squeal/subspace_iteration.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <sstream>
+
+namespace squeal
+{
+  using Complex = std::complex<double>;
+
+  BackwardError::BackwardError(const QuadraticEigenproblem &problem)
+      : problem(problem), norm_m(problem.M.infinity_norm()), norm_p(problem.P.infinity_norm()),
+        norm_q(problem.Q.infinity_norm())
+  {
+  }
+
+  BackwardError::Result BackwardError::operator()(const std::vector<Complex> &lambda,
+                                                  const Block &re, const Block &im) const
+  {
+    const Block m_re = multiply(problem.M, re), m_im = multiply(problem.M, im);
+    const Block p_re = multiply(problem.P, re), p_im = multiply(problem.P, im);
+    Result result{multiply(problem.Q, re), multiply(problem.Q, im), {}};
+
+    std::vector<double> largest(2 * lambda.size());
+    for (unsigned int j = 0; j < lambda.size(); ++j)
+    {
+      const Complex l = lambda[j], l2 = l * l;
+      for (unsigned int i = 0; i < re.n_local(); ++i)
+      {
+        const Complex r = l2 * Complex(m_re.column(j)[i], m_im.column(j)[i]) +
+                          l * Complex(p_re.column(j)[i], p_im.column(j)[i]) +
+                          Complex(result.re.column(j)[i], result.im.column(j)[i]);
+        result.re.column(j)[i] = r.real();
+        result.im.column(j)[i] = r.imag();
+        largest[2 * j]         = std::max(largest[2 * j], std::abs(r));
+        largest[2 * j + 1] =
+            std::max(largest[2 * j + 1], std::abs(Complex(re.column(j)[i], im.column(j)[i])));
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, largest.data(), largest.size(), MPI_DOUBLE, MPI_MAX,
+                  problem.rows.comm);
+    for (unsigned int j = 0; j < lambda.size(); ++j)
+    {
+      const double size = std::norm(lambda[j]) * norm_m + std::abs(lambda[j]) * norm_p + norm_q;
+      result.errors.push_back(largest[2 * j] / (size * largest[2 * j + 1]));
+    }
+    return result;
+  }
+
+  namespace
+  {
+    /// One step of inverse iteration with the factorisation at the shift s: with m = l - s,
+    ///     x := -Q(s)^{-1} (m^2 M + m Q'(s)) x  =  x - Q(s)^{-1} Q(l) x.
+    /// It damps what is far outside of the window, and gives multipliers that belong to the
+    /// displacements.
+    void inverse_iteration(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                           Pairs &pairs)
+    {
+      const double shift         = shift_invert.shift;
+      const unsigned int n_pairs = pairs.lambda.size(), n = problem.rows.n_local();
+      const Block m_re = multiply(problem.M, pairs.re), m_im = multiply(problem.M, pairs.im);
+      const Block p_re = multiply(problem.P, pairs.re), p_im = multiply(problem.P, pairs.im);
+      Block right(problem.rows, 2 * n_pairs);
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        // m^2 M + m (P + 2 s M) = (l^2 - s^2) M + m P
+        const Complex c_m = pairs.lambda[j] * pairs.lambda[j] - shift * shift,
+                      c_p = pairs.lambda[j] - shift;
+        for (unsigned int i = 0; i < n; ++i)
+        {
+          const Complex r = -c_m * Complex(m_re.column(j)[i], m_im.column(j)[i]) -
+                            c_p * Complex(p_re.column(j)[i], p_im.column(j)[i]);
+          right.column(2 * j)[i]     = r.real();
+          right.column(2 * j + 1)[i] = r.imag();
+        }
+      }
+      const Block x = shift_invert.solve(right);
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        std::copy_n(x.column(2 * j), n, pairs.re.column(j));
+        std::copy_n(x.column(2 * j + 1), n, pairs.im.column(j));
+      }
+    }
+
+    /// Multipliers are no part of a subspace: they follow from the displacements.
+    void clear_multipliers(const QuadraticEigenproblem &problem, Block &block)
+    {
+      for (unsigned int k = 0; k < block.n_columns(); ++k)
+        std::fill_n(block.column(k) + problem.rows.n_local() - problem.n_local_constraints,
+                    problem.n_local_constraints, 0.);
+    }
+
+    /// The pairs of the given numbers.
+    Pairs select(const Pairs &pairs, const std::vector<unsigned int> &numbers)
+    {
+      Pairs result{{},
+                   Block(pairs.re.row_range(), numbers.size()),
+                   Block(pairs.re.row_range(), numbers.size())};
+      for (unsigned int k = 0; k < numbers.size(); ++k)
+      {
+        result.lambda.push_back(pairs.lambda[numbers[k]]);
+        std::copy_n(pairs.re.column(numbers[k]), pairs.re.n_local(), result.re.column(k));
+        std::copy_n(pairs.im.column(numbers[k]), pairs.im.n_local(), result.im.column(k));
+      }
+      return result;
+    }
+
+    /// For each eigenvalue the number of the nearest of the others that is not taken; fewer if
+    /// there are not enough.
+    std::vector<unsigned int> nearest_partners(const std::vector<Complex> &lambda,
+                                               const std::vector<Complex> &others)
+    {
+      std::vector<bool> taken(others.size(), false);
+      std::vector<unsigned int> partners;
+      for (unsigned int j = 0; j < std::min(lambda.size(), others.size()); ++j)
+      {
+        unsigned int best = others.size();
+        for (unsigned int k = 0; k < others.size(); ++k)
+          if (!taken[k] && (best == others.size() ||
+                            std::abs(others[k] - lambda[j]) < std::abs(others[best] - lambda[j])))
+            best = k;
+        taken[best] = true;
+        partners.push_back(best);
+      }
+      return partners;
+    }
+
+    /// The largest relative change of an eigenvalue; 1 if their number has changed.
+    double largest_change(const std::vector<Complex> &lambda, const std::vector<Complex> &previous)
+    {
+      if (lambda.size() != previous.size())
+        return 1;
+      double change                            = 0;
+      const std::vector<unsigned int> partners = nearest_partners(lambda, previous);
+      for (unsigned int k = 0; k < lambda.size(); ++k)
+        change =
+            std::max(change, std::abs(previous[partners[k]] - lambda[k]) / std::abs(lambda[k]));
+      return change;
+    }
+  } // namespace
+
+  Pairs rayleigh_ritz(const QuadraticEigenproblem &problem, const Block &trial, const Block &test,
+                      const double radius, const double shift)
+  {
+    const unsigned int n = trial.n_columns();
+    const auto project   = [&](const Matrix &matrix)
+    {
+      return matrix ? DenseMatrix(n, n, inner_products(test, multiply(matrix, trial)))
+                    : DenseMatrix();
+    };
+    const std::vector<DensePair> all = quadratic_eigenpairs(project(problem.M), project(problem.P),
+                                                            project(problem.Q), shift, radius);
+
+    Pairs pairs;
+    std::vector<double> c_re, c_im;
+    for (const DensePair &pair : all)
+      if (std::abs(pair.lambda) <= radius)
+      {
+        pairs.lambda.push_back(pair.lambda);
+        for (const Complex &c : pair.vector)
+        {
+          c_re.push_back(c.real());
+          c_im.push_back(c.imag());
+        }
+      }
+    pairs.re = combine(trial, c_re, pairs.lambda.size());
+    pairs.im = combine(trial, c_im, pairs.lambda.size());
+    return pairs;
+  }
+
+  Modes polish(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert, Block start,
+               std::vector<Complex> previous, const double radius, const bool known,
+               const EigensolverOptions &options)
+  {
+    const BackwardError backward_error(problem);
+    const bool galerkin = problem.n_constraints == 0 || !problem.reference;
+    // A Krylov space contains its start vector, which does not satisfy the constraints;
+    // Galerkin's test vectors must. One inverse iteration makes them so.
+    if (galerkin && problem.n_constraints > 0)
+      start = shift_invert.solve(multiply(problem.M, start));
+    // The basis and, unless Galerkin's, its test vectors; both grow until they are too many.
+    Block basis(problem.rows, 0), test(problem.rows, 0);
+    Modes modes;
+    const auto expand = [&](Block block)
+    {
+      clear_multipliers(problem, block);
+      block = orthonormal_complement(basis, std::move(block));
+      if (!galerkin)
+        test.append(shift_invert.solve_transposed(multiply(problem.M, block)));
+      modes.n_solves += galerkin ? 0 : block.n_columns();
+      basis.append(block);
+    };
+    expand(std::move(start));
+    const unsigned int n_wanted = previous.size(), largest = basis.n_columns() + 5 * n_wanted;
+    double worst = 0, change = 0;
+    for (unsigned int step = 0; step < 12; ++step)
+    {
+      Pairs pairs =
+          rayleigh_ritz(problem, basis, galerkin ? basis : test, radius, shift_invert.shift);
+
+      // Zero eigenvalues of free bodies are defective and never accurate; they are counted, not
+      // polished. Of known eigenvalues only the partners are wanted.
+      std::vector<unsigned int> order;
+      if (known)
+        order = nearest_partners(previous, pairs.lambda);
+      else
+        for (unsigned int j = 0; j < pairs.lambda.size(); ++j)
+          if (std::abs(pairs.lambda[j]) > rigid_body_limit(options.max_imaginary))
+            order.push_back(j);
+      pairs = select(pairs, order);
+      modes.n_solves += 2 * pairs.lambda.size();
+      Block ritz_vectors = pairs.re;
+      ritz_vectors.append(pairs.im);
+      inverse_iteration(problem, shift_invert, pairs);
+      const std::vector<double> errors = backward_error(pairs.lambda, pairs.re, pairs.im).errors;
+
+      order.resize(pairs.lambda.size());
+      std::iota(order.begin(), order.end(), 0u);
+      if (!known)
+        std::sort(order.begin(), order.end(),
+                  [&](const unsigned int a, const unsigned int b)
+                  { return errors[a] < errors[b]; });
+      order.resize(std::min<std::size_t>(order.size(), n_wanted));
+      modes.lambda.clear();
+      modes.backward_error.clear();
+      modes.re = modes.im = Block(problem.rows, order.size());
+      for (unsigned int k = 0; k < order.size(); ++k)
+      {
+        modes.lambda.push_back(pairs.lambda[order[k]]);
+        modes.backward_error.push_back(errors[order[k]]);
+        std::copy_n(pairs.re.column(order[k]), problem.rows.n_local(), modes.re.column(k));
+        std::copy_n(pairs.im.column(order[k]), problem.rows.n_local(), modes.im.column(k));
+      }
+      worst  = order.empty()
+                   ? 0
+                   : *std::max_element(modes.backward_error.begin(), modes.backward_error.end());
+      change = largest_change(modes.lambda, previous);
+      options.progress("  polishing step " + std::to_string(step) + ": " +
+                       std::to_string(order.size()) + " pairs");
+      if (order.size() >= n_wanted && worst <= options.tolerance && change <= options.tolerance)
+        return modes;
+      if (!known)
+        previous = modes.lambda;
+
+      if (basis.n_columns() > largest) // start anew from the best so far
+      {
+        basis = test = Block(problem.rows, 0);
+        expand(std::move(ritz_vectors));
+      }
+      Block improved = pairs.re;
+      improved.append(pairs.im);
+      expand(std::move(improved));
+    }
+    std::ostringstream message;
+    message << "The eigenpairs could not be polished to the tolerance " << options.tolerance << ": "
+            << modes.lambda.size() << " of " << n_wanted << " pairs, largest backward error "
+            << worst << ", last relative change " << change
+            << ". Try a larger Eigenproblem/Tolerance, or the solver dense for a small problem.";
+    throw SolverError(message.str());
+  }
+
+  Block orthonormal_complement(const Block &basis, Block block)
+  {
+    // Twice is enough (Kahan); between the two, what lay in the span up to rounding is dropped.
+    for (unsigned int pass = 0; pass < 2; ++pass)
+    {
+      std::vector<double> before(block.n_columns()), after(block.n_columns());
+      const auto norms = [&](std::vector<double> &squares)
+      {
+        for (unsigned int k = 0; k < block.n_columns(); ++k)
+          for (unsigned int i = 0; i < block.n_local(); ++i)
+            squares[k] += block.column(k)[i] * block.column(k)[i];
+        MPI_Allreduce(MPI_IN_PLACE, squares.data(), squares.size(), MPI_DOUBLE, MPI_SUM,
+                      block.row_range().comm);
+      };
+      norms(before);
+      if (basis.n_columns() > 0)
+      {
+        const Block projected = combine(basis, inner_products(basis, block), block.n_columns());
+        for (std::size_t i = 0; i < std::size_t(block.n_local()) * block.n_columns(); ++i)
+          block.data()[i] -= projected.data()[i];
+      }
+      norms(after);
+      Block kept(block.row_range(), 0);
+      for (unsigned int k = 0; k < block.n_columns(); ++k)
+        if (after[k] > 1e-20 * before[k])
+        {
+          Block column(block.row_range(), 1);
+          for (unsigned int i = 0; i < block.n_local(); ++i)
+            column.data()[i] = block.column(k)[i] / std::sqrt(after[k]);
+          kept.append(column);
+        }
+      block = orthonormalize(std::move(kept));
+    }
+    return block;
+  }
+
+  Block krylov_basis(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                     const unsigned int n_columns, const unsigned int seed)
+  {
+    constexpr unsigned int block_size = 8;
+    // Scattered numbers that do not depend on the number of ranks.
+    Block block(problem.rows, block_size);
+    for (unsigned int j = 0; j < block_size; ++j)
+      for (unsigned int i = 0; i < block.n_local(); ++i)
+      {
+        std::uint64_t state = 0x9e3779b97f4a7c15u * (problem.rows.begin + i + 1) +
+                              0xbf58476d1ce4e5b9u * (j + 1) + 0x94d049bb133111ebu * (seed + 1);
+        state              = (state ^ (state >> 30)) * 0xbf58476d1ce4e5b9u;
+        state              = (state ^ (state >> 27)) * 0x94d049bb133111ebu;
+        block.column(j)[i] = static_cast<double>(state >> 11) / (1ull << 52) - 1;
+      }
+    Block basis(problem.rows, 0);
+    while (basis.n_columns() < n_columns)
+    {
+      block = shift_invert.solve(multiply(problem.M, block));
+      clear_multipliers(problem, block);
+      block = orthonormal_complement(basis, std::move(block));
+      if (block.n_columns() == 0) // the whole space
+        break;
+      basis.append(block);
+    }
+    return basis;
+  }
+
+  std::vector<Complex> sesquilinear_form(const Block &z_re, const Block &z_im, const Matrix &matrix,
+                                         const Block &x_re, const Block &x_im)
+  {
+    std::vector<Complex> form(std::size_t(z_re.n_columns()) * x_re.n_columns());
+    if (!matrix || form.empty())
+      return form;
+    // (z_re - i z_im)^T (a_re + i a_im)
+    const Block a_re = multiply(matrix, x_re), a_im = multiply(matrix, x_im);
+    const auto rr = inner_products(z_re, a_re), ri = inner_products(z_re, a_im),
+               ir = inner_products(z_im, a_re), ii = inner_products(z_im, a_im);
+    for (std::size_t k = 0; k < form.size(); ++k)
+      form[k] = Complex(rr[k] + ii[k], ri[k] - ir[k]);
+    return form;
+  }
+
+  std::vector<Complex> biorthogonality(const QuadraticEigenproblem &problem,
+                                       const std::vector<Complex> &lambda_z, const Block &z_re,
+                                       const Block &z_im, const std::vector<Complex> &lambda_x,
+                                       const Block &x_re, const Block &x_im)
+  {
+    std::vector<Complex> form       = sesquilinear_form(z_re, z_im, problem.M, x_re, x_im);
+    const std::vector<Complex> of_p = sesquilinear_form(z_re, z_im, problem.P, x_re, x_im);
+    for (std::size_t j = 0, k = 0; j < lambda_x.size(); ++j)
+      for (std::size_t i = 0; i < lambda_z.size(); ++i, ++k)
+        form[k] = (lambda_z[i] + lambda_x[j]) * form[k] + of_p[k];
+    return form;
+  }
+
+  namespace
+  {
+    Matrix transpose(const Matrix &matrix)
+    {
+      Mat result = nullptr;
+      if (matrix)
+        SQUEAL_PETSC(MatTranspose(matrix, MAT_INITIAL_MATRIX, &result));
+      return Matrix(result);
+    }
+
+    Matrix share(const Matrix &matrix)
+    {
+      if (matrix)
+        SQUEAL_PETSC(PetscObjectReference(reinterpret_cast<PetscObject>(static_cast<Mat>(matrix))));
+      return Matrix(static_cast<Mat>(matrix));
+    }
+
+    /// Columns of the solution X of A X = B, complex, by Gaussian elimination with pivoting; false
+    /// if A is singular to rounding. Column-major, n x n.
+    bool solve_in_place(std::vector<Complex> a, std::vector<Complex> &b, const unsigned int n)
+    {
+      double size = 0;
+      for (const Complex &entry : a)
+        size = std::max(size, std::abs(entry));
+      for (unsigned int k = 0; k < n; ++k)
+      {
+        unsigned int pivot = k;
+        for (unsigned int i = k + 1; i < n; ++i)
+          if (std::abs(a[i + n * k]) > std::abs(a[pivot + n * k]))
+            pivot = i;
+        if (std::abs(a[pivot + n * k]) <= 1e-10 * size)
+          return false;
+        for (unsigned int j = 0; j < n; ++j)
+        {
+          std::swap(a[k + n * j], a[pivot + n * j]);
+          std::swap(b[k + n * j], b[pivot + n * j]);
+        }
+        for (unsigned int i = 0; i < n; ++i)
+          if (i != k)
+          {
+            const Complex factor = a[i + n * k] / a[k + n * k];
+            for (unsigned int j = 0; j < n; ++j)
+            {
+              a[i + n * j] -= factor * a[k + n * j];
+              b[i + n * j] -= factor * b[k + n * j];
+            }
+          }
+      }
+      for (unsigned int i = 0; i < n; ++i)
+        for (unsigned int j = 0; j < n; ++j)
+          b[i + n * j] /= a[i + n * i];
+      return true;
+    }
+
+    /// Makes the left vectors of (almost) equal eigenvalues biorthogonal to the right ones: with
+    /// C = Z^H [2 l M + P] X of a cluster, Z := Z C^{-H}. A defective cluster, singular C, is left
+    /// alone: its condition is infinite.
+    void biorthogonalise_clusters(const QuadraticEigenproblem &problem, Modes &modes)
+    {
+      const unsigned int n = modes.lambda.size(), n_local = problem.rows.n_local();
+      const auto form = biorthogonality(problem, modes.lambda, modes.left_re, modes.left_im,
+                                        modes.lambda, modes.re, modes.im);
+      std::vector<bool> done(n, false);
+      for (unsigned int first = 0; first < n; ++first)
+      {
+        std::vector<unsigned int> cluster;
+        for (unsigned int j = first; j < n; ++j)
+          if (!done[j] && std::abs(modes.lambda[j] - modes.lambda[first]) <=
+                              1e-7 * std::abs(modes.lambda[first]))
+            cluster.push_back(j);
+        for (const unsigned int j : cluster)
+          done[j] = true;
+        const unsigned int m = cluster.size();
+        if (m < 2)
+          continue;
+        // X C^H = I for the coefficients X^H of the new left vectors
+        std::vector<Complex> c_adjoint(m * m), coefficients(m * m);
+        for (unsigned int a = 0; a < m; ++a)
+        {
+          coefficients[a + m * a] = 1;
+          for (unsigned int b = 0; b < m; ++b)
+            c_adjoint[a + m * b] = std::conj(form[cluster[b] + n * cluster[a]]);
+        }
+        if (!solve_in_place(c_adjoint, coefficients, m))
+          continue;
+        std::vector<Complex> row(m);
+        for (unsigned int i = 0; i < n_local; ++i)
+        {
+          for (unsigned int a = 0; a < m; ++a)
+          {
+            row[a] = 0;
+            for (unsigned int b = 0; b < m; ++b)
+              row[a] += coefficients[b + m * a] * Complex(modes.left_re.column(cluster[b])[i],
+                                                          modes.left_im.column(cluster[b])[i]);
+          }
+          for (unsigned int a = 0; a < m; ++a)
+          {
+            modes.left_re.column(cluster[a])[i] = row[a].real();
+            modes.left_im.column(cluster[a])[i] = row[a].imag();
+          }
+        }
+      }
+    }
+
+    QuadraticEigenproblem adjoint_of(const QuadraticEigenproblem &problem)
+    {
+      QuadraticEigenproblem adjoint;
+      adjoint.rows                = problem.rows;
+      adjoint.M                   = share(problem.M);
+      adjoint.P                   = transpose(problem.P);
+      adjoint.Q                   = transpose(problem.Q);
+      adjoint.reference           = share(problem.reference);
+      adjoint.n_constraints       = problem.n_constraints;
+      adjoint.n_local_constraints = problem.n_local_constraints;
+      return adjoint;
+    }
+
+    /// Gives each mode its left vector out of the adjoint problem's pairs: Q(l)^T y = 0 with the
+    /// same l, z = conj(y). Partners are the nearest eigenvalues.
+    void attach_left_vectors(const QuadraticEigenproblem &problem, const Pairs &adjoint_pairs,
+                             const std::vector<double> &errors, Modes &modes)
+    {
+      const unsigned int n = modes.lambda.size();
+      if (adjoint_pairs.lambda.size() < n)
+        throw SolverError(
+            "The transposed problem has " + std::to_string(adjoint_pairs.lambda.size()) +
+            " eigenvalues where the problem has " + std::to_string(n) +
+            ": left vectors are missing. Try another Eigenproblem/Maximum frequency.");
+      const auto partners = nearest_partners(modes.lambda, adjoint_pairs.lambda);
+      Pairs chosen        = select(adjoint_pairs, partners);
+      modes.left_re       = std::move(chosen.re);
+      modes.left_im       = std::move(chosen.im);
+      for (std::size_t i = 0; i < std::size_t(modes.left_im.n_local()) * n; ++i)
+        modes.left_im.data()[i] *= -1;
+      modes.left_backward_error.clear();
+      for (const unsigned int k : partners)
+        modes.left_backward_error.push_back(errors[k]);
+      biorthogonalise_clusters(problem, modes);
+    }
+  } // namespace
+
+  void add_left_vectors(const QuadraticEigenproblem &problem, const Factorization &factorization,
+                        const double shift, const double radius, const EigensolverOptions &options,
+                        Modes &modes)
+  {
+    if (modes.lambda.empty())
+    {
+      modes.left_re = modes.left_im = Block(problem.rows, 0);
+      return;
+    }
+    if (!problem.reference) // self-adjoint: z = x
+    {
+      modes.left_re             = modes.re;
+      modes.left_im             = modes.im;
+      modes.left_backward_error = modes.backward_error;
+      biorthogonalise_clusters(problem, modes);
+      return;
+    }
+    options.progress("  left vectors");
+    const QuadraticEigenproblem adjoint = adjoint_of(problem);
+    const ShiftInvert transposed(factorization, shift, true);
+    Block start = krylov_basis(adjoint, transposed, 5 * modes.lambda.size() + 40, 2);
+    modes.n_solves += start.n_columns();
+    Modes raw = polish(adjoint, transposed, std::move(start), modes.lambda, radius, true, options);
+    modes.n_solves += raw.n_solves;
+    attach_left_vectors(problem, {raw.lambda, std::move(raw.re), std::move(raw.im)},
+                        raw.backward_error, modes);
+  }
+
+  void add_left_vectors(const QuadraticEigenproblem &problem, const Block &basis,
+                        const double shift, const double radius, Modes &modes)
+  {
+    const QuadraticEigenproblem adjoint = adjoint_of(problem);
+    // A little further: rounding must not lose a partner at the rim.
+    const Pairs pairs = rayleigh_ritz(adjoint, basis, basis, radius * (1 + 1e-6), shift);
+    attach_left_vectors(problem, pairs,
+                        BackwardError(adjoint)(pairs.lambda, pairs.re, pairs.im).errors, modes);
+  }
+} // namespace squeal
