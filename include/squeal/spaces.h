@@ -74,6 +74,13 @@ namespace squeal
     {
       return value < 0 ? none : static_cast<unsigned int>(value);
     }
+    /// Makes the geometry isoparametric: cells are polynomials through their nodes, which lie on
+    /// the manifold, except for hanging ones (@p constraints), which lie where their parents'
+    /// polynomial is. Without that fine faces would leave gaps to, or overlap, the coarse one that
+    /// they hang on, and the coordinates themselves, hence rotations, would not be finite element
+    /// functions.
+    void shape_cells(const dealii::AffineConstraints<double> &constraints);
+
     const bool with_multipliers;
     std::vector<NodeVector> equations; ///< dim components and the multiplier; -1: none
   };
