@@ -63,6 +63,8 @@ namespace squeal
     dealii::MappingQCache<dim> mapping;
     dealii::DoFHandler<dim> nodes;
     dealii::AffineConstraints<double> hanging; ///< and periodic nodes
+    /// Nodes of own and ghost cells, nodes that these hang on, nodes that share a matrix entry with
+    /// own ones.
     dealii::IndexSet relevant_nodes;
     RowRange rows;
     unsigned int n_displacements = 0, n_multipliers = 0; ///< global
