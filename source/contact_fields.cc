@@ -1,11 +1,12 @@
 #include <squeal/contact_fields.h>
+#include <squeal/fields.h>
 
 #include <deal.II/base/data_out_base.h>
 #include <deal.II/grid/reference_cell.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <limits>
 
 namespace squeal
 {
@@ -130,24 +131,12 @@ namespace squeal
         vectors = {{first_traction, first_traction + dim - 1, "friction_traction_pa",
                     DataComponentInterpretation::component_is_part_of_vector}};
 
-    const unsigned int rank    = Utilities::MPI::this_mpi_process(spaces.comm);
-    const unsigned int n_ranks = Utilities::MPI::n_mpi_processes(spaces.comm);
-    const std::string base     = "contact-" + std::to_string(cycle);
-    const auto piece           = [&](const unsigned int r)
-    { return n_ranks == 1 ? base + ".vtu" : base + "." + std::to_string(r) + ".vtu"; };
-    std::ofstream out(directory + "/" + piece(rank));
-    DataOutBase::write_vtu(patches, names, vectors, DataOutBase::VtkFlags(), out);
-    if (!out)
-      throw std::runtime_error("The file " + directory + "/" + piece(rank) +
-                               " cannot be written; is the disk full?");
-    if (rank == 0)
-    {
-      std::vector<std::string> pieces;
-      for (unsigned int r = 0; r < n_ranks; ++r)
-        pieces.push_back(piece(r));
-      std::ofstream pvtu(directory + "/" + base + ".pvtu");
-      DataOutBase::write_pvtu_record(pvtu, pieces, names, vectors, DataOutBase::VtkFlags());
-    }
+    write_pieces(
+        directory, "contact-" + std::to_string(cycle), spaces.comm,
+        [&](std::ostream &out)
+        { DataOutBase::write_vtu(patches, names, vectors, DataOutBase::VtkFlags(), out); },
+        [&](std::ostream &out, const std::vector<std::string> &pieces)
+        { DataOutBase::write_pvtu_record(out, pieces, names, vectors, DataOutBase::VtkFlags()); });
   }
 
   template void write_contact(const Spaces<2> &, const Contact<2> &, const Block &, bool,

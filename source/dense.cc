@@ -7,17 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace squeal
 {
-  double DenseMatrix::largest_entry() const
-  {
-    double largest = 0;
-    for (const double v : values)
-      largest = std::max(largest, std::abs(v));
-    return largest;
-  }
-
   void gemm(const bool transpose_a, const double alpha, const DenseMatrix &a, const DenseMatrix &b,
             const double beta, DenseMatrix &c)
   {
@@ -82,12 +75,36 @@ namespace squeal
       return result;
     }
 
+    /// Whether (infinity, x) is an eigenpair up to rounding: M x = 0.
+    bool is_massless(const DenseMatrix &m, const std::vector<std::complex<double>> &x)
+    {
+      std::vector<std::complex<double>> m_x(x.size());
+      double largest = 0, bound = 0, norm = 0;
+      for (unsigned int j = 0; j < x.size(); ++j)
+      {
+        for (unsigned int i = 0; i < x.size(); ++i)
+        {
+          m_x[i] += m(i, j) * x[j];
+          bound = std::max(bound, std::abs(m(i, j)));
+        }
+        norm += std::abs(x[j]);
+      }
+      for (const std::complex<double> &value : m_x)
+        largest = std::max(largest, std::abs(value));
+      return largest <= 10 * std::numeric_limits<double>::epsilon() * bound * norm;
+    }
+
     /// l^2 M x + Q x = 0 as the eigenproblem of Q^{-1} M: theta = -1/l^2.
     std::vector<DensePair> without_velocity_term(const DenseMatrix &m, const DenseMatrix &q)
     {
-      const unsigned int n  = m.n_rows;
-      const Eigenvalues e   = general_eigen(solve(q, m));
-      const double infinite = 1e-300;
+      const unsigned int n = m.n_rows;
+      const Eigenvalues e  = general_eigen(solve(q, m));
+      // An infinite eigenvalue is theta = 0. What rounding makes of it cannot be told from a finite
+      // eigenvalue of so small a theta, which would have no correct digit.
+      double largest = 0;
+      for (unsigned int j = 0; j < n; ++j)
+        largest = std::max(largest, std::hypot(e.re[j], e.im[j]));
+      const double infinite = 10 * n * std::numeric_limits<double>::epsilon() * largest;
 
       std::vector<DensePair> pairs;
       for (unsigned int j = 0; j < n; ++j)
@@ -155,7 +172,8 @@ namespace squeal
 
     const Eigenvalues e = general_eigen(std::move(companion));
     std::vector<DensePair> pairs;
-    double largest = 0;
+    const double spread = std::sqrt(20 * n * std::numeric_limits<double>::epsilon());
+    double largest      = 0;
     for (unsigned int j = 0; j < 2 * n; ++j)
       largest = std::max(largest, std::hypot(e.re[j], e.im[j]));
     for (unsigned int j = 0; j < 2 * n; ++j)
@@ -163,8 +181,10 @@ namespace squeal
       // dgeev lists the eigenvalue with positive imaginary part of each pair first.
       const std::complex<double> theta(e.re[j], e.im[j]);
       const bool complex_pair = e.im[j] != 0;
-      // Infinite eigenvalues are theta = 0, which rounding spreads to at most sqrt(eps) of the
-      // largest.
+      // Infinite eigenvalues are theta = 0 with M x = 0. They are double, hence rounding spreads
+      // them to the square root of rounding. A threshold there would drop the modes of a body that
+      // is almost free (the nearness of its zero to the shift makes the largest theta), M x = 0
+      // alone those of a dashpot without mass.
       if (std::abs(theta) > 1e-9 * largest)
       {
         // The lower half of the companion vector is x; conj(theta) has Im l > 0 and the conjugate
@@ -172,7 +192,8 @@ namespace squeal
         std::vector<std::complex<double>> x(n);
         for (unsigned int i = 0; i < n; ++i)
           x[i] = {e.vectors(n + i, j), complex_pair ? -e.vectors(n + i, j + 1) : 0.};
-        pairs.push_back({shift + scale / std::conj(theta), x});
+        if (std::abs(theta) > spread * largest || !is_massless(m, x))
+          pairs.push_back({shift + scale / std::conj(theta), x});
       }
       j += complex_pair;
     }

@@ -13,6 +13,32 @@ namespace squeal
 {
   using namespace dealii;
 
+  std::string write_pieces(
+      const std::string &directory, const std::string &base, const MPI_Comm comm,
+      const std::function<void(std::ostream &)> &write_vtu,
+      const std::function<void(std::ostream &, const std::vector<std::string> &)> &write_pvtu)
+  {
+    const unsigned int rank = Utilities::MPI::this_mpi_process(comm);
+    const unsigned int n    = Utilities::MPI::n_mpi_processes(comm);
+    const auto piece        = [&](const unsigned int r)
+    { return n == 1 ? base + ".vtu" : base + "." + std::to_string(r) + ".vtu"; };
+    std::ofstream out(directory + "/" + piece(rank));
+    write_vtu(out);
+    if (!out)
+      throw std::runtime_error("The file " + directory + "/" + piece(rank) +
+                               " cannot be written; is the disk full?");
+    const std::string record = base + ".pvtu";
+    if (rank == 0)
+    {
+      std::vector<std::string> pieces;
+      for (unsigned int r = 0; r < n; ++r)
+        pieces.push_back(piece(r));
+      std::ofstream pvtu(directory + "/" + record);
+      write_pvtu(pvtu, pieces);
+    }
+    return record;
+  }
+
   namespace
   {
     using Vector = LinearAlgebra::distributed::Vector<double>;
@@ -95,25 +121,10 @@ namespace squeal
         data_out.add_data_vector(body, "body");
         data_out.build_patches(spaces.mapping, spaces.fe.degree, DataOut<dim>::curved_inner_cells);
 
-        const unsigned int rank = Utilities::MPI::this_mpi_process(spaces.comm);
-        const unsigned int n    = Utilities::MPI::n_mpi_processes(spaces.comm);
-        const auto piece        = [&](const unsigned int r)
-        { return n == 1 ? base + ".vtu" : base + "." + std::to_string(r) + ".vtu"; };
-        std::ofstream out(directory + "/" + piece(rank));
-        data_out.write_vtu(out);
-        if (!out)
-          throw std::runtime_error("The file " + directory + "/" + piece(rank) +
-                                   " cannot be written; is the disk full?");
-        const std::string record = base + ".pvtu";
-        if (rank == 0)
-        {
-          std::vector<std::string> pieces;
-          for (unsigned int r = 0; r < n; ++r)
-            pieces.push_back(piece(r));
-          std::ofstream pvtu(directory + "/" + record);
-          data_out.write_pvtu_record(pvtu, pieces);
-        }
-        return record;
+        return write_pieces(
+            directory, base, spaces.comm, [&](std::ostream &out) { data_out.write_vtu(out); },
+            [&](std::ostream &out, const std::vector<std::string> &pieces)
+            { data_out.write_pvtu_record(out, pieces); });
       }
 
     private:

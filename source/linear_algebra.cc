@@ -165,13 +165,6 @@ namespace squeal
     return sum_of(rows, {{0.5, matrix, true}});
   }
 
-  Block Block::head(const unsigned int n) const
-  {
-    Block result(rows, n);
-    std::copy(data(), data() + std::size_t(n) * n_local(), result.data());
-    return result;
-  }
-
   void Block::append(const Block &other)
   {
     data_.insert(data_.end(), other.data_.begin(), other.data_.end());

@@ -1,6 +1,7 @@
 #include <squeal/matrix_market.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -54,10 +55,13 @@ namespace squeal
     std::istringstream sizes(line);
     long long n_rows = 0, n_columns = 0, n_entries = 0;
     const bool coordinate = format == "coordinate";
-    if (!(sizes >> n_rows >> n_columns) || (coordinate && !(sizes >> n_entries)) || n_rows < 1 ||
-        n_columns < 1 || n_entries < 0 || n_rows > 100000000 || n_columns > 100000000)
+    std::string more;
+    if (!(sizes >> n_rows >> n_columns) || (coordinate && !(sizes >> n_entries)) || sizes >> more ||
+        n_rows < 1 || n_columns < 1 || n_entries < 0 || n_rows > 100000000 || n_columns > 100000000)
       fail("expected the numbers of rows, columns" + std::string(coordinate ? " and entries" : "") +
            ", all positive; found '" + line + "'.");
+    if ((symmetric || skew) && n_rows != n_columns)
+      fail("a " + symmetry + " matrix must be square; found '" + line + "'.");
     if (!coordinate)
       for (long long j = 0; j < n_columns; ++j)
         n_entries += symmetric ? n_rows - j : skew ? n_rows - j - 1 : n_rows;
@@ -78,7 +82,7 @@ namespace squeal
         good = end != text;
         text = end;
         j    = std::strtoll(text, &end, 10);
-        good = good && end != text;
+        good = good && end != text && std::isspace(static_cast<unsigned char>(*end));
         text = end;
       }
       else if (++array_row == n_rows)
@@ -93,6 +97,9 @@ namespace squeal
       if (i < 1 || i > n_rows || j < 1 || j > n_columns)
         fail("the entry (" + std::to_string(i) + ", " + std::to_string(j) +
              ") lies outside of the matrix.");
+      if ((symmetric && i < j) || (skew && i <= j))
+        fail("the entry (" + std::to_string(i) + ", " + std::to_string(j) + ") of a " + symmetry +
+             " matrix does not lie below the diagonal" + (symmetric ? " or on it." : "."));
       if (!std::isfinite(value))
         fail("the value is not a finite number: '" + line + "'.");
       file.rows.push_back(i - 1);

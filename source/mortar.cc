@@ -5,8 +5,8 @@
 #include <deal.II/base/utilities.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
 
 namespace squeal
 {
@@ -211,14 +211,30 @@ namespace squeal
       return true;
     }
 
+    /// Whether all edges run along the axes. Of a product of shape functions a rule of p + 2 points
+    /// per direction misses terms from the third power of the slope on, so that slopes of 1e-3 cost
+    /// less than rounding.
+    bool is_aligned(const Polygon &polygon)
+    {
+      for (unsigned int i = 0; i < polygon.size(); ++i)
+      {
+        const Tensor<1, 2> e = polygon[(i + 1) % polygon.size()] - polygon[i];
+        if (std::min(std::abs(e[0]), std::abs(e[1])) > 1e-3 * e.norm())
+          return false;
+      }
+      return true;
+    }
+
     /// A quadrature on a polygon: a product rule on convex quadrilaterals, else one on each
     /// triangle of a fan about the mean corner (collapsed product rule). Signed weights, positive
-    /// for the orientation of the polygon.
-    void quadrature_on_polygon(const Polygon &polygon, const QGauss<1> &on_quadrilateral,
-                               const QGauss<1> &on_triangle,
+    /// for the orientation of the polygon. Where the edges are oblique, a product of two shape
+    /// functions of degree @p p has the degree 4 p along them, and the surface element adds one.
+    void quadrature_on_polygon(const Polygon &polygon, const unsigned int p,
                                std::vector<std::pair<Point<2>, double>> &points)
     {
-      const auto add_quadrilateral = [&](const std::array<Point<2>, 4> &c, const QGauss<1> &rule)
+      const bool is_quadrilateral = is_convex_quadrilateral(polygon);
+      const QGauss<1> rule(is_quadrilateral && is_aligned(polygon) ? p + 2 : 2 * p + 1);
+      const auto add_quadrilateral = [&](const std::array<Point<2>, 4> &c)
       {
         for (unsigned int j = 0; j < rule.size(); ++j)
           for (unsigned int i = 0; i < rule.size(); ++i)
@@ -234,14 +250,14 @@ namespace squeal
                                        (x_s[0] * x_t[1] - x_s[1] * x_t[0]));
           }
       };
-      if (is_convex_quadrilateral(polygon))
+      if (is_quadrilateral)
       {
-        add_quadrilateral({{polygon[0], polygon[1], polygon[2], polygon[3]}}, on_quadrilateral);
+        add_quadrilateral({{polygon[0], polygon[1], polygon[2], polygon[3]}});
         return;
       }
       if (polygon.size() == 3)
       {
-        add_quadrilateral({{polygon[0], polygon[1], polygon[2], polygon[2]}}, on_triangle);
+        add_quadrilateral({{polygon[0], polygon[1], polygon[2], polygon[2]}});
         return;
       }
       Point<2> centre;
@@ -249,14 +265,53 @@ namespace squeal
         centre += corner / double(polygon.size());
       for (unsigned int i = 0; i < polygon.size(); ++i)
         add_quadrilateral({{centre, polygon[i], polygon[(i + 1) % polygon.size()],
-                            polygon[(i + 1) % polygon.size()]}},
-                          on_triangle);
+                            polygon[(i + 1) % polygon.size()]}});
+    }
+
+    /// Which edges of a face are two edges of finer neighbours (counter-clockwise from xi_2 = 0).
+    using DividedEdges = std::array<bool, 4>;
+
+    constexpr std::array<std::array<double, 2>, 5> corners = {
+        {{{0, 0}}, {{1, 0}}, {{1, 1}}, {{0, 1}}, {{0, 0}}}};
+
+    /// Finds the edges in whose middle another face has a corner. Their polygons must have that
+    /// corner too, lest the pieces overlap or leave gaps.
+    std::vector<DividedEdges> divided_edges(const FaceElement<3> &element,
+                                            const std::vector<SurfaceFace<3>> &faces)
+    {
+      std::vector<Point<3>> vertices;
+      const unsigned int p = element.degree();
+      for (const SurfaceFace<3> &face : faces)
+        for (const unsigned int node : {0u, p, p * (p + 1), (p + 1) * (p + 1) - 1})
+          vertices.push_back(face.nodes[node]);
+      const auto along_x = [](const Point<3> &a, const Point<3> &b) { return a[0] < b[0]; };
+      std::sort(vertices.begin(), vertices.end(), along_x);
+
+      std::vector<DividedEdges> result(faces.size());
+      for (unsigned int f = 0; f < faces.size(); ++f)
+        for (unsigned int i = 0; i < 4; ++i)
+        {
+          const Point<2> a(corners[i][0], corners[i][1]), b(corners[i + 1][0], corners[i + 1][1]);
+          const Point<3> middle  = element.frame(faces[f], a + 0.5 * (b - a)).x;
+          const double tolerance = 1e-9 * middle.distance(element.frame(faces[f], a).x);
+          auto vertex            = std::lower_bound(vertices.begin(), vertices.end(),
+                                                    Point<3>(middle[0] - tolerance, 0, 0), along_x);
+          for (; vertex != vertices.end() && (*vertex)[0] <= middle[0] + tolerance; ++vertex)
+            result[f][i] = result[f][i] || vertex->distance(middle) <= tolerance;
+        }
+      return result;
+    }
+    /// There are no edges in two dimensions.
+    std::vector<DividedEdges> divided_edges(const FaceElement<2> &,
+                                            const std::vector<SurfaceFace<2>> &faces)
+    {
+      return std::vector<DividedEdges>(faces.size());
     }
 
     /// The outline of a rotor face in the reference coordinates of a pad face, counter-clockwise in
     /// the rotor face's own coordinates.
     Polygon outline(const FaceElement<3> &element, const SurfaceFace<3> &rotor_face,
-                    const SurfaceFace<3> &pad_face)
+                    const DividedEdges &divided, const SurfaceFace<3> &pad_face)
     {
       const auto to_pad = [&](const Point<2> &xi)
       { return element.project(pad_face, element.frame(rotor_face, xi).x); };
@@ -268,11 +323,10 @@ namespace squeal
         return false;
       };
       // A wrong place of the cut by delta costs about delta^2 in the integrals.
-      const double tolerance = 1e-6;
+      const double tolerance       = 1e-6;
+      const unsigned int max_depth = 6; // of edges that are not divided anyway
 
       Polygon polygon;
-      const std::array<Point<2>, 4> corners = {
-          {Point<2>(0, 0), Point<2>(1, 0), Point<2>(1, 1), Point<2>(0, 1)}};
 
       const auto add_edge = [&](const auto &self, const Point<2> &a, const Point<2> &b,
                                 const Point<2> &image_a, const Point<2> &image_b,
@@ -280,7 +334,7 @@ namespace squeal
       {
         const Point<2> middle = a + 0.5 * (b - a), image = to_pad(middle);
         const Point<2> chord = image_a + 0.5 * (image_b - image_a);
-        if (depth == 0 || (image - chord).norm() < tolerance ||
+        if (depth == 0 || (depth <= max_depth && (image - chord).norm() < tolerance) ||
             (far_from_square(image_a, image) && far_from_square(image, image_b) &&
              far_from_square(image_a, image_b)))
         {
@@ -292,8 +346,8 @@ namespace squeal
       };
       for (unsigned int i = 0; i < 4; ++i)
       {
-        const Point<2> &a = corners[i], &b = corners[(i + 1) % 4];
-        add_edge(add_edge, a, b, to_pad(a), to_pad(b), 6);
+        const Point<2> a(corners[i][0], corners[i][1]), b(corners[i + 1][0], corners[i + 1][1]);
+        add_edge(add_edge, a, b, to_pad(a), to_pad(b), max_depth + divided[i]);
       }
       return polygon;
     }
@@ -301,11 +355,12 @@ namespace squeal
     /// Quadrature on the common part of two faces, in the pad's reference coordinates.
     std::vector<std::pair<Point<2>, double>> common_quadrature(const FaceElement<3> &element,
                                                                const SurfaceFace<3> &rotor_face,
+                                                               const DividedEdges &divided,
                                                                const SurfaceFace<3> &pad_face)
     {
       std::vector<std::pair<Point<2>, double>> points;
       Polygon polygon =
-          without_short_edges(clip_to_unit_square(outline(element, rotor_face, pad_face)));
+          without_short_edges(clip_to_unit_square(outline(element, rotor_face, divided, pad_face)));
       if (polygon.size() < 3)
         return points;
       const double area = signed_area(polygon);
@@ -313,13 +368,13 @@ namespace squeal
         std::reverse(polygon.begin(), polygon.end());
       if (std::abs(area) < 1e-14)
         return points;
-      const unsigned int p = element.degree();
-      quadrature_on_polygon(polygon, QGauss<1>(p + 2), QGauss<1>(2 * p + 1), points);
+      quadrature_on_polygon(polygon, element.degree(), points);
       return points;
     }
 
     std::vector<std::pair<Point<1>, double>> common_quadrature(const FaceElement<2> &element,
                                                                const SurfaceFace<2> &rotor_face,
+                                                               const DividedEdges &,
                                                                const SurfaceFace<2> &pad_face)
     {
       const double a   = element.project(pad_face, element.frame(rotor_face, Point<1>(0.)).x)[0];
@@ -358,6 +413,7 @@ namespace squeal
                        std::make_pair(b.first.low[0], b.second);
               });
 
+    const std::vector<DividedEdges> divided = divided_edges(element, rotor_faces);
     std::vector<FacePair<dim>> pairs;
     for (unsigned int s = 0; s < pad_faces.size(); ++s)
     {
@@ -370,8 +426,8 @@ namespace squeal
         if (!box.overlaps(candidate->first))
           continue;
         FacePair<dim> pair{s, candidate->second, {}};
-        for (const auto &[xi_pad, weight] :
-             common_quadrature(element, rotor_faces[pair.rotor_face], pad_faces[s]))
+        for (const auto &[xi_pad, weight] : common_quadrature(
+                 element, rotor_faces[pair.rotor_face], divided[pair.rotor_face], pad_faces[s]))
         {
           const auto frame    = element.frame(pad_faces[s], xi_pad);
           const auto xi_rotor = element.project(rotor_faces[pair.rotor_face], frame.x);

@@ -295,7 +295,7 @@ namespace squeal
           "edges of the contact face, where the contact pressure is singular.",
           Patterns::Integer(0, 20));
       prm.add_parameter("Layer ratio", layer_ratio,
-                        "Thickness of each layer relative to the next one inwards, -.",
+                        "Distance of each layer from the edge relative to the next one inwards, -.",
                         Patterns::Double(0.01, 0.5));
       prm.leave_subsection();
     }

@@ -1,10 +1,135 @@
+#include <squeal/errors.h>
 #include <squeal/spaces.h>
 
+#include <deal.II/base/mpi.h>
 #include <deal.II/dofs/dof_tools.h>
+#include <deal.II/fe/fe_values.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <string>
 
 namespace squeal
 {
   using namespace dealii;
+
+  namespace
+  {
+    using Node        = types::global_dof_index;
+    using Constraints = AffineConstraints<double>;
+
+    /// Nodes by the ranks that own them; own ones are left out.
+    std::map<unsigned int, std::vector<Node>> by_owner(IndexSet set, const IndexSet &owned,
+                                                       const MPI_Comm comm)
+    {
+      set.subtract_set(owned);
+      const auto owners = Utilities::MPI::compute_index_owner(owned, set, comm);
+      std::map<unsigned int, std::vector<Node>> result;
+      unsigned int i = 0;
+      for (const Node node : set)
+        result[owners[i++]].push_back(node);
+      return result;
+    }
+
+    /// The constraints of the relevant nodes, in terms of free nodes. A rank alone cannot know
+    /// them: what a node hangs on may itself hang on (or be the periodic image of) a node of cells
+    /// that the rank does not see. Each node's owner does see all faces of that node, so its line
+    /// counts; lines are asked for until none refers to a node not asked for. Collective.
+    Constraints resolve(const Constraints &seen, const IndexSet &owned, const IndexSet &relevant,
+                        const MPI_Comm comm)
+    {
+      using Line = std::vector<std::pair<Node, double>>;
+      std::map<Node, Line> lines;
+      IndexSet known = owned, wanted = relevant;
+      for (const Node node : owned)
+        if (const auto *entries = seen.get_constraint_entries(node))
+        {
+          lines[node] = *entries;
+          for (const auto &entry : *entries)
+            wanted.add_index(entry.first);
+        }
+      wanted.subtract_set(known);
+      while (Utilities::MPI::max(wanted.n_elements(), comm) > 0)
+      {
+        std::map<unsigned int, std::vector<std::pair<Node, Line>>> answers;
+        for (const auto &[rank, asked] :
+             Utilities::MPI::some_to_some(comm, by_owner(wanted, owned, comm)))
+          for (const Node node : asked)
+            if (const auto *entries = seen.get_constraint_entries(node))
+              answers[rank].emplace_back(node, *entries);
+        known.add_indices(wanted);
+        wanted.clear();
+        for (const auto &[rank, received] : Utilities::MPI::some_to_some(comm, answers))
+          for (const auto &[node, line] : received)
+          {
+            lines[node] = line;
+            for (const auto &entry : line)
+              wanted.add_index(entry.first);
+          }
+        wanted.subtract_set(known);
+      }
+
+      Constraints resolved(known);
+      for (const auto &[node, line] : lines)
+      {
+        resolved.add_line(node);
+        resolved.add_entries(node, line);
+      }
+      resolved.close();
+      return resolved;
+    }
+
+    /// Nodes that share a matrix entry with an own node although no cell near here has them: the
+    /// free nodes of other ranks' cells whose nodes hang on an own node. Collective.
+    template <int dim>
+    IndexSet coupled_nodes(const DoFHandler<dim> &nodes, const Constraints &constraints,
+                           const MPI_Comm comm)
+    {
+      const IndexSet &owned = nodes.locally_owned_dofs();
+      IndexSet foreign(nodes.n_dofs()); // free nodes of other ranks on own cells with constraints
+      std::vector<std::vector<Node>> cells;
+      std::vector<Node> cell_nodes(nodes.get_fe().n_dofs_per_cell());
+      for (const auto &cell : nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          cell->get_dof_indices(cell_nodes);
+          IndexSet free(nodes.n_dofs());
+          bool constrained = false;
+          for (const Node node : cell_nodes)
+            if (const auto *entries = constraints.get_constraint_entries(node))
+            {
+              constrained = true;
+              for (const auto &entry : *entries)
+                free.add_index(entry.first);
+            }
+            else
+              free.add_index(node);
+          if (constrained)
+          {
+            foreign.add_indices(free);
+            cells.emplace_back(free.begin(), free.end());
+          }
+        }
+      std::map<Node, unsigned int> owner;
+      for (const auto &[rank, list] : by_owner(foreign, owned, comm))
+        for (const Node node : list)
+          owner[node] = rank;
+      std::map<unsigned int, IndexSet> sets;
+      for (const std::vector<Node> &cell : cells)
+        for (const Node node : cell)
+          if (const auto rank = owner.find(node); rank != owner.end())
+            sets.try_emplace(rank->second, nodes.n_dofs())
+                .first->second.add_indices(cell.begin(), cell.end());
+      std::map<unsigned int, std::vector<Node>> to_send;
+      for (const auto &[rank, set] : sets)
+        to_send[rank].assign(set.begin(), set.end());
+      IndexSet coupled(nodes.n_dofs());
+      for (const auto &[rank, list] : Utilities::MPI::some_to_some(comm, to_send))
+        coupled.add_indices(list.begin(), list.end());
+      return coupled;
+    }
+  } // namespace
 
   template <int dim>
   Spaces<dim>::Spaces(const Geometry<dim> &geometry, const unsigned int degree,
@@ -18,23 +143,19 @@ namespace squeal
   template <int dim>
   void Spaces<dim>::distribute()
   {
-    mapping.initialize(MappingQ<dim>(fe.degree), triangulation);
     nodes.distribute_dofs(fe);
+    const IndexSet &owned = nodes.locally_owned_dofs();
     DoFTools::extract_locally_relevant_dofs(nodes, relevant_nodes);
-    hanging.clear();
-    hanging.reinit(relevant_nodes);
-    DoFTools::make_hanging_node_constraints(nodes, hanging);
+    Constraints seen(relevant_nodes);
+    DoFTools::make_hanging_node_constraints(nodes, seen);
+    shape_cells(resolve(seen, owned, relevant_nodes, comm));
     if (geometry.is_periodic())
       DoFTools::make_periodicity_constraints(nodes, geometry.periodic.first,
-                                             geometry.periodic.second, 0, hanging);
-    hanging.close();
-    // The nodes that others hang on may belong to cells beyond the ghost layer (chains of
-    // constraints).
-    for (const auto &line : hanging.get_lines())
-      for (const auto &[node, weight] : line.entries)
-        if (!relevant_nodes.is_element(node))
-          relevant_nodes.add_index(node);
-    relevant_nodes.compress();
+                                             geometry.periodic.second, 0, seen);
+    relevant_nodes.add_indices(
+        coupled_nodes(nodes, resolve(seen, owned, relevant_nodes, comm), comm));
+    hanging        = resolve(seen, owned, relevant_nodes, comm);
+    relevant_nodes = hanging.get_local_lines();
 
     // Which components are fixed, and which nodes carry a multiplier. Ghost cells are looked at
     // too: the only face of a node on a boundary may belong to another rank.
@@ -62,7 +183,6 @@ namespace squeal
       set.compress();
 
     // Local numbers first, then the offset of this rank.
-    const IndexSet &owned = nodes.locally_owned_dofs();
     equations.assign(dim + 1, NodeVector(owned, relevant_nodes, comm));
     unsigned int n_local = 0, n_local_displacements = 0;
     for (NodeVector &vector : equations)
@@ -95,6 +215,71 @@ namespace squeal
           vector(node) += rows.begin;
       vector.update_ghost_values();
     }
+  }
+
+  template <int dim>
+  void Spaces<dim>::shape_cells(const Constraints &constraints)
+  {
+    const MappingQ<dim> on_manifold(fe.degree);
+    if (Utilities::MPI::max(constraints.n_constraints(), comm) == 0)
+    {
+      mapping.initialize(on_manifold, triangulation);
+      return;
+    }
+    FEValues<dim> points(on_manifold, fe, Quadrature<dim>(fe.get_unit_support_points()),
+                         update_quadrature_points);
+    std::vector<NodeVector> positions(
+        dim, NodeVector(nodes.locally_owned_dofs(), constraints.get_local_lines(), comm));
+    std::vector<Node> cell_nodes(fe.n_dofs_per_cell());
+    for (const auto &cell : nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+      {
+        points.reinit(cell);
+        cell->get_dof_indices(cell_nodes);
+        for (unsigned int a = 0; a < cell_nodes.size(); ++a)
+          if (nodes.locally_owned_dofs().is_element(cell_nodes[a]))
+            for (unsigned int c = 0; c < dim; ++c)
+              positions[c](cell_nodes[a]) = points.quadrature_point(a)[c];
+      }
+    for (NodeVector &position : positions)
+    {
+      constraints.distribute(position);
+      position.update_ghost_values();
+    }
+    mapping.initialize(triangulation,
+                       [&](const typename Triangulation<dim>::cell_iterator &cell)
+                       {
+                         if (!cell->is_active() || cell->is_artificial())
+                         {
+                           points.reinit(cell);
+                           return points.get_quadrature_points();
+                         }
+                         const typename DoFHandler<dim>::active_cell_iterator with_nodes(
+                             &triangulation, cell->level(), cell->index(), &nodes);
+                         with_nodes->get_dof_indices(cell_nodes);
+                         std::vector<Point<dim>> result(cell_nodes.size());
+                         for (unsigned int a = 0; a < cell_nodes.size(); ++a)
+                           for (unsigned int c = 0; c < dim; ++c)
+                             result[a][c] = positions[c](cell_nodes[a]);
+                         return result;
+                       });
+
+    // A hanging node that moves off its arc by more than the thickness of its cell.
+    FEValues<dim> shapes(mapping, fe, points.get_quadrature(), update_jacobians);
+    unsigned int n_inverted = 0;
+    for (const auto &cell : nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+      {
+        shapes.reinit(cell);
+        double smallest = std::numeric_limits<double>::infinity();
+        for (const unsigned int q : shapes.quadrature_point_indices())
+          smallest = std::min(smallest, determinant(Tensor<2, dim>(shapes.jacobian(q))));
+        n_inverted += smallest <= 0;
+      }
+    n_inverted = Utilities::MPI::sum(n_inverted, comm);
+    if (n_inverted > 0)
+      throw SolverError("Hanging nodes on curved faces turn " + std::to_string(n_inverted) +
+                        " thin cells inside out: use a higher degree or more cells around.");
   }
 
   template <int dim>

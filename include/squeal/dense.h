@@ -29,7 +29,6 @@ namespace squeal
     {
       return values[i + std::size_t(j) * n_rows];
     }
-    double largest_entry() const;
   };
 
   /// C := alpha A B + beta C (with A transposed on demand). C must have its size.

@@ -3,11 +3,20 @@
 #include <squeal/spaces.h>
 
 #include <complex>
+#include <functional>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
 namespace squeal
 {
+  /// Writes the pieces of all ranks, <base>.<rank>.vtu (<base>.vtu of a single one), and
+  /// <base>.pvtu, which names them and whose name is returned. Collective.
+  std::string write_pieces(
+      const std::string &directory, const std::string &base, MPI_Comm comm,
+      const std::function<void(std::ostream &)> &write_vtu,
+      const std::function<void(std::ostream &, const std::vector<std::string> &)> &write_pvtu);
+
   /// Writes the static state (one column of displacements, m, and multipliers) as
   /// state-<cycle>.pvtu.
   /// @p pressure_scale turns multipliers into pressures, Pa; the field is left out without

@@ -92,7 +92,9 @@ namespace squeal
   };
 
   /// Interval ends of n equal cells on [a, b], of which the first (last) is divided @p at_start (@p
-  /// at_end) times, each layer @p ratio times as thick as the next one inwards.
+  /// at_end) times, each time at @p ratio times the last cut's distance from the end. So each layer
+  /// is @p ratio times as thick as the next one inwards, but the outermost one, which is not
+  /// divided any more, is ratio/(1 - ratio) times as thick as its neighbour.
   std::vector<double> graded_points(double a, double b, unsigned int n, unsigned int at_start,
                                     unsigned int at_end, double ratio);
 

@@ -143,8 +143,6 @@ namespace squeal
       return data_.data();
     }
 
-    /// The first n columns.
-    Block head(unsigned int n) const;
     /// [this, other].
     void append(const Block &other);
 

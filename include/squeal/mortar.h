@@ -86,8 +86,10 @@ namespace squeal
   /// The cutting happens in the reference square of each pad face: the edges of the rotor's faces
   /// are projected there as polygons, divided until they follow the curved edge, and clipped
   /// against the square. Neighbouring faces share their polygon's points, so the pieces tile the
-  /// pad's face without gap or overlap. On flat faces with straight edges the integrals are exact
-  /// for products of shape functions. Faces further apart than @p search_distance are not paired.
+  /// pad's face without gap or overlap. Integrals of products of shape functions are exact where
+  /// the surface element of the pad's face is constant and the map between the two reference
+  /// squares is affine; else (trapezoids, curved faces) to the order of the quadrature. Faces
+  /// further apart than @p search_distance are not paired.
   template <int dim>
   std::vector<FacePair<dim>>
   pair_surfaces(const FaceElement<dim> &element, const std::vector<SurfaceFace<dim>> &pad_faces,

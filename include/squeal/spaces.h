@@ -63,6 +63,8 @@ namespace squeal
     dealii::MappingQCache<dim> mapping;
     dealii::DoFHandler<dim> nodes;
     dealii::AffineConstraints<double> hanging; ///< and periodic nodes
+    /// Nodes of own and ghost cells, nodes that these hang on, nodes that share a matrix entry with
+    /// own ones.
     dealii::IndexSet relevant_nodes;
     RowRange rows;
     unsigned int n_displacements = 0, n_multipliers = 0; ///< global
@@ -74,6 +76,13 @@ namespace squeal
     {
       return value < 0 ? none : static_cast<unsigned int>(value);
     }
+    /// Makes the geometry isoparametric: cells are polynomials through their nodes, which lie on
+    /// the manifold, except for hanging ones (@p constraints), which lie where their parents'
+    /// polynomial is. Without that fine faces would leave gaps to, or overlap, the coarse one that
+    /// they hang on, and the coordinates themselves, hence rotations, would not be finite element
+    /// functions.
+    void shape_cells(const dealii::AffineConstraints<double> &constraints);
+
     const bool with_multipliers;
     std::vector<NodeVector> equations; ///< dim components and the multiplier; -1: none
   };

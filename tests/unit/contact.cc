@@ -475,10 +475,9 @@ TEST_CASE("contact: hanging nodes on both faces")
           1e-14 * T.infinity_norm());
 }
 
-// Known limitation, see body_operators: where nodes hang on a curved edge inside of the contact
-// surface, refined and unrefined rotor faces overlap or leave gaps of the difference of their
-// polynomial arcs.
-TEST_CASE("contact: hanging nodes on an arc inside of the contact surface" * doctest::should_fail())
+// Where nodes hang on a curved edge inside of the contact surface, refined and unrefined rotor
+// faces share one polynomial arc: they neither overlap nor leave a gap.
+TEST_CASE("contact: hanging nodes on an arc inside of the contact surface")
 {
   Scene scene("upper", true, 2);
   refine_where(scene.spaces,

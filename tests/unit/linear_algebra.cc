@@ -50,6 +50,13 @@ namespace
     return sum;
   }
 
+  Block first_columns(const Block &block, const unsigned int n)
+  {
+    Block result(block.row_range(), n);
+    std::copy(block.data(), block.data() + std::size_t(n) * block.n_local(), result.data());
+    return result;
+  }
+
   double largest_difference(const DenseMatrix &a, const DenseMatrix &b)
   {
     double largest = 0;
@@ -174,10 +181,9 @@ TEST_CASE("linear_algebra: blocks")
     CHECK(d(i, 1) == (i == 3 ? 1. : 0.));
   }
 
-  Block joined = x.head(1);
+  Block joined = first_columns(x, 1);
   joined.append(c);
   CHECK(joined.n_columns() == 3);
-  CHECK(largest_difference(replicated(joined.head(1)), replicated(x.head(1))) == 0);
   CHECK(inner_products(joined, joined)[2 * 4] == 1);
 }
 
@@ -216,14 +222,14 @@ TEST_CASE("linear_algebra: orthonormalize keeps nearly dependent directions and 
   const Block q     = orthonormalize(block);
   CHECK(q.n_columns() == 4);
   CHECK(defect_of_orthonormality(q) <= 1e-13);
-  CHECK(distance_to_span(q, block.head(6)) <= 1e-15);
+  CHECK(distance_to_span(q, first_columns(block, 6)) <= 1e-15);
   // a, b, c, d are orthonormal (discrete sines).
   const Block exact = block_of(rows, 4,
                                [&](const unsigned int i, const unsigned int j) {
                                  return j == 0 ? a(i) : j == 1 ? b(i) : j == 2 ? c(i) : d(i);
                                });
-  CHECK(distance_to_span(q, exact.head(2)) <= 1e-14);
-  CHECK(distance_to_span(q, exact.head(3)) <= 1e-9);
+  CHECK(distance_to_span(q, first_columns(exact, 2)) <= 1e-14);
+  CHECK(distance_to_span(q, first_columns(exact, 3)) <= 1e-9);
   CHECK(distance_to_span(q, exact) <= 1e-4);
 }
 

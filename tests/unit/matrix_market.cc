@@ -136,34 +136,33 @@ TEST_CASE("matrix_market: malformed entries name their line")
   check_error("%%MatrixMarket matrix array real general\n2 1\n1\n", 3, "entry 2 of 2");
 }
 
-// Known defects: each of these files contradicts itself and is read without a word.
-TEST_CASE("matrix_market: a skew-symmetric file has no diagonal" * doctest::should_fail())
+// Each of these files contradicts itself.
+TEST_CASE("matrix_market: a skew-symmetric file has no diagonal")
 {
-  // A^T = -A needs A(1, 1) = 0; the matrix that is read has 3 there.
+  // A^T = -A needs A(1, 1) = 0.
   check_error("%%MatrixMarket matrix coordinate real skew-symmetric\n2 2 1\n1 1 3\n", 3, "(1, 1)");
 }
 
-TEST_CASE("matrix_market: a symmetric file lists the lower triangle only" * doctest::should_fail())
+TEST_CASE("matrix_market: a symmetric file lists the lower triangle only")
 {
-  // Both halves are listed, so that the off-diagonal entries come out doubled: 2 and 2 instead of 1
-  // and 1.
+  // Both halves listed would double the off-diagonal entries.
   check_error("%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 2 1\n2 1 1\n", 3,
               "(1, 2)");
 }
 
-TEST_CASE("matrix_market: a symmetric matrix is square" * doctest::should_fail())
+TEST_CASE("matrix_market: a symmetric matrix is square")
 {
   check_error("%%MatrixMarket matrix coordinate real symmetric\n2 3 1\n1 3 1\n", 2, "square");
 }
 
-TEST_CASE("matrix_market: nothing may follow the sizes" * doctest::should_fail())
+TEST_CASE("matrix_market: nothing may follow the sizes")
 {
   check_error(coordinate + "2 2 1 7\n1 1 1\n", 2, "'2 2 1 7'");
 }
 
-TEST_CASE("matrix_market: a column number with a decimal point" * doctest::should_fail())
+TEST_CASE("matrix_market: a column number with a decimal point")
 {
-  // Read as row 1, column 2, value 0.5.
+  // Not row 1, column 2, value 0.5.
   check_error(coordinate + "2 2 1\n1 2.5\n", 3, "'1 2.5'");
 }
 

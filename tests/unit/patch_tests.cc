@@ -144,10 +144,6 @@ TEST_CASE("patch_tests: constant stress across the interface of a strip")
   }
   SUBCASE("hanging nodes")
   {
-    // Known defect: chains of hanging and periodic nodes are incomplete on several ranks (2D only;
-    // no scene refines locally yet).
-    if (n_ranks() > 1)
-      return;
     for (const Hanging hanging : {Hanging::rotor, Hanging::pad, Hanging::both})
     {
       check_strip(6, 6, 0, hanging);
@@ -158,8 +154,6 @@ TEST_CASE("patch_tests: constant stress across the interface of a strip")
 
 TEST_CASE("patch_tests: hanging nodes across the periodic boundary")
 {
-  if (n_ranks() > 1) // the known defect above
-    return;
   const Geometry<2> geometry = make_layers(6, 5, 0);
   for (const unsigned int degree : {1u, 2u, 3u})
   {

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <squeal/errors.h>
+
 #include <set>
 
 using namespace dealii;
@@ -152,4 +154,144 @@ TEST_CASE("spaces: distribute forgets the mesh before")
                { return body == upper_pad_body; });
   CHECK(spaces.n_displacements == rotor + 3 * 5 * 9 * 5 - 2 * 5 * 9);
   CHECK(spaces.n_multipliers == 5 * 9);
+}
+
+namespace
+{
+  /// The largest distance between the two sides of the faces that have hanging nodes, over the
+  /// points of a quadrature.
+  double gap_at_hanging_faces(const Spaces<3> &spaces)
+  {
+    const QGauss<2> rule(3);
+    FEFaceValues<3> fine(spaces.mapping, spaces.fe, rule, update_quadrature_points);
+    FESubfaceValues<3> coarse(spaces.mapping, spaces.fe, rule, update_quadrature_points);
+    double largest = 0;
+    unsigned int n = 0;
+    for (const auto &cell : spaces.nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+        for (const unsigned int f : cell->face_indices())
+          if (!cell->face(f)->at_boundary() && cell->neighbor_is_coarser(f))
+          {
+            const auto [face, subface] = cell->neighbor_of_coarser_neighbor(f);
+            fine.reinit(cell, f);
+            coarse.reinit(cell->neighbor(f), face, subface);
+            for (unsigned int q = 0; q < rule.size(); ++q)
+              largest =
+                  std::max(largest, fine.quadrature_point(q).distance(coarse.quadrature_point(q)));
+            ++n;
+          }
+    CHECK(Utilities::MPI::sum(n, MPI_COMM_WORLD) > 0);
+    return Utilities::MPI::max(largest, MPI_COMM_WORLD);
+  }
+
+  /// Once and twice refined cells within a quarter of the ring: some nodes hang on hanging nodes.
+  void refine_towards_corner(Spaces<3> &spaces)
+  {
+    for (const double reach : {0.07, 0.04})
+      refine_where(spaces, [=](const Point<3> &x, const types::material_id)
+                   { return x.distance(Point<3>(0.1, 0.02, 0.006)) < reach; });
+  }
+} // namespace
+
+TEST_CASE("spaces: curved faces with hanging nodes fit together")
+{
+  Parameters::All prm;
+  prm.discretization.rotor_cells = {{2, 8, 1}};
+  prm.pads.arrangement           = "none";
+  const Geometry<3> geometry     = make_brake(prm);
+  for (const unsigned int p : {1u, 2u, 3u})
+  {
+    CAPTURE(p);
+    Spaces<3> spaces(geometry, p, false, MPI_COMM_WORLD);
+    refine_towards_corner(spaces);
+    CHECK(gap_at_hanging_faces(spaces) <= 1e-15);
+    // Closed without gaps: 3 V = int div x = int x.n over the boundary.
+    double flux = 0;
+    for (const auto &[name, id] : geometry.boundaries)
+      flux += integrate_boundary(spaces, id,
+                                 [](const Point<3> &x, const Tensor<1, 3> &n) { return x * n; });
+    CHECK(relative_error(flux, 3 * integrate(spaces, {rotor_body},
+                                             [](const Point<3> &) { return 1.; })) <= 1e-13);
+    // Cells without hanging nodes are those of the manifold.
+    const std::vector<Point<3>> &support = spaces.fe.get_unit_support_points();
+    const MappingQ<3> on_manifold(p);
+    std::vector<types::global_dof_index> cell_nodes(support.size());
+    double distance = 0;
+    for (const auto &cell : spaces.nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+      {
+        cell->get_dof_indices(cell_nodes);
+        for (unsigned int a = 0; a < support.size(); ++a)
+          if (!spaces.hanging.is_constrained(cell_nodes[a]))
+            distance = std::max(
+                distance, spaces.mapping.transform_unit_to_real_cell(cell, support[a])
+                              .distance(on_manifold.transform_unit_to_real_cell(cell, support[a])));
+      }
+    CHECK(distance <= 1e-15);
+  }
+}
+
+TEST_CASE("spaces: hanging nodes must not turn a thin cell inside out")
+{
+  // Straight sides, a cell in 60 degrees, the inner of two rings refined: between the rings, at
+  // radius 0.12, nodes hang on chords, at radius 0.12 cos 30 = 0.1039, which is less than the 0.105
+  // in the middle of the inner ring.
+  Parameters::All prm;
+  prm.pads.arrangement           = "none";
+  prm.rotor.inner_radius         = 0.09;
+  prm.rotor.outer_radius         = 0.15;
+  prm.discretization.rotor_cells = {{2, 6, 1}};
+  const Geometry<3> geometry     = make_brake(prm);
+  const auto refine_inside       = [&](const unsigned int degree)
+  {
+    Spaces<3> spaces(geometry, degree, false, MPI_COMM_WORLD);
+    refine_where(spaces, [](const Point<3> &x, const types::material_id)
+                 { return std::hypot(x[0], x[1]) < 0.105; });
+  };
+  CHECK_NOTHROW(refine_inside(2));
+  CHECK(contains(message_of<SolverError>([&]() { refine_inside(1); }), "inside out"));
+}
+
+TEST_CASE("spaces: chains of hanging nodes end at free nodes on every rank")
+{
+  // A free ring, where every node that does not hang has an equation, refined at scattered places.
+  Parameters::All prm;
+  prm.discretization.rotor_cells = {{2, 6, 2}};
+  prm.rotor.clamped              = "none";
+  prm.pads.arrangement           = "none";
+  const Geometry<3> geometry     = make_brake(prm);
+  for (const unsigned int seed : {1u, 2u, 3u})
+  {
+    CAPTURE(seed);
+    Spaces<3> spaces(geometry, 2, false, MPI_COMM_WORLD);
+    for (unsigned int level = 0; level < 3; ++level)
+      refine_where(spaces,
+                   [&](const Point<3> &x, const types::material_id)
+                   {
+                     const double random =
+                         1e4 * std::sin(seed + 321 * x[0] + 507 * x[1] + 1203 * x[2]);
+                     return random - std::floor(random) < 0.1;
+                   });
+    std::vector<types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());
+    unsigned int n_missing = 0;
+    double worst           = 0;
+    for (const auto &cell : spaces.nodes.active_cell_iterators())
+      if (!cell->is_artificial())
+      {
+        cell->get_dof_indices(cell_nodes);
+        for (const auto node : cell_nodes)
+        {
+          double sum = 0;
+          for (const WeightedNode &w : spaces.expand(node))
+          {
+            sum += w.weight;
+            n_missing += spaces.equation(w.node, 0) == Spaces<3>::none;
+          }
+          worst = std::max(worst, std::abs(sum - 1));
+        }
+      }
+    CHECK(n_missing == 0);
+    CHECK(worst <= 1e-13);
+    CHECK(gap_at_hanging_faces(spaces) <= 1e-15);
+  }
 }
