@@ -7,6 +7,8 @@
 
 namespace squeal
 {
+  using namespace dealii;
+
   template <int dim>
   BrakeModel<dim>::BrakeModel(const Geometry<dim> &geometry, const Parameters::All &parameters,
                               const MPI_Comm comm, Log &log, PhaseTimer &timer)
@@ -108,18 +110,11 @@ namespace squeal
     const bool has_pads = !geometry.interfaces.empty();
     if (!has_pads && !prm.prestress.needs_state())
       return;
-    ContactModel<dim> model;
-    model.mortar            = prm.contact.mortar();
-    model.penalty_stiffness = prm.contact.penalty_stiffness;
-    model.friction          = prm.contact.law();
-    model.angular_velocity  = prm.operation.angular_velocity;
-    const bool computed     = prm.contact.steady_pressure == "computed" || !has_pads;
-    if (computed && prm.contact.initial_gap != "0")
-      model.initial_gap = position_expression<dim>(prm.contact.initial_gap, "Contact/Initial gap");
+    const bool computed = prm.contact.steady_pressure == "computed" || !has_pads;
     {
       PhaseTimer::Scope scope(timer, "contact");
-      contact_ = std::make_unique<Contact<dim>>(spaces_, model);
-      if (model.mortar && has_pads)
+      contact_ = std::make_unique<Contact<dim>>(spaces_, contact_model(prm));
+      if (prm.contact.mortar() && has_pads)
       {
         // Rows of the constraint as large as those of the stiffness.
         double stiffness = 0;
@@ -150,41 +145,51 @@ namespace squeal
     pressure_ = equilibrium_->pressure;
   }
 
-  namespace
+  template <int dim>
+  ContactModel<dim> BrakeModel<dim>::contact_model(const Parameters::All &parameters)
   {
-    /// N, mu T, P_R and Q_R of theory.md, section 3, as far as the stage has them.
-    template <int dim>
-    std::vector<Term> contact_terms(const Contact<dim> &contact,
-                                    const typename Contact<dim>::Pressure &pressure,
-                                    const Parameters::All &prm)
+    ContactModel<dim> model;
+    model.mortar            = parameters.contact.mortar();
+    model.penalty_stiffness = parameters.contact.penalty_stiffness;
+    model.friction          = parameters.contact.law();
+    model.angular_velocity  = parameters.operation.angular_velocity;
+    if (parameters.contact.steady_pressure == "computed" && parameters.contact.initial_gap != "0")
+      model.initial_gap =
+          position_expression<dim>(parameters.contact.initial_gap, "Contact/Initial gap");
+    return model;
+  }
+
+  template <int dim>
+  std::vector<Term> BrakeModel<dim>::contact_terms(const Contact<dim> &contact,
+                                                   const typename Contact<dim>::Pressure &pressure,
+                                                   const Parameters::All &parameters)
+  {
+    std::vector<Term> terms;
+    const auto add = [&](const Origin origin, const unsigned int order, Matrix &&matrix)
     {
-      std::vector<Term> terms;
-      const auto add = [&](const Origin origin, const unsigned int order, Matrix &&matrix)
-      {
-        if (matrix)
-          terms.push_back({origin, order, 1., std::make_shared<const Matrix>(std::move(matrix))});
-      };
-      const StageTerms stage = prm.terms();
-      add(Origin::contact, 0, contact.normal());
-      if (stage.friction)
-        add(Origin::friction, 0, contact.friction(pressure));
-      if (stage.friction_damping)
-      {
-        auto damping = contact.friction_damping(pressure);
-        add(Origin::friction_damping, 1, std::move(damping.P));
-        add(Origin::friction_damping, 0, std::move(damping.Q));
-        add(Origin::falling_friction, 1, std::move(damping.P_falling));
-        add(Origin::falling_friction, 0, std::move(damping.Q_falling));
-      }
-      if (prm.prestress.turning_contact)
-      {
-        auto turning = contact.turning(pressure, stage.friction);
-        add(Origin::prestress, 0, std::move(turning.pressure));
-        add(Origin::turning_friction, 0, std::move(turning.friction));
-      }
-      return terms;
+      if (matrix)
+        terms.push_back({origin, order, 1., std::make_shared<const Matrix>(std::move(matrix))});
+    };
+    const StageTerms stage = parameters.terms();
+    add(Origin::contact, 0, contact.normal());
+    if (stage.friction)
+      add(Origin::friction, 0, contact.friction(pressure));
+    if (stage.friction_damping)
+    {
+      auto damping = contact.friction_damping(pressure);
+      add(Origin::friction_damping, 1, std::move(damping.P));
+      add(Origin::friction_damping, 0, std::move(damping.Q));
+      add(Origin::falling_friction, 1, std::move(damping.P_falling));
+      add(Origin::falling_friction, 0, std::move(damping.Q_falling));
     }
-  } // namespace
+    if (parameters.prestress.turning_contact)
+    {
+      auto turning = contact.turning(pressure, stage.friction);
+      add(Origin::prestress, 0, std::move(turning.pressure));
+      add(Origin::turning_friction, 0, std::move(turning.friction));
+    }
+    return terms;
+  }
 
   template <int dim>
   void BrakeModel<dim>::add_contact()
@@ -254,9 +259,34 @@ namespace squeal
   }
 
   template <int dim>
-  std::vector<ParameterDerivative> BrakeModel<dim>::derivatives() const
+  std::pair<std::vector<std::string>, std::vector<unsigned int>>
+  BrakeModel<dim>::bodies_of_rows() const
   {
-    return {};
+    std::vector<std::string> names = {"rotor"};
+    for (const ContactInterface &interface : geometry.interfaces)
+      names.push_back(interface.name);
+    const RowRange &rows = spaces_.rows;
+    if (spaces_.n_multipliers > 0)
+      names.push_back("contact");
+    std::vector<unsigned int> body(rows.n_local(), names.size() - 1);
+    std::vector<types::global_dof_index> cell_nodes(spaces_.fe.n_dofs_per_cell());
+    for (const auto &cell : spaces_.nodes.active_cell_iterators())
+      if (!cell->is_artificial())
+      {
+        unsigned int number = 0;
+        for (unsigned int i = 0; i < geometry.interfaces.size(); ++i)
+          if (geometry.interfaces[i].pad == cell->material_id())
+            number = i + 1;
+        cell->get_dof_indices(cell_nodes);
+        for (const auto node : cell_nodes)
+          for (unsigned int c = 0; c < dim; ++c)
+          {
+            const unsigned int row = spaces_.equation(node, c);
+            if (row != Spaces<dim>::none && rows.contains(row))
+              body[row - rows.begin] = number;
+          }
+      }
+    return {names, body};
   }
 
   template class BrakeModel<2>;

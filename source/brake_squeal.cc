@@ -47,11 +47,14 @@ namespace squeal
     log.print(describe(prm, directory));
     modes_csv  = std::make_unique<Table>(directory + "/modes.csv", modes_header, comm);
     cycles_csv = std::make_unique<Table>(directory + "/cycles.csv", cycles_header(), comm);
+    contributions_csv =
+        std::make_unique<Table>(directory + "/contributions.csv", contributions_header, comm);
   }
 
-  void Analysis::find_modes(const QuadraticEigenproblem &problem, const unsigned int cycle)
+  void Analysis::find_modes(const Model &model, const unsigned int cycle)
   {
     PhaseTimer::Scope scope(timer, "eigenproblem");
+    const QuadraticEigenproblem problem = model.problem();
     EigensolverOptions options;
     options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
     options.tolerance     = prm.eigenproblem.tolerance;
@@ -75,6 +78,53 @@ namespace squeal
     log.line("\n" + std::to_string(rows.size()) + " modes up to " +
              number(prm.eigenproblem.maximum_frequency) + " Hz, " + std::to_string(n_unstable) +
              " unstable (marked >).");
+    explain_modes(model, rows, cycle);
+  }
+
+  /// Contributions of each origin to each growth rate, and sensitivities if asked for.
+  void Analysis::explain_modes(const Model &model, const std::vector<ModeRow> &rows,
+                               const unsigned int cycle)
+  {
+    if (rows.empty())
+      return;
+    const std::vector<Contribution> parts = contributions(model, modes, rows);
+    for (const Contribution &part : parts)
+      contributions_csv->add(contributions_fields(cycle, part));
+    std::vector<unsigned int> numbers;
+    unsigned int least_stable = 0;
+    for (unsigned int j = 0; j < rows.size(); ++j)
+    {
+      if (rows[j].verdict == "flutter" || rows[j].verdict == "divergence")
+        numbers.push_back(rows[j].mode);
+      if (rows[j].growth_rate() > rows[least_stable].growth_rate())
+        least_stable = j;
+    }
+    if (numbers.empty())
+      numbers = {rows[least_stable].mode};
+    if (numbers.size() > 10)
+      numbers.resize(10);
+    log.print("Why: the growth rate as a sum over its causes\n" +
+              contributions_table(parts, numbers));
+
+    constexpr double large_condition = 100;
+    for (const ModeRow &row : rows)
+      if (row.condition_number.value_or(0) > large_condition)
+        log.line("Mode " + std::to_string(row.mode) + " has the condition number " +
+                 number(std::round(*row.condition_number)) +
+                 ": it is close to coalescence, where errors grow like the square root of a "
+                 "perturbation and sensitivities hold only for tiny changes.");
+
+    if (!prm.output.sensitivities)
+      return;
+    if (!sensitivities_csv)
+      sensitivities_csv =
+          std::make_unique<Table>(directory + "/sensitivities.csv", sensitivities_header, comm);
+    for (const ParameterDerivative &derivative : model.derivatives())
+    {
+      const auto d_lambda = sensitivities(derivative, modes);
+      for (unsigned int j = 0; j < rows.size(); ++j)
+        sensitivities_csv->add(sensitivities_fields(cycle, rows[j].mode, derivative, d_lambda[j]));
+    }
   }
 
   void Analysis::finish_cycle(const unsigned int cycle, const std::uint64_t cells,
@@ -155,7 +205,7 @@ namespace squeal
             break;
           model.assemble(prm);
           report_static(cycle);
-          find_modes(model.problem(), cycle);
+          find_modes(model, cycle);
           write_fields(cycle);
           finish_cycle(cycle, model.spaces().triangulation.n_global_active_cells(),
                        model.spaces().rows.size, model.spaces().n_multipliers);
@@ -281,7 +331,7 @@ namespace squeal
           model->assemble(prm);
           log.line("\nMatrices of size " + std::to_string(model->size()));
         }
-        find_modes(model->problem(), 0);
+        find_modes(*model, 0);
         finish_cycle(0, 0, model->size(), 0);
         log.line("\nResults: " + directory);
       }

@@ -63,8 +63,8 @@ namespace squeal
         {
           const std::string extension = entry.path().extension(), name = entry.path().filename();
           if (extension == ".vtu" || extension == ".pvtu" || extension == ".pvd" ||
-              name == "modes.csv" || name == "cycles.csv" || name == "static.csv" ||
-              name == "log.txt")
+              name == "modes.csv" || name == "contributions.csv" || name == "sensitivities.csv" ||
+              name == "cycles.csv" || name == "static.csv" || name == "log.txt")
             std::filesystem::remove(entry.path());
         }
       }
@@ -103,7 +103,69 @@ namespace squeal
   const char *modes_header =
       "cycle,mode,growth_rate_1_per_s,frequency_hz,damping_ratio,verdict,"
       "growth_rate_error_1_per_s,frequency_error_hz,backward_error,condition_number,"
-      "d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2";
+      "d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2,rayleigh_defect,criterion_1_per_s4,"
+      "left_backward_error";
+
+  const char *contributions_header =
+      "cycle,mode,origin,body,d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2,growth_rate_1_per_s,"
+      "energy_per_cycle_j";
+
+  const char *sensitivities_header =
+      "cycle,mode,parameter,value,d_growth_rate_1_per_s,d_frequency_hz,"
+      "relative_d_growth_rate_1_per_s,relative_d_frequency_hz";
+
+  std::vector<std::string> contributions_fields(const unsigned int cycle, const Contribution &c)
+  {
+    return {std::to_string(cycle),
+            std::to_string(c.mode),
+            c.origin,
+            c.body,
+            number(c.d),
+            number(c.g),
+            number(c.k),
+            number(c.n),
+            number(c.growth_rate),
+            number(c.energy)};
+  }
+
+  std::vector<std::string> sensitivities_fields(const unsigned int cycle, const unsigned int mode,
+                                                const ParameterDerivative &derivative,
+                                                const std::complex<double> d_lambda)
+  {
+    const double growth = d_lambda.real(), frequency = d_lambda.imag() / (2 * M_PI),
+                 value = derivative.value;
+    return {std::to_string(cycle),  std::to_string(mode),     derivative.parameter,
+            number(value),          number(growth),           number(frequency),
+            number(value * growth), number(value * frequency)};
+  }
+
+  std::string contributions_table(const std::vector<Contribution> &contributions,
+                                  const std::vector<unsigned int> &modes)
+  {
+    std::string text;
+    for (const unsigned int mode : modes)
+    {
+      std::vector<std::pair<std::string, double>> sums;
+      double total = 0;
+      for (const Contribution &c : contributions)
+        if (c.mode == mode)
+        {
+          const auto known = std::find_if(sums.begin(), sums.end(),
+                                          [&](const auto &sum) { return sum.first == c.origin; });
+          (known == sums.end() ? sums.emplace_back(c.origin, 0.) : *known).second += c.growth_rate;
+          total += c.growth_rate;
+        }
+      std::sort(sums.begin(), sums.end(),
+                [](const auto &a, const auto &b) { return a.second > b.second; });
+      text +=
+          "  Mode " + std::to_string(mode) + ", growth rate " + formatted("%.5f", total) + " 1/s =";
+      for (const auto &[origin, growth] : sums)
+        if (std::abs(growth) > 1e-6 * std::abs(sums.front().second))
+          text += " " + formatted("%+.5f", growth) + " " + origin;
+      text += "\n";
+    }
+    return text;
+  }
 
   std::vector<std::string> modes_fields(const ModeRow &row)
   {
@@ -120,20 +182,25 @@ namespace squeal
             number(row.d),
             number(row.g),
             number(row.k),
-            number(row.n)};
+            number(row.n),
+            number(row.rayleigh_defect),
+            number(row.criterion),
+            number(row.left_backward_error)};
   }
 
   std::string modes_table(const std::vector<ModeRow> &rows)
   {
     std::string text =
-        "  mode   frequency, Hz   growth rate, 1/s   damping ratio   backward error   verdict\n";
+        "  mode   frequency, Hz   growth rate, 1/s   damping ratio   backward error   condition   "
+        "verdict\n";
     for (const ModeRow &row : rows)
     {
       const bool unstable = row.verdict == "flutter" || row.verdict == "divergence";
       char line[200];
-      std::snprintf(line, sizeof(line), "%s %4u   %13.4f   %16.5f   %13.3e   %14.1e   %s\n",
+      std::snprintf(line, sizeof(line), "%s %4u   %13.4f   %16.5f   %13.3e   %14.1e   %9.2e   %s\n",
                     unstable ? ">" : " ", row.mode, row.frequency(), row.growth_rate(),
-                    row.damping_ratio(), row.backward_error, row.verdict.c_str());
+                    row.damping_ratio(), row.backward_error, row.condition_number.value_or(0),
+                    row.verdict.c_str());
       text += line;
     }
     return text;

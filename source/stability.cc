@@ -1,6 +1,7 @@
 #include <squeal/stability.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace squeal
@@ -47,8 +48,136 @@ namespace squeal
       row.n              = forms[4 * j + 1];
       row.d              = forms[4 * j + 2];
       row.g              = forms[4 * j + 3];
+      if (j < modes.condition.size())
+      {
+        row.condition_number    = modes.condition[j];
+        row.left_backward_error = modes.left_backward_error[j];
+      }
+      const auto roots = rayleigh_roots(row.d, row.g, row.k, row.n);
+      row.rayleigh_defect =
+          std::min(std::abs(roots[0] - row.lambda), std::abs(roots[1] - row.lambda)) /
+          std::abs(row.lambda);
+      row.criterion = row.k * row.d * row.d + row.n * row.d * row.g - row.n * row.n;
     }
     return rows;
+  }
+
+  std::array<std::complex<double>, 2> rayleigh_roots(const double d, const double g, const double k,
+                                                     const double n)
+  {
+    using Complex   = std::complex<double>;
+    const Complex b = Complex(d, g), c = Complex(k, n), root = std::sqrt(b * b - 4. * c);
+    // Without cancellation: the larger root first, the other from their product.
+    const Complex larger = (std::abs(b + root) > std::abs(b - root) ? -b - root : -b + root) / 2.;
+    return {{larger, larger == 0. ? Complex() : c / larger}};
+  }
+
+  const char *name_of(const Origin origin)
+  {
+    switch (origin)
+    {
+    case Origin::inertia:
+      return "inertia";
+    case Origin::elasticity:
+      return "elasticity";
+    case Origin::material_damping:
+      return "material damping";
+    case Origin::transport:
+      return "transport";
+    case Origin::contact:
+      return "contact";
+    case Origin::friction:
+      return "friction";
+    case Origin::friction_damping:
+      return "friction damping";
+    case Origin::falling_friction:
+      return "falling friction";
+    case Origin::prestress:
+      return "prestress";
+    case Origin::turning_friction:
+      return "turning friction";
+    case Origin::velocity:
+      return "velocity matrix";
+    }
+    return "";
+  }
+
+  std::vector<Contribution> contributions(const Model &model, const Modes &modes,
+                                          const std::vector<ModeRow> &rows)
+  {
+    const auto [names, body_of_row] = model.bodies_of_rows();
+    const unsigned int n_modes = modes.lambda.size(), n_bodies = names.size();
+    std::vector<Origin> origins;
+    for (const Term &term : model.terms())
+      if (term.order < 2 && std::find(origins.begin(), origins.end(), term.origin) == origins.end())
+        origins.push_back(term.origin);
+
+    // forms[origin][body][mode]: d, g, k, n
+    std::vector<std::array<double, 4>> forms(origins.size() * n_bodies * n_modes);
+    for (const Term &term : model.terms())
+    {
+      if (term.order == 2)
+        continue;
+      const unsigned int o = std::find(origins.begin(), origins.end(), term.origin) -
+                             origins.begin(),
+                         part = term.order == 1 ? 0 : 2;
+      const Block a_re = multiply(*term.matrix, modes.re), a_im = multiply(*term.matrix, modes.im);
+      for (unsigned int j = 0; j < n_modes; ++j)
+        for (unsigned int i = 0; i < a_re.n_local(); ++i)
+        {
+          auto &form      = forms[(o * n_bodies + body_of_row[i]) * n_modes + j];
+          const double re = modes.re.column(j)[i], im = modes.im.column(j)[i];
+          form[part] += term.coefficient * (re * a_re.column(j)[i] + im * a_im.column(j)[i]);
+          form[part + 1] += term.coefficient * (re * a_im.column(j)[i] - im * a_re.column(j)[i]);
+        }
+    }
+    if (!forms.empty())
+      MPI_Allreduce(MPI_IN_PLACE, forms.data(), 4 * forms.size(), MPI_DOUBLE, MPI_SUM,
+                    modes.re.row_range().comm);
+
+    std::vector<Contribution> result;
+    for (unsigned int j = 0; j < n_modes; ++j)
+    {
+      const double w = modes.lambda[j].imag(), denominator = 2 * w + rows[j].g;
+      for (unsigned int o = 0; o < origins.size(); ++o)
+        for (unsigned int b = 0; b < n_bodies; ++b)
+        {
+          const auto &form = forms[(o * n_bodies + b) * n_modes + j];
+          if (std::all_of(form.begin(), form.end(), [](const double x) { return x == 0; }))
+            continue;
+          Contribution c{rows[j].mode, name_of(origins[o]), names[b], form[0], form[1], form[2],
+                         form[3]};
+          c.growth_rate = denominator == 0 ? 0 : -(c.d * w + c.n) / denominator;
+          c.energy      = -M_PI * (c.d * w + c.n);
+          result.push_back(c);
+        }
+    }
+    return result;
+  }
+
+  std::vector<std::complex<double>> sensitivities(const ParameterDerivative &derivative,
+                                                  const Modes &modes)
+  {
+    using Complex              = std::complex<double>;
+    const unsigned int n_modes = modes.lambda.size();
+    std::vector<Complex> sums(n_modes);
+    for (const Term &term : derivative.terms)
+    {
+      const Block a_re = multiply(*term.matrix, modes.re), a_im = multiply(*term.matrix, modes.im);
+      for (unsigned int j = 0; j < n_modes; ++j)
+      {
+        Complex form;
+        for (unsigned int i = 0; i < a_re.n_local(); ++i)
+          form += Complex(modes.left_re.column(j)[i], -modes.left_im.column(j)[i]) *
+                  Complex(a_re.column(j)[i], a_im.column(j)[i]);
+        sums[j] += term.coefficient * std::pow(modes.lambda[j], int(term.order)) * form;
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2 * sums.size(), MPI_DOUBLE, MPI_SUM,
+                  modes.re.row_range().comm);
+    for (unsigned int j = 0; j < n_modes; ++j)
+      sums[j] /= -2. * modes.lambda[j];
+    return sums;
   }
 
   std::vector<int> match_modes(const std::vector<ModeRow> &fine, const std::vector<ModeRow> &coarse)

@@ -17,6 +17,7 @@ FLOORS = [
     ["contact_fields", "static_equilibrium", "subspace_iteration"],
     ["eigensolvers", "model"],
     ["stability", "error_estimators", "brake_model", "matrix_model"],
+    ["brake_derivatives"],
     ["output"],
     ["brake_squeal"],
     ["main"],

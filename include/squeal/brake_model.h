@@ -5,6 +5,7 @@
 #include <squeal/model.h>
 #include <squeal/static_equilibrium.h>
 
+#include <cmath>
 #include <memory>
 
 namespace squeal
@@ -27,6 +28,8 @@ namespace squeal
     QuadraticEigenproblem problem() const override;
     std::vector<ParameterDerivative> derivatives() const override;
 
+    std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override;
+
     Spaces<dim> &spaces()
     {
       return spaces_;
@@ -39,7 +42,7 @@ namespace squeal
     /// The static equilibrium, or null if none was computed.
     const StaticEquilibrium *equilibrium() const
     {
-      return equilibrium_ ? equilibrium_.get() : nullptr;
+      return equilibrium_.get();
     }
     /// The steady pressure and its resultants.
     const typename Contact<dim>::Pressure &pressure() const
@@ -63,6 +66,38 @@ namespace squeal
     void find_steady_state();
     void add_contact();
     void add_prestress();
+
+    static ContactModel<dim> contact_model(const Parameters::All &parameters);
+    /// N, mu T, P_R and Q_R of theory.md, section 3, and the turning, as far as the parameters ask.
+    static std::vector<Term> contact_terms(const Contact<dim> &contact,
+                                           const typename Contact<dim>::Pressure &pressure,
+                                           const Parameters::All &parameters);
+    static bool is_body_term(const Term &term)
+    {
+      return term.origin == Origin::elasticity || term.origin == Origin::transport ||
+             term.origin == Origin::material_damping;
+    }
+
+    // Derivatives with respect to parameters.
+
+    struct Parameter
+    {
+      std::string path;
+      double value;
+      std::vector<Term> terms; ///< d/dp of the bodies' terms
+    };
+    std::vector<Parameter> differentiable_parameters() const;
+    /// The step of central differences; what is differentiated is linear or nearly so.
+    static double step(const Parameter &parameter)
+    {
+      return 1e-4 * (parameter.value != 0 ? std::abs(parameter.value) : 1.);
+    }
+    /// The parameters with another value of one that contact, loads or prestress depend on.
+    Parameters::All varied(const std::string &parameter, double value) const;
+    /// The contact's and the loads' part of the static residual at the static state.
+    Block static_residual(const Parameters::All &parameters, const Contact<dim> &contact) const;
+    /// dx_0/dp at fixed active set, one column for each parameter.
+    Block state_derivatives(const std::vector<Parameter> &parameters) const;
 
     const Geometry<dim> geometry;
     const MPI_Comm comm;

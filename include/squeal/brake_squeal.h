@@ -21,7 +21,7 @@ namespace squeal
 
   protected:
     /// Solves, analyses, appends to modes.csv and shows the table.
-    void find_modes(const QuadraticEigenproblem &problem, unsigned int cycle);
+    void find_modes(const Model &model, unsigned int cycle);
     /// Appends to cycles.csv.
     void finish_cycle(unsigned int cycle, std::uint64_t cells, unsigned int dofs,
                       unsigned int multipliers);
@@ -39,7 +39,8 @@ namespace squeal
     std::vector<unsigned int> dofs_of_cycle;
 
   private:
-    std::unique_ptr<Table> modes_csv, cycles_csv;
+    void explain_modes(const Model &model, const std::vector<ModeRow> &rows, unsigned int cycle);
+    std::unique_ptr<Table> modes_csv, cycles_csv, contributions_csv, sensitivities_csv;
   };
 
   /// The analysis that the scene of the parameter file asks for. Collective.

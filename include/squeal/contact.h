@@ -127,6 +127,11 @@ namespace squeal
     {
       return element;
     }
+    /// Another friction law, speed, stiffness on the same surfaces with the same active set.
+    void set_model(const ContactModel<dim> &other)
+    {
+      model = other;
+    }
     const ContactModel<dim> &contact_model() const
     {
       return model;
@@ -149,7 +154,7 @@ namespace squeal
     }
 
     const Spaces<dim> &spaces;
-    const ContactModel<dim> model;
+    ContactModel<dim> model;
     FaceElement<dim> element;
     std::vector<PairedInterface<dim>> interfaces;
     double scale                = 1;

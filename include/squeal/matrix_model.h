@@ -15,6 +15,11 @@ namespace squeal
     QuadraticEigenproblem problem() const override;
     std::vector<ParameterDerivative> derivatives() const override;
 
+    std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override
+    {
+      return {{"all"}, std::vector<unsigned int>(rows.n_local(), 0)};
+    }
+
     unsigned int size() const
     {
       return rows.size;

@@ -4,6 +4,7 @@
 #include <squeal/parameters.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace squeal
@@ -38,6 +39,10 @@ namespace squeal
     /// The derivatives of the terms with respect to the parameters that the scene uses, the steady
     /// pressure's own dependence included; the active set of the contact is held fixed.
     virtual std::vector<ParameterDerivative> derivatives() const = 0;
+
+    /// Names of the bodies and, for each row of this rank, the number of its body.
+    virtual std::pair<std::vector<std::string>, std::vector<unsigned int>>
+    bodies_of_rows() const = 0;
 
   protected:
     void add_term(const Origin origin, const unsigned int order, const double coefficient,

@@ -34,6 +34,17 @@ namespace squeal
   extern const char *modes_header;
   std::vector<std::string> modes_fields(const ModeRow &row);
 
+  /// Headers and lines of contributions.csv and sensitivities.csv.
+  extern const char *contributions_header, *sensitivities_header;
+  std::vector<std::string> contributions_fields(unsigned int cycle, const Contribution &c);
+  std::vector<std::string> sensitivities_fields(unsigned int cycle, unsigned int mode,
+                                                const ParameterDerivative &derivative,
+                                                std::complex<double> d_lambda);
+
+  /// Why the given modes grow or decay: their growth rates as sums over the origins.
+  std::string contributions_table(const std::vector<Contribution> &contributions,
+                                  const std::vector<unsigned int> &modes);
+
   /// The table of modes as the screen shows it.
   std::string modes_table(const std::vector<ModeRow> &rows);
 

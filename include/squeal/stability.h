@@ -1,7 +1,9 @@
 #pragma once
 
 #include <squeal/eigensolvers.h>
+#include <squeal/model.h>
 
+#include <array>
 #include <optional>
 #include <string>
 
@@ -16,7 +18,13 @@ namespace squeal
     std::optional<double> growth_rate_error, frequency_error;
     double backward_error = 0;
     std::optional<double> condition_number;
+    double left_backward_error = 0;
     double d = 0, g = 0, k = 0, n = 0; ///< Rayleigh coefficients, theory.md section 4
+    /// |l - the nearer root of (31)|/|l|: a check of every matrix at once.
+    double rayleigh_defect = 0;
+    /// k d^2 + n d g - n^2 of criterion (34), 1/s^4: with d > 0 both roots of (31) are stable iff
+    /// it is positive.
+    double criterion = 0;
 
     double growth_rate() const
     {
@@ -41,6 +49,34 @@ namespace squeal
   /// of the displacements and the friction.
   std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const Modes &modes,
                                unsigned int cycle, double tolerance);
+
+  /// What one kind of term in one body does to one mode.
+  struct Contribution
+  {
+    unsigned int mode;
+    std::string origin, body;
+    double d = 0, g = 0, k = 0, n = 0; ///< parts of the Rayleigh coefficients
+    /// The part of the growth rate, 1/s. The imaginary part of (30) with l = rho + j w,
+    ///     2 rho w + d w + g rho + n = 0,
+    /// makes rho the sum of -(d w + n)/(2 w + g) over all terms.
+    double growth_rate = 0;
+    /// Work per cycle on the mode of unit modal mass, -pi (d w + n), J: positive feeds energy in.
+    double energy = 0;
+  };
+
+  const char *name_of(Origin origin);
+
+  /// The Rayleigh coefficients split by origin and body: why a mode grows or decays.
+  std::vector<Contribution> contributions(const Model &model, const Modes &modes,
+                                          const std::vector<ModeRow> &rows);
+
+  /// dl/dp of every mode, from left and right vectors: with z^H Q'(l) x = 2 l,
+  ///     dl/dp = -z^H (sum_i dc_i/dp A_i l^order_i) x / (2 l).
+  std::vector<std::complex<double>> sensitivities(const ParameterDerivative &derivative,
+                                                  const Modes &modes);
+
+  /// The roots of (30), l^2 + (d + j g) l + k + j n = 0.
+  std::array<std::complex<double>, 2> rayleigh_roots(double d, double g, double k, double n);
 
   /// For every mode of @p fine the index of the mode of @p coarse that belongs to it, or -1 if
   /// there is none left: the assignment with the least sum of squared distances of the eigenvalues.

@@ -1,0 +1,225 @@
+#include <squeal/brake_model.h>
+#include <squeal/prestress.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  template <int dim>
+  std::vector<typename BrakeModel<dim>::Parameter>
+  BrakeModel<dim>::differentiable_parameters() const
+  {
+    const StageTerms stage = prm.terms();
+    const double omega     = prm.operation.angular_velocity;
+    const bool moves = stage.transport && omega != 0, has_pads = !geometry.interfaces.empty();
+    std::vector<Parameter> result;
+    for (const bool rotor : {true, false})
+    {
+      if (bodies_of(rotor).empty())
+        continue;
+      const std::string section    = rotor ? "Rotor/Material/" : "Pads/Material/";
+      const Material &material     = material_of(rotor);
+      const BodyMatrices &matrices = bodies[rotor].matrices;
+      const double alpha           = stage.material_damping ? material.mass_damping : 0,
+                   beta            = stage.material_damping ? material.stiffness_damping : 0,
+                   per_E           = 1 / bodies[rotor].material.young_modulus,
+                   per_rho = 1 / bodies[rotor].material.density, E = material.young_modulus * per_E,
+                   rho = material.density * per_rho;
+      Parameter young{section + "Young modulus", material.young_modulus, {}};
+      young.terms = {{Origin::elasticity, 0, per_E, matrices.K},
+                     {Origin::material_damping, 1, beta * per_E, matrices.K}};
+      Parameter density{section + "Density", material.density, {}};
+      density.terms = {{Origin::inertia, 2, per_rho, matrices.M},
+                       {Origin::material_damping, 1, alpha * per_rho, matrices.M}};
+      Parameter mass_damping{section + "Mass proportional damping", material.mass_damping, {}};
+      mass_damping.terms = {{Origin::material_damping, 1, rho, matrices.M}};
+      if (rotor && moves)
+      {
+        Parameter speed{"Operation/Angular velocity", omega, {}};
+        speed.terms = {{Origin::transport, 1, 2 * rho, matrices.G},
+                       {Origin::transport, 0, -2 * omega * rho, matrices.M_star},
+                       {Origin::material_damping, 0, alpha * rho, matrices.G}};
+        result.push_back(speed);
+        density.terms.push_back({Origin::transport, 1, 2 * omega * per_rho, matrices.G});
+        density.terms.push_back({Origin::transport, 0, -omega * omega * per_rho, matrices.M_star});
+        density.terms.push_back({Origin::material_damping, 0, alpha * omega * per_rho, matrices.G});
+        mass_damping.terms.push_back({Origin::material_damping, 0, omega * rho, matrices.G});
+      }
+      result.push_back(young);
+      result.push_back(density);
+      if (stage.material_damping)
+      {
+        result.push_back(mass_damping);
+        result.push_back({section + "Stiffness proportional damping",
+                          material.stiffness_damping,
+                          {{Origin::material_damping, 1, E, matrices.K}}});
+      }
+    }
+    if (has_pads)
+    {
+      if (!prm.contact.mortar())
+        result.push_back({"Contact/Penalty stiffness", prm.contact.penalty_stiffness, {}});
+      if (stage.friction && prm.contact.friction_law != "expression")
+        result.push_back({"Contact/Friction/Coefficient", prm.contact.friction_coefficient, {}});
+      if (stage.friction && prm.contact.friction_law == "falling")
+        result.push_back(
+            {"Contact/Friction/Coefficient at speed", prm.contact.friction_coefficient_moving, {}});
+      result.push_back({"Pads/Pressure", prm.pads.pressure, {}});
+    }
+    return result;
+  }
+
+  template <int dim>
+  Parameters::All BrakeModel<dim>::varied(const std::string &parameter, const double value) const
+  {
+    Parameters::All result = prm;
+    if (parameter == "Operation/Angular velocity")
+      result.operation.angular_velocity = value;
+    else if (parameter == "Contact/Penalty stiffness")
+      result.contact.penalty_stiffness = value;
+    else if (parameter == "Contact/Friction/Coefficient")
+      result.contact.friction_coefficient = value;
+    else if (parameter == "Contact/Friction/Coefficient at speed")
+      result.contact.friction_coefficient_moving = value;
+    else if (parameter == "Pads/Pressure")
+      result.pads.pressure = value;
+    else if (parameter == "Rotor/Material/Young modulus")
+      result.rotor.material.young_modulus = value;
+    else if (parameter == "Pads/Material/Young modulus")
+      result.pads.material.young_modulus = value;
+    else if (parameter == "Rotor/Material/Density")
+      result.rotor.material.density = value;
+    return result; // the others do not enter here
+  }
+
+  template <int dim>
+  Block BrakeModel<dim>::static_residual(const Parameters::All &parameters,
+                                         const Contact<dim> &contact) const
+  {
+    const Block &x    = equilibrium_->state;
+    const bool slides = parameters.terms().friction;
+    Block residual    = multiply(contact.normal(), x);
+    const auto add    = [&](const double factor, const Block &block)
+    {
+      for (unsigned int i = 0; i < residual.n_local(); ++i)
+        residual.data()[i] += factor * block.data()[i];
+    };
+    if (slides)
+      add(1, multiply(contact.friction(pressure_), x));
+    add(-1, contact.load(pressure_, slides));
+    // The load is proportional to the applied pressure.
+    if (prm.pads.pressure != 0)
+      add(-parameters.pads.pressure / prm.pads.pressure, assemble_pressure_load(spaces_));
+    if (prm.prestress.centrifugal_load)
+      add(-1, assemble_centrifugal_load(spaces_, parameters.rotor.material,
+                                        parameters.operation.angular_velocity));
+    return residual;
+  }
+
+  template <int dim>
+  Block BrakeModel<dim>::state_derivatives(const std::vector<Parameter> &parameters) const
+  {
+    // A x' = -(d/dp) r(x_0; p) at fixed active set, r the static residual, A = dr/dx.
+    const RowRange &rows = spaces_.rows;
+    const bool slides    = prm.terms().friction;
+    Block right(rows, parameters.size());
+    for (unsigned int k = 0; k < parameters.size(); ++k)
+    {
+      const Parameter &parameter = parameters[k];
+      const double h             = step(parameter);
+      const auto residual        = [&](const double value)
+      {
+        const Parameters::All p = varied(parameter.path, value);
+        Contact<dim> contact    = *contact_;
+        contact.set_model(contact_model(p));
+        return static_residual(p, contact);
+      };
+      const Block plus = residual(parameter.value + h), minus = residual(parameter.value - h);
+      for (unsigned int i = 0; i < rows.n_local(); ++i)
+        right.column(k)[i] = -(plus.data()[i] - minus.data()[i]) / (2 * h);
+      for (const Term &term : parameter.terms)
+        if (term.order == 0 && term.matrix && term.coefficient != 0)
+        {
+          const Block product = multiply(*term.matrix, equilibrium_->state);
+          for (unsigned int i = 0; i < rows.n_local(); ++i)
+            right.column(k)[i] -= term.coefficient * product.data()[i];
+        }
+    }
+    std::vector<Summand> summands;
+    for (const Term &term : terms_)
+      if (term.order == 0 && is_body_term(term))
+        summands.push_back({term.coefficient, *term.matrix});
+    const Matrix normal   = contact_->normal(),
+                 friction = slides ? contact_->friction(pressure_) : Matrix();
+    summands.push_back({1., normal});
+    summands.push_back({1., friction});
+    const Matrix A = sum_of(rows, summands);
+    return Factorization(A, Factorization::Kind::lu, "the tangent of the static equilibrium")
+        .solve(right);
+  }
+
+  template <int dim>
+  std::vector<ParameterDerivative> BrakeModel<dim>::derivatives() const
+  {
+    const std::vector<Parameter> parameters = differentiable_parameters();
+    const StageTerms stage                  = prm.terms();
+    // Only friction and prestress depend on the steady state.
+    const bool state_matters = equilibrium_ && (stage.friction || prm.prestress.needs_state() ||
+                                                prm.prestress.turning_contact);
+    const Block x_p     = state_matters ? state_derivatives(parameters) : Block(spaces_.rows, 0);
+    const bool has_pads = !geometry.interfaces.empty();
+
+    std::vector<ParameterDerivative> result;
+    for (unsigned int k = 0; k < parameters.size(); ++k)
+    {
+      const Parameter &parameter = parameters[k];
+      ParameterDerivative derivative{parameter.path, parameter.value, {}};
+      for (const Term &term : parameter.terms)
+        if (term.matrix && term.coefficient != 0)
+          derivative.terms.push_back(term);
+
+      // Contact and prestress: central differences of their matrices, state and parameter together.
+      const double h = step(parameter);
+      for (const double sign : {1., -1.})
+      {
+        const Parameters::All p = varied(parameter.path, parameter.value + sign * h);
+        Block state;
+        if (state_matters)
+        {
+          state = equilibrium_->state;
+          for (unsigned int i = 0; i < state.n_local(); ++i)
+            state.data()[i] += sign * h * x_p.column(k)[i];
+        }
+        const auto add = [&](Term term)
+        {
+          term.coefficient *= sign / (2 * h);
+          derivative.terms.push_back(std::move(term));
+        };
+        if (has_pads)
+        {
+          Contact<dim> contact = *contact_;
+          contact.set_model(contact_model(p));
+          const auto pressure = state_matters  ? contact.pressure_of(state)
+                                : equilibrium_ ? pressure_
+                                               : contact.uniform_pressure(p.pads.pressure);
+          for (Term &term : contact_terms(contact, pressure, p))
+            if (term.origin != Origin::contact || !prm.contact.mortar())
+              add(std::move(term));
+        }
+        if (prm.prestress.needs_state())
+          for (const bool rotor : {true, false})
+            if (!bodies_of(rotor).empty() && (rotor || prm.prestress.stress_stiffness))
+              add({Origin::prestress, 0, 1.,
+                   std::make_shared<const Matrix>(assemble_stress_stiffness(
+                       spaces_, bodies_of(rotor), rotor ? p.rotor.material : p.pads.material,
+                       state))});
+      }
+      result.push_back(std::move(derivative));
+    }
+    return result;
+  }
+
+  template std::vector<ParameterDerivative> BrakeModel<2>::derivatives() const;
+  template std::vector<ParameterDerivative> BrakeModel<3>::derivatives() const;
+} // namespace squeal
