@@ -160,10 +160,16 @@ namespace squeal
   }
 
   template <int dim>
-  std::vector<ParameterDerivative> BrakeModel<dim>::derivatives() const
+  std::vector<ParameterDerivative> BrakeModel<dim>::derivatives(const std::string &only) const
   {
-    const std::vector<Parameter> parameters = differentiable_parameters();
-    const StageTerms stage                  = prm.terms();
+    std::vector<Parameter> parameters = differentiable_parameters();
+    parameters.erase(std::remove_if(parameters.begin(), parameters.end(),
+                                    [&](const Parameter &parameter)
+                                    { return !only.empty() && parameter.path != only; }),
+                     parameters.end());
+    if (parameters.empty())
+      return {};
+    const StageTerms stage = prm.terms();
     // Only friction and prestress depend on the steady state.
     const bool state_matters = equilibrium_ && (stage.friction || prm.prestress.needs_state() ||
                                                 prm.prestress.turning_contact);
@@ -220,6 +226,6 @@ namespace squeal
     return result;
   }
 
-  template std::vector<ParameterDerivative> BrakeModel<2>::derivatives() const;
-  template std::vector<ParameterDerivative> BrakeModel<3>::derivatives() const;
+  template std::vector<ParameterDerivative> BrakeModel<2>::derivatives(const std::string &) const;
+  template std::vector<ParameterDerivative> BrakeModel<3>::derivatives(const std::string &) const;
 } // namespace squeal

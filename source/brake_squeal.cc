@@ -3,6 +3,7 @@
 #include <squeal/contact_fields.h>
 #include <squeal/fields.h>
 #include <squeal/matrix_model.h>
+#include <squeal/sweep.h>
 
 #include <slepcsys.h>
 
@@ -51,16 +52,26 @@ namespace squeal
         std::make_unique<Table>(directory + "/contributions.csv", contributions_header, comm);
   }
 
-  void Analysis::find_modes(const Model &model, const unsigned int cycle)
+  EigensolverOptions Analysis::eigensolver_options()
   {
-    PhaseTimer::Scope scope(timer, "eigenproblem");
-    const QuadraticEigenproblem problem = model.problem();
     EigensolverOptions options;
     options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
     options.tolerance     = prm.eigenproblem.tolerance;
     options.shift         = prm.eigenproblem.shift;
     options.progress      = [this](const std::string &text) { log.progress(text); };
+    return options;
+  }
 
+  void Analysis::sweep(Model &model)
+  {
+    Sweep(file, model, eigensolver_options(), directory, comm, log).run();
+  }
+
+  void Analysis::find_modes(const Model &model, const unsigned int cycle)
+  {
+    PhaseTimer::Scope scope(timer, "eigenproblem");
+    const QuadraticEigenproblem problem = model.problem();
+    const EigensolverOptions options    = eigensolver_options();
     modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
     const std::vector<ModeRow> rows = analyse(problem, modes, cycle, options.tolerance);
     for (const ModeRow &row : rows)
@@ -203,6 +214,12 @@ namespace squeal
         {
           if (!make_mesh(cycle))
             break;
+          if (prm.sweep.active())
+          {
+            sweep(model);
+            report_phases();
+            break;
+          }
           model.assemble(prm);
           report_static(cycle);
           find_modes(model, cycle);
@@ -330,6 +347,13 @@ namespace squeal
           model = std::make_unique<MatrixModel>(prm.matrices, comm);
           model->assemble(prm);
           log.line("\nMatrices of size " + std::to_string(model->size()));
+        }
+        if (prm.sweep.active())
+        {
+          sweep(*model);
+          report_phases();
+          log.line("\nResults: " + directory);
+          return;
         }
         find_modes(*model, 0);
         finish_cycle(0, 0, model->size(), 0);

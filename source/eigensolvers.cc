@@ -129,7 +129,10 @@ namespace squeal
                          std::make_pair(modes.lambda[b].imag(), modes.lambda[b].real());
                 });
 
-      Modes result              = modes;
+      Modes result        = modes;
+      result.disc_lambda  = modes.lambda;
+      result.disc_vectors = modes.re;
+      result.disc_vectors.append(modes.im);
       result.n_rigid_body_modes = modes.n_rigid_body_modes + n_zero / 2;
       const auto select         = [&](auto &values)
       {
@@ -156,8 +159,16 @@ namespace squeal
     public:
       Modes solve(const QuadraticEigenproblem &problem,
                   const EigensolverOptions &options) const override;
+      Modes follow(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
+                   const Modes &nearby) const override;
 
     private:
+      /// The number of reference modes in the disc, counted again only if the reference problem is
+      /// another one: the products with a fixed vector tell.
+      unsigned int count_reference(const QuadraticEigenproblem &problem, double radius) const;
+      mutable std::vector<double> counted_problem;
+      mutable unsigned int counted = 0;
+
       struct Search
       {
         Block vectors;               ///< Re and Im of the converged pairs
@@ -300,7 +311,7 @@ namespace squeal
 
       // At shift 0 the position matrix itself is factorised; a rigid body makes it singular.
       const unsigned int n_rigid    = count_rigid_body_modes(problem, options);
-      const unsigned int n_expected = count_reference_modes(problem, radius) - n_rigid;
+      const unsigned int n_expected = count_reference(problem, radius) - n_rigid;
       const double shift            = options.max_imaginary * (options.shift > 0 ? options.shift
                                                                : n_rigid > 0     ? 0.1
                                                                                  : 0.);
@@ -376,9 +387,60 @@ namespace squeal
       modes.factor_memory_mib  = factorization.memory_mib();
       modes.completeness       = completeness.str();
       modes                    = in_window(problem, options, std::move(modes));
-      add_left_vectors(problem, factorization, shift, radius, options, modes);
+      add_left_vectors(problem, factorization, shift, radius, options, modes, nullptr);
       normalise(problem, modes);
       return modes;
+    }
+
+    unsigned int Krylov::count_reference(const QuadraticEigenproblem &problem,
+                                         const double radius) const
+    {
+      Block vector(problem.rows, 1);
+      for (unsigned int i = 0; i < vector.n_local(); ++i)
+        vector.data()[i] = std::sin(1. + problem.rows.begin + i);
+      const Block by_q = multiply(problem.reference ? problem.reference : problem.Q, vector),
+                  by_m = multiply(problem.M, vector);
+      const std::vector<double> fingerprint = {inner_products(by_q, by_q)[0],
+                                               inner_products(by_m, by_m)[0],
+                                               inner_products(by_q, vector)[0], radius};
+      if (fingerprint != counted_problem)
+      {
+        counted         = count_reference_modes(problem, radius);
+        counted_problem = fingerprint;
+      }
+      return counted;
+    }
+
+    Modes Krylov::follow(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
+                         const Modes &nearby) const
+    {
+      const double radius           = search_radius(options.max_imaginary);
+      const unsigned int n_expected = count_reference(problem, radius);
+      if (problem.may_move_rigidly || options.shift != 0 || nearby.disc_lambda.empty() ||
+          n_expected != nearby.disc_lambda.size())
+        return solve(problem, options);
+      try
+      {
+        const Factorization factorization(problem.Q, Factorization::Kind::lu,
+                                          "the position matrix (for shift-invert)");
+        Modes modes = polish(problem, ShiftInvert(factorization, 0), nearby.disc_vectors,
+                             nearby.disc_lambda, radius, false, options);
+        modes.factor_memory_mib = factorization.memory_mib();
+        modes.completeness      = std::to_string(n_expected) + " modes with |l| <= 2 pi " +
+                             std::to_string(radius / (2 * M_PI)) +
+                             " Hz, as many as the inertia of " +
+                             (problem.reference ? problem.reference_name : "the problem itself") +
+                             " proves; followed from a point nearby";
+        modes = in_window(problem, options, std::move(modes));
+        add_left_vectors(problem, factorization, 0, radius, options, modes, &nearby);
+        normalise(problem, modes);
+        return modes;
+      }
+      catch (const SolverError &)
+      {
+        // A mode has left the disc, or the step was too large.
+        return solve(problem, options);
+      }
     }
 
     /// LAPACK on the whole problem; the oracle of the other solvers.

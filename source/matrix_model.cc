@@ -90,9 +90,9 @@ namespace squeal
     return problem;
   }
 
-  std::vector<ParameterDerivative> MatrixModel::derivatives() const
+  std::vector<ParameterDerivative> MatrixModel::derivatives(const std::string &only) const
   {
-    if (!circulatory)
+    if (!circulatory || (!only.empty() && only != "Matrices/Circulatory factor"))
       return {};
     return {{"Matrices/Circulatory factor",
              circulatory_factor,

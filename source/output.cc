@@ -56,6 +56,12 @@ namespace squeal
                            code.message() + ").");
         std::ostringstream used;
         file.print_used(used);
+        // A sweep of the same parameters that was interrupted is resumed.
+        const std::filesystem::path record = std::filesystem::path(directory) / "parameters.prm";
+        std::ostringstream before;
+        if (std::filesystem::exists(record))
+          before << std::ifstream(record, std::ios::binary).rdbuf();
+        const bool resumable = before.str() == used.str();
         write_file(std::filesystem::path(directory) / "original.prm", file.original_text());
         write_file(std::filesystem::path(directory) / "parameters.prm", used.str());
         // Results of an earlier run in the same place must not be taken for this one's.
@@ -64,7 +70,9 @@ namespace squeal
           const std::string extension = entry.path().extension(), name = entry.path().filename();
           if (extension == ".vtu" || extension == ".pvtu" || extension == ".pvd" ||
               name == "modes.csv" || name == "contributions.csv" || name == "sensitivities.csv" ||
-              name == "cycles.csv" || name == "static.csv" || name == "log.txt")
+              name == "cycles.csv" || name == "static.csv" || name == "log.txt" ||
+              (!resumable &&
+               (name == "sweep.csv" || name == "critical.csv" || extension == ".state")))
             std::filesystem::remove(entry.path());
         }
       }
@@ -80,10 +88,11 @@ namespace squeal
       throw InputError(error);
   }
 
-  Table::Table(const std::string &filename, const std::string &header, const MPI_Comm comm)
+  Table::Table(const std::string &filename, const std::string &header, const MPI_Comm comm,
+               const bool append)
       : filename(filename), writes(is_rank_zero(comm))
   {
-    if (writes)
+    if (writes && !(append && std::filesystem::exists(filename)))
       write_file(filename, header + "\n");
   }
 
@@ -157,10 +166,13 @@ namespace squeal
         }
       std::sort(sums.begin(), sums.end(),
                 [](const auto &a, const auto &b) { return a.second > b.second; });
+      double largest = 0;
+      for (const auto &[origin, growth] : sums)
+        largest = std::max(largest, std::abs(growth));
       text +=
           "  Mode " + std::to_string(mode) + ", growth rate " + formatted("%.5f", total) + " 1/s =";
       for (const auto &[origin, growth] : sums)
-        if (std::abs(growth) > 1e-6 * std::abs(sums.front().second))
+        if (std::abs(growth) > 1e-6 * largest)
           text += " " + formatted("%+.5f", growth) + " " + origin;
       text += "\n";
     }

@@ -7,6 +7,7 @@
 #include <boost/property_tree/json_parser.hpp>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -195,8 +196,8 @@ namespace squeal
       throw InputError(filename + ": the subsection '" + section.back() + "' has no 'end'.");
   }
 
-  void ParameterFile::set(const std::string &path, const std::string &value,
-                          const std::string &where)
+  const ParameterFile::Entry &ParameterFile::entry_of(const std::string &path,
+                                                      const std::string &where) const
   {
     const auto entry = std::find_if(entries.begin(), entries.end(),
                                     [&](const Entry &e) { return e.path == path; });
@@ -212,7 +213,13 @@ namespace squeal
       throw InputError(where + ": unknown key '" + path + "'. The nearest known key is '" +
                        nearest->path + "'. All keys: squeal --print-parameters=md");
     }
+    return *entry;
+  }
 
+  void ParameterFile::set(const std::string &path, const std::string &value,
+                          const std::string &where)
+  {
+    const Entry *entry = &entry_of(path, where);
     if (!dealii::Patterns::pattern_factory(entry->pattern)->match(value))
       throw InputError(where + ": " + path + " = " + value + ": not allowed. Allowed: " +
                        allowed(entry->pattern) + " " + entry->documentation);
@@ -222,6 +229,28 @@ namespace squeal
     prm.set(entry->key, value);
     for (unsigned int i = 0; i < entry->section.size(); ++i)
       prm.leave_subsection();
+  }
+
+  double ParameterFile::value_of(const std::string &path) const
+  {
+    const Entry &entry     = entry_of(path, "Sweep/Parameter");
+    const std::string text = prm.get(entry.section, entry.key);
+    try
+    {
+      return dealii::Utilities::string_to_double(text);
+    }
+    catch (const std::exception &)
+    {
+      throw InputError("Sweep/Parameter = " + path + ": its value " + text + " is not a number.");
+    }
+  }
+
+  void ParameterFile::vary(const std::string &path, const double value)
+  {
+    char text[40];
+    std::snprintf(text, sizeof(text), "%.17g", value);
+    set(path, text, "Sweep/Values");
+    all->check();
   }
 
   void ParameterFile::print_used(std::ostream &out) const

@@ -518,6 +518,9 @@ namespace squeal
                          ": this version has the scenes brake, strip and matrices.");
       sweep.check();
       refinement.check();
+      if (sweep.active() && refinement.n_cycles() > 1)
+        throw InputError("Refinement/Strategy = " + refinement.strategy +
+                         ": a sweep uses one mesh; allowed is none.");
       if (scene == "matrices")
       {
         matrices.check();

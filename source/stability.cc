@@ -182,13 +182,22 @@ namespace squeal
 
   std::vector<int> match_modes(const std::vector<ModeRow> &fine, const std::vector<ModeRow> &coarse)
   {
-    // The assignment problem by shortest augmenting paths (Jonker and Volgenant, 1987) on a square
-    // cost matrix; missing partners are dear.
-    const unsigned int n = std::max(fine.size(), coarse.size());
-    std::vector<std::vector<double>> cost(n + 1, std::vector<double>(n + 1, 0));
+    std::vector<std::vector<double>> costs(fine.size());
     for (unsigned int i = 0; i < fine.size(); ++i)
-      for (unsigned int j = 0; j < coarse.size(); ++j)
-        cost[i + 1][j + 1] = std::norm(fine[i].lambda - coarse[j].lambda);
+      for (const ModeRow &row : coarse)
+        costs[i].push_back(std::norm(fine[i].lambda - row.lambda));
+    return assign(costs, coarse.size());
+  }
+
+  std::vector<int> assign(const std::vector<std::vector<double>> &costs,
+                          const unsigned int n_columns)
+  {
+    // The assignment problem by shortest augmenting paths (Jonker and Volgenant, 1987) on a square
+    // cost matrix; missing partners cost nothing, in whichever row or column they are.
+    const unsigned int n = std::max<std::size_t>(costs.size(), n_columns);
+    std::vector<std::vector<double>> cost(n + 1, std::vector<double>(n + 1, 0));
+    for (unsigned int i = 0; i < costs.size(); ++i)
+      std::copy(costs[i].begin(), costs[i].end(), cost[i + 1].begin() + 1);
 
     std::vector<double> row_price(n + 1), column_price(n + 1);
     std::vector<unsigned int> row_of(n + 1), previous(n + 1); // index 0: none
@@ -233,9 +242,9 @@ namespace squeal
         row_of[column] = row_of[previous[column]];
     }
 
-    std::vector<int> match(fine.size(), -1);
-    for (unsigned int j = 1; j <= coarse.size(); ++j)
-      if (row_of[j] <= fine.size())
+    std::vector<int> match(costs.size(), -1);
+    for (unsigned int j = 1; j <= n_columns; ++j)
+      if (row_of[j] <= costs.size())
         match[row_of[j] - 1] = j - 1;
     return match;
   }

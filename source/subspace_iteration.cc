@@ -497,7 +497,7 @@ namespace squeal
 
   void add_left_vectors(const QuadraticEigenproblem &problem, const Factorization &factorization,
                         const double shift, const double radius, const EigensolverOptions &options,
-                        Modes &modes)
+                        Modes &modes, const Modes *nearby)
   {
     if (modes.lambda.empty())
     {
@@ -515,8 +515,17 @@ namespace squeal
     options.progress("  left vectors");
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
     const ShiftInvert transposed(factorization, shift, true);
-    Block start = krylov_basis(adjoint, transposed, 5 * modes.lambda.size() + 40, 2);
-    modes.n_solves += start.n_columns();
+    Block start;
+    if (nearby && nearby->left_re.n_columns() >= modes.lambda.size())
+    {
+      start = nearby->left_re;
+      start.append(nearby->left_im);
+    }
+    else
+    {
+      start = krylov_basis(adjoint, transposed, 5 * modes.lambda.size() + 40, 2);
+      modes.n_solves += start.n_columns();
+    }
     Modes raw = polish(adjoint, transposed, std::move(start), modes.lambda, radius, true, options);
     modes.n_solves += raw.n_solves;
     attach_left_vectors(problem, {raw.lambda, std::move(raw.re), std::move(raw.im)},

@@ -17,8 +17,9 @@ FLOORS = [
     ["contact_fields", "static_equilibrium", "subspace_iteration"],
     ["eigensolvers", "model"],
     ["stability", "error_estimators", "brake_model", "matrix_model"],
-    ["brake_derivatives"],
+    ["brake_derivatives", "branches"],
     ["output"],
+    ["sweep"],
     ["brake_squeal"],
     ["main"],
 ]

@@ -22,6 +22,9 @@ namespace squeal
   protected:
     /// Solves, analyses, appends to modes.csv and shows the table.
     void find_modes(const Model &model, unsigned int cycle);
+    EigensolverOptions eigensolver_options();
+    /// The sweep of the parameter file on the present mesh.
+    void sweep(Model &model);
     /// Appends to cycles.csv.
     void finish_cycle(unsigned int cycle, std::uint64_t cells, unsigned int dofs,
                       unsigned int multipliers);

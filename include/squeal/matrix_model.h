@@ -13,7 +13,7 @@ namespace squeal
 
     void assemble(const Parameters::All &parameters) override;
     QuadraticEigenproblem problem() const override;
-    std::vector<ParameterDerivative> derivatives() const override;
+    std::vector<ParameterDerivative> derivatives(const std::string &only) const override;
 
     std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override
     {

@@ -37,8 +37,9 @@ namespace squeal
     virtual QuadraticEigenproblem problem() const = 0;
 
     /// The derivatives of the terms with respect to the parameters that the scene uses, the steady
-    /// pressure's own dependence included; the active set of the contact is held fixed.
-    virtual std::vector<ParameterDerivative> derivatives() const = 0;
+    /// pressure's own dependence included; the active set of the contact is held fixed. With a
+    /// path: of that parameter only, or nothing if the terms cannot be differentiated by it.
+    virtual std::vector<ParameterDerivative> derivatives(const std::string &only = "") const = 0;
 
     /// Names of the bodies and, for each row of this rank, the number of its body.
     virtual std::pair<std::vector<std::string>, std::vector<unsigned int>>

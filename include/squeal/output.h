@@ -22,7 +22,9 @@ namespace squeal
   class Table
   {
   public:
-    Table(const std::string &filename, const std::string &header, MPI_Comm comm);
+    /// With @p append an existing file goes on.
+    Table(const std::string &filename, const std::string &header, MPI_Comm comm,
+          bool append = false);
     void add(const std::vector<std::string> &fields);
 
   private:

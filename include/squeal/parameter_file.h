@@ -26,6 +26,13 @@ namespace squeal
       return *all;
     }
 
+    /// The present value of a number. Throws InputError, naming the nearest key, if there is none
+    /// of that path or if it is not a number.
+    double value_of(const std::string &path) const;
+    /// Sets a number and checks all rules; parameters() then refers to the new value. Throws
+    /// InputError.
+    void vary(const std::string &path, double value);
+
     /// The text of the file, byte for byte.
     const std::string &original_text() const
     {
@@ -49,6 +56,7 @@ namespace squeal
       std::string default_value;
     };
 
+    const Entry &entry_of(const std::string &path, const std::string &where) const;
     void parse_text(const std::string &text, const std::string &filename);
     void set(const std::string &path, const std::string &value, const std::string &where);
 

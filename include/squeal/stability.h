@@ -78,6 +78,10 @@ namespace squeal
   /// The roots of (30), l^2 + (d + j g) l + k + j n = 0.
   std::array<std::complex<double>, 2> rayleigh_roots(double d, double g, double k, double n);
 
+  /// For every row of a cost matrix its column in the assignment with the least sum, or -1 if none
+  /// of the @p n_columns is left for it.
+  std::vector<int> assign(const std::vector<std::vector<double>> &costs, unsigned int n_columns);
+
   /// For every mode of @p fine the index of the mode of @p coarse that belongs to it, or -1 if
   /// there is none left: the assignment with the least sum of squared distances of the eigenvalues.
   /// (A common shift of all modes by the mesh does not confuse it, as it would a search for the

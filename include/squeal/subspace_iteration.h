@@ -26,6 +26,10 @@ namespace squeal
     /// of M, to first order.
     std::vector<double> condition;
 
+    /// All pairs of the searched disc, of which the window is a part: a start for nearby problems.
+    std::vector<std::complex<double>> disc_lambda;
+    Block disc_vectors; ///< their Re and Im
+
     /// What the completeness check found, as a sentence for the log.
     std::string completeness;
     unsigned int n_rigid_body_modes = 0; ///< zero eigenvalues, not listed
@@ -152,7 +156,7 @@ namespace squeal
   /// the right ones. Throws SolverError if they do not converge.
   void add_left_vectors(const QuadraticEigenproblem &problem, const Factorization &factorization,
                         double shift, double radius, const EigensolverOptions &options,
-                        Modes &modes);
+                        Modes &modes, const Modes *nearby);
 
   /// The same by one Rayleigh-Ritz step of the transposed problem on a basis of the whole space.
   void add_left_vectors(const QuadraticEigenproblem &problem, const Block &basis, double shift,
