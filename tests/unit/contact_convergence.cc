@@ -169,10 +169,12 @@ namespace
 
 TEST_CASE("contact_convergence: full order on non-matching meshes")
 {
+  if (n_ranks() > 1) // rates do not depend on the ranks
+    return;
   const Layers reference(make_layers(12, 12, 3), 7, Coupling::mortar);
   const double compliance               = reference.compliance();
   const std::vector<double> frequencies = reference.frequencies();
-  if (show_tables() && this_rank() == 0)
+  if (show_tables())
     std::printf(
         "degree  mesh          cells of the pad   compliance    rate    8 frequencies    rate\n");
   for (unsigned int degree = 1; degree <= 4; ++degree)
@@ -191,7 +193,7 @@ TEST_CASE("contact_convergence: full order on non-matching meshes")
                   largest_error(layers.frequencies(), frequencies)}};
         for (unsigned int i = 0; i < 2; ++i)
           rate[i] = step == 0 ? 0 : std::log2(before[i] / error[i]);
-        if (show_tables() && this_rank() == 0)
+        if (show_tables())
           std::printf("%6u  %-14s %15u   %10.2e   %5.2f   %14.2e   %5.2f\n", degree,
                       mesh.name.c_str(), n * mesh.pad, error[0], rate[0], error[1], rate[1]);
         before = error;
@@ -214,8 +216,10 @@ TEST_CASE("contact_convergence: full order on non-matching meshes")
 TEST_CASE("contact_convergence: projected penalty tends to mortar, point-wise penalty only if "
           "meshes match")
 {
+  if (n_ranks() > 1) // rates do not depend on the ranks
+    return;
   const unsigned int degree = 2;
-  if (show_tables() && this_rank() == 0)
+  if (show_tables())
     std::printf("mesh           k_C, N/m^3   compliance against mortar: in points   projected\n");
   for (const Mesh &mesh : meshes)
   {
@@ -231,7 +235,7 @@ TEST_CASE("contact_convergence: projected penalty tends to mortar, point-wise pe
                            mortar),
             relative_error(Layers(geometry, degree, Coupling::projected_penalty, k_C).compliance(),
                            mortar)}});
-      if (show_tables() && this_rank() == 0)
+      if (show_tables())
         std::printf("%-14s       1e%d   %34.2e   %9.2e\n", mesh.name.c_str(), exponent,
                     differences.back()[0], differences.back()[1]);
     }
