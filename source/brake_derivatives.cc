@@ -58,7 +58,7 @@ namespace squeal
     }
     if (has_pads)
     {
-      if (!prm.contact.mortar())
+      if (prm.contact.formulation != "mortar")
         result.push_back({"Contact/Penalty stiffness", prm.contact.penalty_stiffness, {}});
       if (stage.friction && prm.contact.friction_law != "expression")
         result.push_back({"Contact/Friction/Coefficient", prm.contact.friction_coefficient, {}});
@@ -210,7 +210,7 @@ namespace squeal
                                 : equilibrium_ ? pressure_
                                                : contact.uniform_pressure(p.pads.pressure);
           for (Term &term : contact_terms(contact, pressure, p))
-            if (term.origin != Origin::contact || !prm.contact.mortar())
+            if (term.origin != Origin::contact || prm.contact.formulation != "mortar")
               add(std::move(term));
         }
         if (prm.prestress.needs_state())

@@ -151,6 +151,7 @@ namespace squeal
     ContactModel<dim> model;
     model.mortar            = parameters.contact.mortar();
     model.penalty_stiffness = parameters.contact.penalty_stiffness;
+    model.compliance        = parameters.contact.compliance();
     model.friction          = parameters.contact.law();
     model.angular_velocity  = parameters.operation.angular_velocity;
     if (parameters.contact.steady_pressure == "computed" && parameters.contact.initial_gap != "0")
@@ -233,6 +234,7 @@ namespace squeal
     problem.Q                   = sum_of(rows, terms_, 0);
     problem.n_constraints       = contact_ ? contact_->n_active_multipliers() : 0;
     problem.n_local_constraints = rows.end - spaces_.first_local_multiplier;
+    problem.compliant           = prm.contact.compliance() > 0;
 
     // The reference problem: the same bodies in frictionless contact.
     std::vector<Term> symmetric;

@@ -382,10 +382,10 @@ namespace squeal
       text << ", stage " << prm.stage_name << ", " << prm.n_pads() << " pads";
       if (prm.n_pads() > 0)
       {
-        text << ", contact by "
-             << (prm.contact.mortar()
-                     ? "mortar"
-                     : "penalty " + number(prm.contact.penalty_stiffness) + " N/m^3");
+        text << ", contact by " << prm.contact.formulation
+             << (prm.contact.formulation == "mortar"
+                     ? ""
+                     : " " + number(prm.contact.penalty_stiffness) + " N/m^3");
         if (prm.terms().friction)
           text << ", friction " << prm.contact.friction_law << " "
                << prm.contact.friction_coefficient << ", steady pressure "

@@ -58,7 +58,13 @@ namespace squeal
             c[q] *= model.mortar ? scale
                                  : model.penalty_stiffness * active_points[i][k.first_point + q];
           if (model.mortar)
+          {
             k.add_coupling(entries, k.product(k.n, c, k.psi), active, true);
+            for (double &value : c)
+              value *= -scale * model.compliance;
+            if (model.compliance > 0)
+              k.add_multipliers(entries, k.product(k.psi, c, k.psi), active);
+          }
           else
             k.add(entries, k.product(k.n, c, k.n));
         });
@@ -345,7 +351,7 @@ namespace squeal
                   {
                     rows.push_back(node.equations[dim]);
                     values.push_back(node.weight * scale * w * k.psi(m, q) *
-                                     (jump[q][0] - gap(k.positions[q])));
+                                     (jump[q][0] - gap(k.positions[q]) - model.compliance * p));
                   }
           }
           const std::array<const DenseMatrix *, 3> basis = {{&k.n, &k.e, &k.b}};

@@ -168,12 +168,15 @@ namespace squeal
       prm.enter_subsection("Contact");
       prm.add_parameter(
           "Formulation", formulation,
-          "mortar: Lagrange multiplier on the pad's face. penalty: pressure = stiffness "
-          "times penetration.",
-          Patterns::Selection("mortar|penalty"));
-      prm.add_parameter("Penalty stiffness", penalty_stiffness,
-                        "Contact stiffness k_C, N/m^3. Used by the formulation penalty.",
-                        positive());
+          "mortar: Lagrange multiplier on the pad's face. penalty: pressure = stiffness times "
+          "penetration in every point; on faces whose meshes do not match it locks if it is stiff. "
+          "mortar_penalty: the same relation weakly, for the multiplier: tends to mortar on any "
+          "mesh.",
+          Patterns::Selection("mortar|penalty|mortar_penalty"));
+      prm.add_parameter(
+          "Penalty stiffness", penalty_stiffness,
+          "Contact stiffness k_C, N/m^3. Used by the formulations penalty and mortar_penalty.",
+          positive());
       prm.add_parameter(
           "Steady pressure", steady_pressure,
           "The pressure p_0 about which friction is linearised. computed: from the static "

@@ -14,6 +14,7 @@ namespace squeal
   {
     bool mortar              = true; ///< Lagrange multiplier, else penalty
     double penalty_stiffness = 0;    ///< k_C, N/m^3
+    double compliance        = 0; ///< 1/k_C of a mortar pressure, m^3/N: int Psi (g - p/k_C) da = 0
     FrictionLaw friction;
     double angular_velocity = 0;                                   ///< Omega, rad/s
     std::function<double(const dealii::Point<dim> &)> initial_gap; ///< g_0 >= 0, m; empty: zero
@@ -48,7 +49,8 @@ namespace squeal
       return scale;
     }
 
-    /// N: penalty int d[[u]].n k_C D[[u]].n, mortar the two off-diagonal blocks.
+    /// N: penalty int d[[u]].n k_C D[[u]].n, mortar the two off-diagonal blocks and, with
+    /// compliance, -1/k_C int Psi Psi^T.
     Matrix normal() const;
 
     /// The steady pressure p_0, Pa, at every quadrature point of every interface.

@@ -87,6 +87,19 @@ namespace squeal
           });
     }
 
+    /// Distributes a local matrix over active multipliers x active multipliers.
+    void add_multipliers(EntryList &entries, const DenseMatrix &local,
+                         const std::vector<bool> &active) const
+    {
+      for (unsigned int a = 0; a < pad->nodes.size(); ++a)
+        for (const FreeNode<dim> &row : pad->nodes[a])
+          for (unsigned int b = 0; b < pad->nodes.size() && is_active(active, row); ++b)
+            for (const FreeNode<dim> &column : pad->nodes[b])
+              if (is_active(active, column))
+                entries.add(row.equations[dim], column.equations[dim],
+                            row.weight * column.weight * local(a, b));
+    }
+
     static bool is_active(const std::vector<bool> &active, const FreeNode<dim> &node)
     {
       return node.equations[dim] >= 0 && active[node.equations[dim]];

@@ -42,6 +42,9 @@ namespace squeal
     Matrix M, P, Q;                       ///< P may be empty
     unsigned int n_constraints       = 0; ///< rows of contact pressures: M and P vanish there
     unsigned int n_local_constraints = 0; ///< of this rank; they are its last rows
+    /// Whether the contact is compliant: the constraint N^T u = C Lambda has a matrix C > 0, so
+    /// that the pressures follow from the displacements by themselves.
+    bool compliant = false;
 
     /// The symmetric position matrix of the conservative reference problem l^2 M + Q_ref, whose
     /// modes can be counted by inertia; empty: Q itself is symmetric and there is no P.

@@ -104,9 +104,15 @@ namespace squeal
       double smoothing_speed             = 0;
       std::string initial_gap            = "0";
 
+      /// Whether the pressure is a multiplier, with or without compliance.
       bool mortar() const
       {
-        return formulation == "mortar";
+        return formulation != "penalty";
+      }
+      /// 1/k_C where it acts on the multiplier, m^3/N.
+      double compliance() const
+      {
+        return formulation == "mortar_penalty" ? 1 / penalty_stiffness : 0;
       }
       FrictionLaw law() const;
 
