@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Does penalty tend to mortar? Eigenvalues of a brake for growing contact stiffness k_C against mortar.
 
-    penalty_to_mortar.py SQUEAL [--meshes default matching non-matching] [--set "Section/Key=value"]...
+    penalty_to_mortar.py SQUEAL [--meshes default matching non-matching refined] [--set "Section/Key=value"]...
 
-default is the default brake, whose contact meshes do not match; matching and non-matching are two meshes of one brake
-with pads of 40 degrees, 0.09 < r < 0.13.
+default is the default brake, whose contact meshes do not match; matching and non-matching are two meshes of one
+brake with pads of 40 degrees, 0.09 < r < 0.13.
 
 Printed for k_C = 1e11 ... 1e19: the largest relative difference of an eigenvalue, its ratio to the row before (0.1:
 the difference falls like 1/k_C), the largest backward error, and the tolerance the eigensolver reached (it is asked for
@@ -15,8 +15,10 @@ face, whereas mortar asks for it only against its multipliers.
 * On matching meshes both sides have the same traces, and both conditions are the same. The difference falls like 1/k_C
   until rounding takes over.
 * On non-matching meshes a jump that vanishes everywhere leaves only what both piecewise polynomial spaces contain: one
-  polynomial over the whole face, if no nodes coincide. The face locks, and refinement does not help. The difference
-  falls like 1/k_C as long as k_C is soft against a cell (k_C h << E), then it grows to the distance of the locked limit.
+  polynomial between the nodes that both meshes share, perhaps over the whole face. The face locks. The difference falls
+  like 1/k_C while k_C is soft against a cell, then it grows to the distance of the locked limit. Refinement delays this
+  and, since halved cells share more nodes, lowers the limit (mesh refined: non-matching with all lengths but the
+  thickness halved).
 """
 
 import argparse
@@ -28,7 +30,8 @@ SCENE = ["Contact/Steady pressure=uniform", "Discretization/Rotor cells=5,36,1",
 SHORT_PADS = ["Pads/Sector angle=40", "Pads/Outer radius=0.13"]  # ends on the rotor's lines
 MESHES = {"default": ["Discretization/Pad cells=3,6,1"],
           "matching": SHORT_PADS + ["Discretization/Pad cells=2,4,1"],
-          "non-matching": SHORT_PADS + ["Discretization/Pad cells=3,5,1"]}
+          "non-matching": SHORT_PADS + ["Discretization/Pad cells=3,5,1"],
+          "refined": SHORT_PADS + ["Discretization/Rotor cells=10,72,1", "Discretization/Pad cells=6,10,1"]}
 TOLERANCES = ["1e-9", "1e-7", "1e-5", "1e-3"]
 
 
