@@ -179,11 +179,7 @@ namespace squeal
                const EigensolverOptions &options)
   {
     const BackwardError backward_error(problem);
-    const bool galerkin = problem.n_constraints == 0 || problem.compliant || !problem.reference;
-    // A Krylov space contains its start vector, which does not satisfy the constraints;
-    // Galerkin's test vectors must. One inverse iteration makes them so.
-    if (galerkin && problem.n_constraints > 0)
-      start = shift_invert.solve(multiply(problem.M, start));
+    const bool galerkin = problem.n_constraints == 0 || problem.compliant;
     // The basis and, unless Galerkin's, its test vectors; both grow until they are too many.
     Block basis(problem.rows, 0), test(problem.rows, 0);
     Modes modes;

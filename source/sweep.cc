@@ -362,18 +362,19 @@ namespace squeal
       double next       = std::isfinite(slope) && slope != 0
                               ? p - value / slope
                               : low - low_d * (high - low) / (high_d - low_d);
-      const bool inside = (next - low) * (next - high) <= 0;
-      if (!inside)
-        next = (low + high) / 2;
       result.lambda = (at.lambda[0] + at.lambda[1]) / 2. +
                       (at.derivative[0] + at.derivative[1]) / 2. * (next - p);
       const double step = std::abs(next - p), range = std::abs(to.value - from.value);
-      // The discriminant is smooth: the error of the last step is of the order of its square.
-      // Nearer to the double root the eigenvalues themselves lose half of their digits.
-      result.accuracy = std::max(step * step / range, 1e-15 * std::abs(next));
-      p               = next;
-      if (inside && std::abs(difference) <= 2e-3 * std::abs(at.lambda[0]) &&
-          result.accuracy <= 1e-9 * std::max(std::abs(p), range))
+      // The discriminant is smooth: the error of the last step is of the order of its square. Nearer
+      // to the double root the eigenvalues themselves lose half of their digits, so this is where
+      // to stop.
+      const bool near = std::abs(difference) <= 2e-3 * std::abs(at.lambda[0]);
+      result.accuracy = std::max(step * step / range, 1e-12 * std::abs(next));
+      const bool done = near && step * step <= 1e-9 * range * std::max(std::abs(p), range);
+      if (!done && (next - low) * (next - high) > 0) // Newton left the interval
+        next = (low + high) / 2;
+      p = next;
+      if (done)
         break;
     }
     result.value = p;

@@ -121,8 +121,9 @@ namespace squeal
   /// the shift as preconditioner, in real arithmetic.
   ///
   /// The displacements satisfy N^T u = 0, and test vectors must satisfy (N + mu T)^T z = 0 for
-  /// the contact pressures to drop out. With friction U itself does not; Z = Q(s)^{-T} M U does,
-  /// and is smooth.
+  /// the contact pressures to drop out. U does so neither with friction nor, after
+  /// orthonormalisation of almost dependent columns, to rounding; Z = Q(s)^{-T} M U does, and is
+  /// smooth.
   ///
   /// @p start spans the approximate vectors, @p previous holds their eigenvalues inside the
   /// radius. Ritz values without a small residual are no eigenvalues and are left out; fewer
