@@ -359,15 +359,15 @@ namespace squeal
         high   = p;
         high_d = value;
       }
-      double next       = std::isfinite(slope) && slope != 0
-                              ? p - value / slope
-                              : low - low_d * (high - low) / (high_d - low_d);
+      double next   = std::isfinite(slope) && slope != 0
+                          ? p - value / slope
+                          : low - low_d * (high - low) / (high_d - low_d);
       result.lambda = (at.lambda[0] + at.lambda[1]) / 2. +
                       (at.derivative[0] + at.derivative[1]) / 2. * (next - p);
       const double step = std::abs(next - p), range = std::abs(to.value - from.value);
-      // The discriminant is smooth: the error of the last step is of the order of its square. Nearer
-      // to the double root the eigenvalues themselves lose half of their digits, so this is where
-      // to stop.
+      // The discriminant is smooth: the error of the last step is of the order of its square.
+      // Nearer to the double root the eigenvalues themselves lose half of their digits, so this is
+      // where to stop.
       const bool near = std::abs(difference) <= 2e-3 * std::abs(at.lambda[0]);
       result.accuracy = std::max(step * step / range, 1e-12 * std::abs(next));
       const bool done = near && step * step <= 1e-9 * range * std::max(std::abs(p), range);
