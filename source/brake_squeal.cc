@@ -67,6 +67,37 @@ namespace squeal
     Sweep(file, model, eigensolver_options(), directory, comm, log).run();
   }
 
+  void Analysis::climb(Model &model)
+  {
+    Table ladder_csv(directory + "/ladder.csv", std::string("stage,") + modes_header, comm);
+    std::vector<std::vector<ModeRow>> rows;
+    for (const std::string &stage : Parameters::stage_names)
+    {
+      file.choose("Stage", stage);
+      model.assemble(prm);
+      PhaseTimer::Scope scope(timer, "eigenproblem");
+      const QuadraticEigenproblem problem = model.problem();
+      modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, eigensolver_options());
+      rows.push_back(analyse(problem, modes, 0, prm.eigenproblem.tolerance));
+      for (const ModeRow &row : rows.back())
+      {
+        std::vector<std::string> fields = {stage};
+        const auto of_mode              = modes_fields(row);
+        fields.insert(fields.end(), of_mode.begin(), of_mode.end());
+        ladder_csv.add(fields);
+      }
+      log.line("Stage " + stage + ": " + std::to_string(rows.back().size()) + " modes. " +
+               modes.completeness + ".");
+    }
+    file.choose("Stage", "ladder");
+    log.print(
+        "\nGrowth rates, 1/s, and verdicts of the stages; modes are paired by their eigenvalues\n" +
+        ladder_table(Parameters::stage_names, rows) +
+        "\nOnly the stage full supports a verdict on a real brake: without damping every "
+        "circulatory\ngyroscopic system is unstable, and damping of one kind alone settles "
+        "nothing.\n");
+  }
+
   void Analysis::find_modes(const Model &model, const unsigned int cycle)
   {
     PhaseTimer::Scope scope(timer, "eigenproblem");
@@ -214,9 +245,9 @@ namespace squeal
         {
           if (!make_mesh(cycle))
             break;
-          if (prm.sweep.active())
+          if (prm.sweep.active() || prm.stage_name == "ladder")
           {
-            sweep(model);
+            prm.sweep.active() ? sweep(model) : climb(model);
             report_phases();
             break;
           }

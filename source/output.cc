@@ -71,6 +71,7 @@ namespace squeal
           if (extension == ".vtu" || extension == ".pvtu" || extension == ".pvd" ||
               name == "modes.csv" || name == "contributions.csv" || name == "sensitivities.csv" ||
               name == "cycles.csv" || name == "static.csv" || name == "log.txt" ||
+              name == "ladder.csv" ||
               (!resumable &&
                (name == "sweep.csv" || name == "critical.csv" || extension == ".state")))
             std::filesystem::remove(entry.path());
@@ -174,6 +175,40 @@ namespace squeal
       for (const auto &[origin, growth] : sums)
         if (std::abs(growth) > 1e-6 * largest)
           text += " " + formatted("%+.5f", growth) + " " + origin;
+      text += "\n";
+    }
+    return text;
+  }
+
+  std::string ladder_table(const std::vector<std::string> &stages,
+                           const std::vector<std::vector<ModeRow>> &rows)
+  {
+    std::string text = "  mode   frequency, Hz";
+    char field[80];
+    for (const std::string &stage : stages)
+    {
+      std::snprintf(field, sizeof(field), "   %20s", stage.c_str());
+      text += field;
+    }
+    text += "\n";
+    std::vector<std::vector<int>> partners;
+    for (const auto &stage : rows)
+      partners.push_back(match_modes(rows.back(), stage));
+    for (unsigned int j = 0; j < rows.back().size(); ++j)
+    {
+      std::snprintf(field, sizeof(field), "  %4u   %13.3f", rows.back()[j].mode,
+                    rows.back()[j].frequency());
+      text += field;
+      for (unsigned int s = 0; s < rows.size(); ++s)
+      {
+        const int partner = partners[s][j];
+        if (partner < 0)
+          std::snprintf(field, sizeof(field), "   %20s", "-");
+        else
+          std::snprintf(field, sizeof(field), "   %10.3f %9s", rows[s][partner].growth_rate(),
+                        rows[s][partner].verdict.c_str());
+        text += field;
+      }
       text += "\n";
     }
     return text;

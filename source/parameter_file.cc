@@ -253,6 +253,12 @@ namespace squeal
     all->check();
   }
 
+  void ParameterFile::choose(const std::string &path, const std::string &value)
+  {
+    set(path, value, path);
+    all->check();
+  }
+
   void ParameterFile::print_used(std::ostream &out) const
   {
     out << "# All parameters of a run of squeal " SQUEAL_VERSION

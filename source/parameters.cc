@@ -481,6 +481,9 @@ namespace squeal
       prm.leave_subsection();
     }
 
+    const std::vector<std::string> stage_names = {"elastic", "transport", "friction",
+                                                  "friction_damping", "full"};
+
     void All::declare(ParameterHandler &prm)
     {
       prm.add_parameter(
@@ -491,8 +494,10 @@ namespace squeal
       prm.add_parameter(
           "Stage", stage_name,
           "What the model contains. elastic: M, K. transport: and G, M*. friction: and "
-          "mu T. friction_damping: and P_R, Q_R. full: and material damping.",
-          Patterns::Selection("elastic|transport|friction|friction_damping|full"));
+          "mu T. friction_damping: and P_R, Q_R. full: and material damping. ladder: all of them "
+          "one "
+          "after the other, side by side.",
+          Patterns::Selection("elastic|transport|friction|friction_damping|full|ladder"));
       rotor.declare(prm);
       pads.declare(prm);
       strip.declare(prm);
@@ -509,9 +514,9 @@ namespace squeal
 
     Stage All::stage() const
     {
-      static const std::vector<std::string> names = {"elastic", "transport", "friction",
-                                                     "friction_damping", "full"};
-      return Stage(std::find(names.begin(), names.end(), stage_name) - names.begin());
+      // The ladder ends at the top, and what is checked is checked for that.
+      const auto at = std::find(stage_names.begin(), stage_names.end(), stage_name);
+      return at == stage_names.end() ? Stage::full : Stage(at - stage_names.begin());
     }
 
     void All::check()
@@ -521,6 +526,11 @@ namespace squeal
                          ": this version has the scenes brake, strip and matrices.");
       sweep.check();
       refinement.check();
+      if (stage_name == "ladder" &&
+          (sweep.active() || refinement.n_cycles() > 1 || scene == "matrices"))
+        throw InputError(
+            "Stage = ladder: it climbs on one mesh of the scenes brake and strip, without a "
+            "sweep.");
       if (sweep.active() && refinement.n_cycles() > 1)
         throw InputError("Refinement/Strategy = " + refinement.strategy +
                          ": a sweep uses one mesh; allowed is none.");

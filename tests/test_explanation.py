@@ -61,6 +61,19 @@ class Explanation(st.TestCase):
                             self.assertLess(abs(mode["condition_number"] - 2 * w / (2 * w + mode["g_1_per_s"])),
                                             1e-6)
 
+    def test_ladder(self):
+        """All stages side by side: those of separate runs; undamped friction with a turning rotor is unstable."""
+        directory = self.analyse({**st.SMALL_BRAKE, **st.MORTAR, "Stage": "ladder"})
+        rows = st.read_table(directory / "ladder.csv")
+        for stage in STAGES:
+            own = [row for row in rows if row["stage"] == stage]
+            self.assertSameModes([st.eigenvalue(row) for row in own],
+                                 self.eigenvalues({**st.SMALL_BRAKE, **st.MORTAR, "Stage": stage}), 1e-8)
+            if stage in ["elastic", "transport"]:
+                self.assertEqual({row["verdict"] for row in own}, {"marginal"})
+            if stage == "friction":
+                self.assertIn("flutter", {row["verdict"] for row in own})
+
     def check_sensitivities(self, settings):
         directory = self.analyse({**settings, "Output/Sensitivities": "true"})
         base = st.read_table(directory / "modes.csv")

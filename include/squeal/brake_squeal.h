@@ -25,6 +25,8 @@ namespace squeal
     EigensolverOptions eigensolver_options();
     /// The sweep of the parameter file on the present mesh.
     void sweep(Model &model);
+    /// All stages one after the other (theory.md, section 5): ladder.csv and a table.
+    void climb(Model &model);
     /// Appends to cycles.csv.
     void finish_cycle(unsigned int cycle, std::uint64_t cells, unsigned int dofs,
                       unsigned int multipliers);

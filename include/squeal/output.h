@@ -43,6 +43,11 @@ namespace squeal
                                                 const ParameterDerivative &derivative,
                                                 std::complex<double> d_lambda);
 
+  /// The verdicts of several stages side by side: one line per mode of the last stage, with its
+  /// partners in the others.
+  std::string ladder_table(const std::vector<std::string> &stages,
+                           const std::vector<std::vector<ModeRow>> &rows);
+
   /// Why the given modes grow or decay: their growth rates as sums over the origins.
   std::string contributions_table(const std::vector<Contribution> &contributions,
                                   const std::vector<unsigned int> &modes);

@@ -33,6 +33,9 @@ namespace squeal
     /// InputError.
     void vary(const std::string &path, double value);
 
+    /// Sets any key as vary() does.
+    void choose(const std::string &path, const std::string &value);
+
     /// The text of the file, byte for byte.
     const std::string &original_text() const
     {

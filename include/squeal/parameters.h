@@ -223,6 +223,9 @@ namespace squeal
       void declare(dealii::ParameterHandler &prm);
     };
 
+    /// The names of the stages in their order.
+    extern const std::vector<std::string> stage_names;
+
     /// Everything a run needs to know.
     struct All
     {
