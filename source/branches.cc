@@ -28,8 +28,9 @@ namespace squeal
       return bool(in.read(reinterpret_cast<char *>(numbers.data()), size * sizeof(Number)));
     }
 
-    constexpr std::array<Block Modes::*, 5> blocks = {
-        {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im, &Modes::disc_vectors}};
+    constexpr std::array<Block Modes::*, 6> blocks = {{&Modes::re, &Modes::im, &Modes::left_re,
+                                                       &Modes::left_im, &Modes::disc_vectors,
+                                                       &Modes::older_left}};
     constexpr std::array<std::vector<double> Modes::*, 3> lists = {
         {&Modes::backward_error, &Modes::left_backward_error, &Modes::condition}};
   } // namespace
@@ -81,11 +82,9 @@ namespace squeal
     {
       if (!read_numbers(in, values))
         return false;
-      const unsigned int n_columns =
-          block == &Modes::disc_vectors ? 2 * modes.disc_lambda.size() : modes.lambda.size();
-      modes.*block = Block(rows, n_columns);
-      if (values.size() != std::size_t(rows.n_local()) * n_columns)
+      if (rows.n_local() == 0 || values.size() % rows.n_local() != 0)
         return false;
+      modes.*block = Block(rows, values.size() / rows.n_local());
       std::copy(values.begin(), values.end(), (modes.*block).data());
     }
     return true;

@@ -434,6 +434,13 @@ namespace squeal
         modes = in_window(problem, options, std::move(modes));
         add_left_vectors(problem, factorization, 0, radius, options, modes, &nearby);
         normalise(problem, modes);
+        // Two problems in a row span an extrapolation to the third.
+        const unsigned int n = 2 * nearby.disc_lambda.size();
+        Block older(problem.rows, n);
+        std::copy_n(nearby.disc_vectors.data(), std::size_t(older.n_local()) * n, older.data());
+        modes.disc_vectors.append(older);
+        modes.older_left = nearby.left_re;
+        modes.older_left.append(nearby.left_im);
         return modes;
       }
       catch (const SolverError &)

@@ -526,6 +526,8 @@ namespace squeal
     {
       start = nearby->left_re;
       start.append(nearby->left_im);
+      if (nearby->older_left.n_columns() > 0)
+        start.append(nearby->older_left);
     }
     else
     {

@@ -28,7 +28,8 @@ namespace squeal
 
     /// All pairs of the searched disc, of which the window is a part: a start for nearby problems.
     std::vector<std::complex<double>> disc_lambda;
-    Block disc_vectors; ///< their Re and Im
+    Block disc_vectors; ///< their Re and Im, then those of the problem they were followed from
+    Block older_left;   ///< Re and Im of the left vectors of that problem
 
     /// What the completeness check found, as a sentence for the log.
     std::string completeness;
