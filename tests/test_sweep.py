@@ -70,6 +70,17 @@ class Sweeps(st.TestCase):
                 own = [st.eigenvalue(r) for r in st.read_table(directory / "sweep.csv") if r["parameter"] == last]
                 self.assertSameModes(own, self.eigenvalues({**settings, name: last}), 1e-8)
 
+    def test_ranks(self):
+        """One and two ranks: the same branches and eigenvalues."""
+        settings = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 24, 2",
+                    "Discretization/Pad cells": "1, 7, 2", "Eigenproblem/Maximum frequency": 36000,
+                    "Output/Fields": "none", "Sweep/Parameter": FRICTION, "Sweep/Values": "0.2, 0.4, 0.6"}
+        one, two = (st.read_table(self.analyse(settings, ranks=ranks) / "sweep.csv") for ranks in (1, 2))
+        self.assertEqual([(row["parameter"], row["branch"]) for row in one],
+                         [(row["parameter"], row["branch"]) for row in two])
+        for a, b in zip(one, two):
+            self.assertLess(abs(st.eigenvalue(a) - st.eigenvalue(b)), 1e-8 * abs(st.eigenvalue(a)))
+
     def test_killed_and_resumed(self):
         settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 2000, "Sweep/Parameter": FRICTION,
                     "Sweep/Values": "0.1 : 0.4 : 7", "Sweep/Critical values": "true"}
