@@ -13,6 +13,8 @@ import math
 import os
 import sys
 
+from plotting import load_pyplot
+
 GROWTH, FREQUENCY = "growth_rate_1_per_s", "frequency_hz"
 GROWTH_ERROR, FREQUENCY_ERROR = "growth_rate_error_1_per_s", "frequency_error_hz"
 
@@ -224,13 +226,7 @@ def main():
                         help="axis of growth rates; auto: symlog if one exceeds 100 1/s")
     arguments = parser.parse_args()
     modes = read_modes(arguments.directory)
-    try:
-        import matplotlib
-        matplotlib.use("Agg")
-        import matplotlib.pyplot as plt
-    except ImportError as error:
-        fail(f"matplotlib cannot be loaded ({error}). Debian: apt-get install python3-matplotlib, "
-             "and start this script with /usr/bin/python3 if another Python comes first.")
+    plt = load_pyplot(fail)
     output = arguments.output or os.path.join(arguments.directory, "eigenvalues.png")
     try:
         draw(plt, arguments.directory, modes, arguments.scale).savefig(output, dpi=200)

@@ -17,6 +17,8 @@ import sys
 import xml.etree.ElementTree as ElementTree
 import zlib
 
+from plotting import load_pyplot
+
 OPEN, CLOSED = "#F0E442", "#0072B2"  # of Okabe and Ito
 
 
@@ -149,14 +151,8 @@ def main():
     if cycle not in found:
         fail(f"{arguments.directory} has no contact-{cycle or 0}.pvtu; runs with Contact/Steady pressure = computed and "
              "Output/Fields other than none write it")
-    try:
-        import numpy
-        import matplotlib
-        matplotlib.use("Agg")
-        import matplotlib.pyplot as plt
-    except ImportError as error:
-        fail(f"matplotlib cannot be loaded ({error}). Debian: apt-get install python3-matplotlib, "
-             "and start this script with /usr/bin/python3 if another Python comes first.")
+    plt = load_pyplot(fail)
+    import numpy  # matplotlib needs it, so it is there
     output = arguments.output or os.path.join(arguments.directory, "contact.png")
     try:
         draw(numpy, plt, arguments.directory, found[cycle], cycle).savefig(output, dpi=110)

@@ -17,6 +17,8 @@ import pathlib
 import subprocess
 import sys
 
+from plotting import load_pyplot
+
 PROJECT = pathlib.Path(__file__).resolve().parent.parent
 THEORY = PROJECT / "prm/theory"
 
@@ -362,13 +364,7 @@ def main():
     arguments = parser.parse_args()
     for name in ("program", "results", "images"):  # the program runs in the project's directory
         setattr(arguments, name, getattr(arguments, name).resolve())
-    try:
-        import matplotlib
-        matplotlib.use("Agg")
-        import matplotlib.pyplot as plt
-    except ImportError:
-        fail(f"matplotlib is missing for {sys.executable}. Debian: apt-get install python3-matplotlib, "
-             "then /usr/bin/python3 scripts/root_locus.py")
+    plt = load_pyplot(fail)
     files = sorted(THEORY.glob("*.prm"))
     if not files:
         fail(f"there are no parameter files in {THEORY}")
