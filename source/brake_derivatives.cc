@@ -122,7 +122,6 @@ namespace squeal
   {
     // A x' = -(d/dp) r(x_0; p) at fixed active set, r the static residual, A = dr/dx.
     const RowRange &rows = spaces_.rows;
-    const bool slides    = prm.terms().friction;
     Block right(rows, parameters.size());
     for (unsigned int k = 0; k < parameters.size(); ++k)
     {
@@ -146,15 +145,11 @@ namespace squeal
             right.column(k)[i] -= term.coefficient * product.data()[i];
         }
     }
-    std::vector<Summand> summands;
+    std::vector<Term> body_terms;
     for (const Term &term : terms_)
-      if (term.order == 0 && is_body_term(term))
-        summands.push_back({term.coefficient, *term.matrix});
-    const Matrix normal   = contact_->normal(),
-                 friction = slides ? contact_->friction(pressure_) : Matrix();
-    summands.push_back({1., normal});
-    summands.push_back({1., friction});
-    const Matrix A = sum_of(rows, summands);
+      if (is_body_term(term))
+        body_terms.push_back(term);
+    const Matrix A = static_tangent(rows, body_terms, *contact_, pressure_, prm.terms().friction);
     return Factorization(A, Factorization::Kind::lu, "the tangent of the static equilibrium")
         .solve(right);
   }

@@ -21,6 +21,12 @@ namespace squeal
                  : 0;
     }
 
+    /// The real shift, 1/s. Zero eigenvalues of free bodies rule out a shift of zero.
+    double shift_of(const EigensolverOptions &options, const bool moves_rigidly)
+    {
+      return options.max_imaginary * (options.shift > 0 ? options.shift : moves_rigidly ? 0.1 : 0.);
+    }
+
     /// |l| up to which solvers search: the window is a strip |Im l| <= w, the search region this
     /// disc. A mode of the strip outside of it has a damping ratio above 0.4 and cannot squeal.
     double search_radius(const double max_imaginary)
@@ -312,9 +318,7 @@ namespace squeal
       // At shift 0 the position matrix itself is factorised; a rigid body makes it singular.
       const unsigned int n_rigid    = count_rigid_body_modes(problem, options);
       const unsigned int n_expected = count_reference(problem, radius) - n_rigid;
-      const double shift            = options.max_imaginary * (options.shift > 0 ? options.shift
-                                                               : n_rigid > 0     ? 0.1
-                                                                                 : 0.);
+      const double shift            = shift_of(options, n_rigid > 0);
       const Matrix shifted =
           shift == 0 ? Matrix()
                      : sum_of(problem.rows,
@@ -468,9 +472,7 @@ namespace squeal
           identity.column(row)[row - problem.rows.begin] = 1;
         const double radius = search_radius(options.max_imaginary);
         const bool is_free  = count_rigid_body_modes(problem, options) > 0;
-        const double shift  = options.max_imaginary * (options.shift > 0 ? options.shift
-                                                       : is_free         ? 0.1
-                                                                         : 0.);
+        const double shift  = shift_of(options, is_free);
         options.progress("  dense: " + std::to_string(problem.rows.size) + " unknowns");
         Pairs pairs = rayleigh_ritz(problem, identity, identity, radius, shift);
         Modes modes;

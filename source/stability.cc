@@ -6,6 +6,8 @@
 
 namespace squeal
 {
+  using Complex = std::complex<double>;
+
   std::string verdict(const std::complex<double> lambda, const double tolerance)
   {
     if (std::abs(lambda.real()) <= tolerance * std::abs(lambda))
@@ -15,26 +17,32 @@ namespace squeal
     return lambda.imag() == 0 ? "divergence" : "flutter";
   }
 
+  namespace
+  {
+    /// z_j^H A x_j of each mode's vector x_j with a vector z_j.
+    std::vector<Complex> diagonal_form(const Block &z_re, const Block &z_im, const Matrix &matrix,
+                                       const Modes &modes)
+    {
+      const unsigned int n_modes = modes.lambda.size();
+      const Block a_re = multiply(matrix, modes.re), a_im = multiply(matrix, modes.im);
+      std::vector<Complex> form(n_modes);
+      for (unsigned int j = 0; j < n_modes; ++j)
+        for (unsigned int i = 0; i < a_re.n_local(); ++i)
+          form[j] += Complex(z_re.column(j)[i], -z_im.column(j)[i]) *
+                     Complex(a_re.column(j)[i], a_im.column(j)[i]);
+      MPI_Allreduce(MPI_IN_PLACE, form.data(), 2 * n_modes, MPI_DOUBLE, MPI_SUM,
+                    modes.re.row_range().comm);
+      return form;
+    }
+  } // namespace
+
   std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const Modes &modes,
                                const unsigned int cycle, const double tolerance)
   {
-    const unsigned int n_modes = modes.lambda.size(), n_local = problem.rows.n_local();
+    const unsigned int n_modes = modes.lambda.size();
     std::vector<ModeRow> rows(n_modes);
-    std::vector<double> forms(4 * n_modes);
-    for (const unsigned int order : {0u, 1u})
-    {
-      const Matrix &matrix = order == 0 ? problem.Q : problem.P;
-      const Block a_re = multiply(matrix, modes.re), a_im = multiply(matrix, modes.im);
-      for (unsigned int j = 0; j < n_modes; ++j)
-        for (unsigned int i = 0; i < n_local; ++i)
-        {
-          // x^H A x = (re - j im)^T (A re + j A im)
-          const double re = modes.re.column(j)[i], im = modes.im.column(j)[i];
-          forms[4 * j + 2 * order] += re * a_re.column(j)[i] + im * a_im.column(j)[i];
-          forms[4 * j + 2 * order + 1] += re * a_im.column(j)[i] - im * a_re.column(j)[i];
-        }
-    }
-    MPI_Allreduce(MPI_IN_PLACE, forms.data(), forms.size(), MPI_DOUBLE, MPI_SUM, problem.rows.comm);
+    const std::vector<Complex> of_p = diagonal_form(modes.re, modes.im, problem.P, modes),
+                               of_q = diagonal_form(modes.re, modes.im, problem.Q, modes);
 
     for (unsigned int j = 0; j < n_modes; ++j)
     {
@@ -44,10 +52,10 @@ namespace squeal
       row.lambda         = modes.lambda[j];
       row.verdict        = verdict(row.lambda, tolerance);
       row.backward_error = modes.backward_error[j];
-      row.k              = forms[4 * j];
-      row.n              = forms[4 * j + 1];
-      row.d              = forms[4 * j + 2];
-      row.g              = forms[4 * j + 3];
+      row.k              = of_q[j].real();
+      row.n              = of_q[j].imag();
+      row.d              = of_p[j].real();
+      row.g              = of_p[j].imag();
       if (j < modes.condition.size())
       {
         row.condition_number    = modes.condition[j];
@@ -65,7 +73,6 @@ namespace squeal
   std::array<std::complex<double>, 2> rayleigh_roots(const double d, const double g, const double k,
                                                      const double n)
   {
-    using Complex   = std::complex<double>;
     const Complex b = Complex(d, g), c = Complex(k, n), root = std::sqrt(b * b - 4. * c);
     // Without cancellation: the larger root first, the other from their product.
     const Complex larger = (std::abs(b + root) > std::abs(b - root) ? -b - root : -b + root) / 2.;
@@ -158,23 +165,14 @@ namespace squeal
   std::vector<std::complex<double>> sensitivities(const ParameterDerivative &derivative,
                                                   const Modes &modes)
   {
-    using Complex              = std::complex<double>;
     const unsigned int n_modes = modes.lambda.size();
     std::vector<Complex> sums(n_modes);
     for (const Term &term : derivative.terms)
     {
-      const Block a_re = multiply(*term.matrix, modes.re), a_im = multiply(*term.matrix, modes.im);
+      const auto form = diagonal_form(modes.left_re, modes.left_im, *term.matrix, modes);
       for (unsigned int j = 0; j < n_modes; ++j)
-      {
-        Complex form;
-        for (unsigned int i = 0; i < a_re.n_local(); ++i)
-          form += Complex(modes.left_re.column(j)[i], -modes.left_im.column(j)[i]) *
-                  Complex(a_re.column(j)[i], a_im.column(j)[i]);
-        sums[j] += term.coefficient * std::pow(modes.lambda[j], int(term.order)) * form;
-      }
+        sums[j] += term.coefficient * std::pow(modes.lambda[j], int(term.order)) * form[j];
     }
-    MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2 * sums.size(), MPI_DOUBLE, MPI_SUM,
-                  modes.re.row_range().comm);
     for (unsigned int j = 0; j < n_modes; ++j)
       sums[j] /= -2. * modes.lambda[j];
     return sums;

@@ -111,6 +111,22 @@ namespace squeal
   } // namespace
 
   template <int dim>
+  Matrix static_tangent(const RowRange &rows, const std::vector<Term> &body_terms,
+                        const Contact<dim> &contact,
+                        const typename Contact<dim>::Pressure &pressure, const bool with_friction)
+  {
+    std::vector<Summand> summands;
+    for (const Term &term : body_terms)
+      if (term.order == 0 && term.matrix)
+        summands.push_back({term.coefficient, *term.matrix});
+    const Matrix normal   = contact.normal();
+    const Matrix friction = with_friction ? contact.friction(pressure) : Matrix();
+    summands.push_back({1., normal});
+    summands.push_back({1., friction});
+    return sum_of(rows, summands);
+  }
+
+  template <int dim>
   StaticEquilibrium
   solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
                            Contact<dim> &contact, const bool with_friction, const Block &load)
@@ -126,17 +142,7 @@ namespace squeal
     result.pressure = contact.uniform_pressure(0);
 
     const auto assemble = [&]()
-    {
-      std::vector<Summand> summands;
-      for (const Term &term : body_terms)
-        if (term.order == 0 && term.matrix)
-          summands.push_back({term.coefficient, *term.matrix});
-      const Matrix normal   = contact.normal();
-      const Matrix friction = with_friction ? contact.friction(result.pressure) : Matrix();
-      summands.push_back({1., normal});
-      summands.push_back({1., friction});
-      return sum_of(rows, summands);
-    };
+    { return static_tangent(rows, body_terms, contact, result.pressure, with_friction); };
     const auto right_hand_side = [&]()
     {
       Block sum = contact.load(result.pressure, with_friction);
@@ -192,6 +198,10 @@ namespace squeal
                       "or a finer mesh.");
   }
 
+  template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<2> &,
+                                 const Contact<2>::Pressure &, bool);
+  template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<3> &,
+                                 const Contact<3>::Pressure &, bool);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
                                                       Contact<2> &, bool, const Block &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,

@@ -50,6 +50,24 @@ namespace squeal
     return result;
   }
 
+  std::vector<unsigned int> nearest_partners(const std::vector<Complex> &lambda,
+                                             const std::vector<Complex> &others)
+  {
+    std::vector<bool> taken(others.size(), false);
+    std::vector<unsigned int> partners;
+    for (unsigned int j = 0; j < std::min(lambda.size(), others.size()); ++j)
+    {
+      unsigned int best = others.size();
+      for (unsigned int k = 0; k < others.size(); ++k)
+        if (!taken[k] && (best == others.size() ||
+                          std::abs(others[k] - lambda[j]) < std::abs(others[best] - lambda[j])))
+          best = k;
+      taken[best] = true;
+      partners.push_back(best);
+    }
+    return partners;
+  }
+
   namespace
   {
     /// One step of inverse iteration with the factorisation at the shift s: with m = l - s,
@@ -109,26 +127,6 @@ namespace squeal
         std::copy_n(pairs.im.column(numbers[k]), pairs.im.n_local(), result.im.column(k));
       }
       return result;
-    }
-
-    /// For each eigenvalue the number of the nearest of the others that is not taken; fewer if
-    /// there are not enough.
-    std::vector<unsigned int> nearest_partners(const std::vector<Complex> &lambda,
-                                               const std::vector<Complex> &others)
-    {
-      std::vector<bool> taken(others.size(), false);
-      std::vector<unsigned int> partners;
-      for (unsigned int j = 0; j < std::min(lambda.size(), others.size()); ++j)
-      {
-        unsigned int best = others.size();
-        for (unsigned int k = 0; k < others.size(); ++k)
-          if (!taken[k] && (best == others.size() ||
-                            std::abs(others[k] - lambda[j]) < std::abs(others[best] - lambda[j])))
-            best = k;
-        taken[best] = true;
-        partners.push_back(best);
-      }
-      return partners;
     }
 
     /// The largest relative change of an eigenvalue; 1 if their number has changed.
@@ -223,16 +221,13 @@ namespace squeal
                   [&](const unsigned int a, const unsigned int b)
                   { return errors[a] < errors[b]; });
       order.resize(std::min<std::size_t>(order.size(), n_wanted));
-      modes.lambda.clear();
+      Pairs best   = select(pairs, order);
+      modes.lambda = std::move(best.lambda);
+      modes.re     = std::move(best.re);
+      modes.im     = std::move(best.im);
       modes.backward_error.clear();
-      modes.re = modes.im = Block(problem.rows, order.size());
-      for (unsigned int k = 0; k < order.size(); ++k)
-      {
-        modes.lambda.push_back(pairs.lambda[order[k]]);
-        modes.backward_error.push_back(errors[order[k]]);
-        std::copy_n(pairs.re.column(order[k]), problem.rows.n_local(), modes.re.column(k));
-        std::copy_n(pairs.im.column(order[k]), problem.rows.n_local(), modes.im.column(k));
-      }
+      for (const unsigned int j : order)
+        modes.backward_error.push_back(errors[j]);
       worst  = order.empty()
                    ? 0
                    : *std::max_element(modes.backward_error.begin(), modes.backward_error.end());

@@ -191,21 +191,9 @@ namespace squeal
     BranchPoint point;
     solve(value, &near, point);
     Evaluation result;
-    std::vector<bool> taken(point.modes.lambda.size(), false);
-    std::vector<unsigned int> chosen;
-    for (const Complex &l : expected)
-    {
-      int best = -1;
-      for (unsigned int j = 0; j < point.modes.lambda.size(); ++j)
-        if (!taken[j] && (best < 0 || std::abs(point.modes.lambda[j] - l) <
-                                          std::abs(point.modes.lambda[best] - l)))
-          best = j;
-      if (best < 0)
-        throw SolverError("A mode was lost in the search for a critical value of " + parameter +
-                          ".");
-      taken[best] = true;
-      chosen.push_back(best);
-    }
+    const std::vector<unsigned int> chosen = nearest_partners(expected, point.modes.lambda);
+    if (chosen.size() < expected.size())
+      throw SolverError("A mode was lost in the search for a critical value of " + parameter + ".");
     std::vector<Complex> derivatives;
     for (const ParameterDerivative &derivative : model.derivatives(parameter))
       derivatives = sensitivities(derivative, point.modes);

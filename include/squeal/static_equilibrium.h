@@ -22,6 +22,13 @@ namespace squeal
     typename std::vector<std::vector<double>> pressure; ///< Contact::Pressure of the state
   };
 
+  /// The tangent of the static problem at fixed active set: the body terms of order 0, N, and with
+  /// friction d tau/dp at the given pressure.
+  template <int dim>
+  Matrix static_tangent(const RowRange &rows, const std::vector<Term> &body_terms,
+                        const Contact<dim> &contact,
+                        const typename Contact<dim>::Pressure &pressure, bool with_friction);
+
   /// The steady sliding state of theory.md, section 3: p >= 0, g <= 0, p g = 0 with friction in
   /// full sliding,
   ///     sum_{order 0} c_i A_i q_0 + (N + mu T) Lambda_0 = f.

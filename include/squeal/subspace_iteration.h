@@ -107,6 +107,11 @@ namespace squeal
     return 1e-5 * max_imaginary;
   }
 
+  /// For each eigenvalue the number of the nearest of the others that is not taken; fewer if there
+  /// are not enough.
+  std::vector<unsigned int> nearest_partners(const std::vector<std::complex<double>> &lambda,
+                                             const std::vector<std::complex<double>> &others);
+
   /// Rayleigh-Ritz on the span of an orthonormal real basis U, tested with Z: all Ritz pairs
   ///     (l^2 Z^T M U + l Z^T P U + Z^T Q U) c = 0,   x = U c,
   /// with Im l >= 0 and |l| <= radius.
