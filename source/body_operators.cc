@@ -1,15 +1,11 @@
 #include <squeal/body_operators.h>
-#include <squeal/dense.h>
+#include <squeal/cell_operators.h>
 
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/dofs/dof_tools.h>
 #include <deal.II/fe/fe_values.h>
 #include <deal.II/lac/dynamic_sparsity_pattern.h>
 #include <deal.II/lac/sparsity_tools.h>
-
-#include <petscsys.h>
-
-#include <petscblaslapack.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,147 +16,6 @@ namespace squeal
 
   namespace
   {
-    /// Integrals over one cell of products of shape functions and their derivatives, all at once:
-    ///
-    ///     [ d_1 N ]           [ d_1 N ]^T
-    ///     [ d_2 N ]           [ d_2 N ]
-    /// int [ d_3 N ]           [ d_3 N ]         = one symmetric rank-k product of BLAS.
-    ///     [   N   ]           [   N   ]
-    ///     [ w.grad N ]        [ w.grad N ]
-    ///
-    /// Every matrix of a body is a combination of its n x n blocks, because the components of the
-    /// displacement share the scalar shape functions N.
-    template <int dim>
-    class CellIntegrals
-    {
-    public:
-      CellIntegrals(const Spaces<dim> &spaces, const bool with_transport)
-          : n(spaces.fe.n_dofs_per_cell()), n_rows((dim + 1 + with_transport) * n), spaces(spaces),
-            with_transport(with_transport),
-            fe_values(spaces.mapping, spaces.fe, QGauss<dim>(spaces.fe.degree + 1),
-                      update_values | update_gradients | update_quadrature_points |
-                          update_JxW_values),
-            factors(std::size_t(n_rows) * fe_values.n_quadrature_points), products(n_rows, n_rows)
-      {
-      }
-
-      void reinit(const typename DoFHandler<dim>::active_cell_iterator &cell)
-      {
-        fe_values.reinit(cell);
-        for (const unsigned int q : fe_values.quadrature_point_indices())
-        {
-          const double root      = std::sqrt(fe_values.JxW(q));
-          double *column         = factors.data() + std::size_t(q) * n_rows;
-          const Tensor<1, dim> w = spaces.geometry.transport(fe_values.quadrature_point(q));
-          for (unsigned int a = 0; a < n; ++a)
-          {
-            const Tensor<1, dim> &gradient = fe_values.shape_grad(a, q);
-            for (unsigned int d = 0; d < dim; ++d)
-              column[d * n + a] = root * gradient[d];
-            column[dim * n + a] = root * fe_values.shape_value(a, q);
-            if (with_transport)
-              column[(dim + 1) * n + a] = root * (w * gradient);
-          }
-        }
-        const PetscBLASInt m = n_rows, k = fe_values.n_quadrature_points;
-        const double one = 1, zero = 0;
-        BLASsyrk_("U", "N", &m, &k, &one, factors.data(), &m, &zero, products.values.data(), &m);
-        for (unsigned int j = 0; j < n_rows; ++j)
-          for (unsigned int i = 0; i < j; ++i)
-            products(j, i) = products(i, j);
-      }
-
-      double derivatives(unsigned int j, unsigned int l, unsigned int a, unsigned int b) const
-      {
-        return products(j * n + a, l * n + b);
-      }
-      double values(unsigned int a, unsigned int b) const
-      {
-        return products(dim * n + a, dim * n + b);
-      }
-      double value_transport(unsigned int a, unsigned int b) const
-      {
-        return products(dim * n + a, (dim + 1) * n + b);
-      }
-      double transports(unsigned int a, unsigned int b) const
-      {
-        return products((dim + 1) * n + a, (dim + 1) * n + b);
-      }
-
-      const unsigned int n;
-
-    private:
-      const unsigned int n_rows;
-      const Spaces<dim> &spaces;
-      const bool with_transport;
-      FEValues<dim> fe_values;
-      std::vector<double> factors;
-      DenseMatrix products;
-    };
-
-    /// Where the entries of a cell go: its free nodes and, on cells with hanging nodes, the
-    /// interpolation of the cell's nodes from them.
-    template <int dim>
-    class CellNodes
-    {
-    public:
-      CellNodes(const Spaces<dim> &spaces) : local(spaces.fe.n_dofs_per_cell()), spaces(spaces) {}
-
-      void reinit(const typename DoFHandler<dim>::active_cell_iterator &cell)
-      {
-        cell->get_dof_indices(local);
-        hanging = std::any_of(local.begin(), local.end(),
-                              [&](const auto node) { return spaces.hanging.is_constrained(node); });
-        free    = local;
-        if (hanging)
-        {
-          free.clear();
-          std::vector<std::vector<WeightedNode>> expansions;
-          for (const auto node : local)
-          {
-            expansions.push_back(spaces.expand(node));
-            for (const WeightedNode &w : expansions.back())
-              free.push_back(w.node);
-          }
-          std::sort(free.begin(), free.end());
-          free.erase(std::unique(free.begin(), free.end()), free.end());
-          interpolation = DenseMatrix(local.size(), free.size());
-          for (unsigned int a = 0; a < local.size(); ++a)
-            for (const WeightedNode &w : expansions[a])
-              interpolation(a, std::lower_bound(free.begin(), free.end(), w.node) - free.begin()) +=
-                  w.weight;
-        }
-        equations.resize(dim);
-        for (unsigned int c = 0; c < dim; ++c)
-        {
-          equations[c].clear();
-          for (const auto node : free)
-            equations[c].push_back(
-                static_cast<PetscInt>(static_cast<int>(spaces.equation(node, c))));
-        }
-      }
-
-      /// W^T A W on cells with hanging nodes, A elsewhere.
-      const DenseMatrix &condense(const DenseMatrix &a)
-      {
-        if (!hanging)
-          return a;
-        DenseMatrix a_w(a.n_rows, free.size());
-        gemm(false, 1, a, interpolation, 0, a_w);
-        condensed = DenseMatrix(free.size(), free.size());
-        gemm(true, 1, interpolation, a_w, 0, condensed);
-        return condensed;
-      }
-
-      std::vector<types::global_dof_index> local, free;
-      std::vector<std::vector<PetscInt>> equations; ///< per component; -1 (which PETSc skips): none
-
-    private:
-      const Spaces<dim> &spaces;
-      bool hanging = false;
-      DenseMatrix interpolation, condensed;
-    };
-
     /// Adds A(a, b) between component i of node a and component k of node b. DenseMatrix is
     /// column-major and PETSc expects rows, hence the transposed roles; all callers state their own
     /// symmetry.
@@ -254,27 +109,12 @@ namespace squeal
       integrals.reinit(cell);
       cell_nodes.reinit(cell);
 
-      // K_ab^ik = C_ijkl int d_j N_a d_l N_b; the block (k, i) is the transpose of (i, k). PETSc
-      // reads rows, the block is stored by columns: what is filled here is the transpose of what is
-      // added.
+      // The block (k, i) of the stiffness is the transpose of (i, k). PETSc reads rows, the block
+      // is stored by columns: what is filled here is the transpose of what is added.
       for (unsigned int i = 0; i < dim; ++i)
         for (unsigned int k = i; k < dim; ++k)
         {
-          std::fill(block.values.begin(), block.values.end(), 0.);
-          for (unsigned int j = 0; j < dim; ++j)
-            for (unsigned int l = 0; l < dim; ++l)
-            {
-              const double c = C[((i * dim + k) * dim + j) * dim + l];
-              if (c == 0)
-                continue;
-              for (unsigned int a = 0; a < n; ++a)
-                for (unsigned int b = 0; b < n; ++b)
-                  block(b, a) += c * integrals.derivatives(j, l, a, b);
-            }
-          if (i == k) // rounding: the order of summation differs between (a, b) and (b, a)
-            for (unsigned int a = 0; a < n; ++a)
-              for (unsigned int b = 0; b < a; ++b)
-                block(b, a) = block(a, b);
+          stiffness_block(integrals, C, i, k, block);
           add_block(K, cell_nodes, i, k, cell_nodes.condense(block));
           if (i != k)
           {

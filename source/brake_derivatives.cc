@@ -19,7 +19,7 @@ namespace squeal
       if (bodies_of(rotor).empty())
         continue;
       const std::string section    = rotor ? "Rotor/Material/" : "Pads/Material/";
-      const Material &material     = material_of(rotor);
+      const Material &material     = prm.material(rotor);
       const BodyMatrices &matrices = bodies[rotor].matrices;
       const double alpha           = stage.material_damping ? material.mass_damping : 0,
                    beta            = stage.material_damping ? material.stiffness_damping : 0,

@@ -9,6 +9,33 @@ namespace squeal
 {
   using namespace dealii;
 
+  std::vector<BodyTerm> body_terms(const Parameters::All &prm, const bool rotor)
+  {
+    using Kind                  = BodyTerm::Kind;
+    const StageTerms stage      = prm.terms();
+    const double omega          = rotor && stage.transport ? prm.operation.angular_velocity : 0,
+                 alpha          = prm.material(rotor).mass_damping,
+                 beta           = prm.material(rotor).stiffness_damping;
+    std::vector<BodyTerm> terms = {{Origin::inertia, 2, Kind::M, 1},
+                                   {Origin::elasticity, 0, Kind::K, 1}};
+    const auto add = [&](const Origin origin, const unsigned int order, const Kind matrix,
+                         const double coefficient)
+    {
+      if (coefficient != 0)
+        terms.push_back({origin, order, matrix, coefficient});
+    };
+    add(Origin::transport, 1, Kind::G, 2 * omega);
+    add(Origin::transport, 0, Kind::M_star, -omega * omega);
+    if (stage.material_damping)
+    {
+      add(Origin::material_damping, 1, Kind::M, alpha);
+      add(Origin::material_damping, 1, Kind::K, beta);
+      // Damping proportional to mass acts on the material velocity u_t + Omega d_phi u.
+      add(Origin::material_damping, 0, Kind::G, alpha * omega);
+    }
+    return terms;
+  }
+
   template <int dim>
   BrakeModel<dim>::BrakeModel(const Geometry<dim> &geometry, const Parameters::All &parameters,
                               const MPI_Comm comm, Log &log, PhaseTimer &timer)
@@ -41,12 +68,6 @@ namespace squeal
   }
 
   template <int dim>
-  const Material &BrakeModel<dim>::material_of(const bool rotor) const
-  {
-    return rotor ? prm.rotor.material : prm.pads.material;
-  }
-
-  template <int dim>
   void BrakeModel<dim>::assemble(const Parameters::All &parameters)
   {
     prm = parameters;
@@ -57,46 +78,33 @@ namespace squeal
     add_prestress();
   }
 
-  /// M q'' + (D + 2 Omega G) q' + (K - Omega^2 M*) q of theory.md, section 2, as far as the stage
-  /// has it.
   template <int dim>
   void BrakeModel<dim>::add_bodies()
   {
     PhaseTimer::Scope scope(timer, "assembly");
-    const StageTerms stage = prm.terms();
-    const double omega     = prm.operation.angular_velocity;
-    const bool moves       = stage.transport && omega != 0;
     for (const bool rotor : {true, false})
     {
       if (bodies_of(rotor).empty())
         continue;
-      const Material &material = material_of(rotor);
-      AssembledBody &body      = bodies[rotor];
+      const Material &material           = prm.material(rotor);
+      const std::vector<BodyTerm> wanted = body_terms(prm, rotor);
+      const bool moves =
+          std::any_of(wanted.begin(), wanted.end(),
+                      [](const BodyTerm &term) { return term.matrix == BodyTerm::Kind::G; });
+      AssembledBody &body = bodies[rotor];
       if (!body.matrices.M || body.material.poisson_ratio != material.poisson_ratio ||
-          (rotor && moves && !body.matrices.G))
-        body = {assemble_body(spaces_, bodies_of(rotor), material, rotor && moves), material};
+          (moves && !body.matrices.G))
+        body = {assemble_body(spaces_, bodies_of(rotor), material, moves), material};
       // M, G, M* are proportional to the density, K to Young's modulus.
       const double rho             = material.density / body.material.density,
                    E               = material.young_modulus / body.material.young_modulus;
       const BodyMatrices &matrices = body.matrices;
-      terms_.push_back({Origin::inertia, 2, rho, matrices.M});
-      terms_.push_back({Origin::elasticity, 0, E, matrices.K});
-      if (rotor && moves)
-      {
-        terms_.push_back({Origin::transport, 1, 2 * omega * rho, matrices.G});
-        terms_.push_back({Origin::transport, 0, -omega * omega * rho, matrices.M_star});
-      }
-      if (stage.material_damping)
-      {
-        const double alpha = material.mass_damping, beta = material.stiffness_damping;
-        if (alpha != 0)
-          terms_.push_back({Origin::material_damping, 1, alpha * rho, matrices.M});
-        if (beta != 0)
-          terms_.push_back({Origin::material_damping, 1, beta * E, matrices.K});
-        // Damping proportional to mass acts on the material velocity u_t + Omega d_phi u.
-        if (alpha != 0 && rotor && moves)
-          terms_.push_back({Origin::material_damping, 0, alpha * omega * rho, matrices.G});
-      }
+      const std::array<std::shared_ptr<const Matrix>, 4> by_kind = {
+          {matrices.M, matrices.K, matrices.G, matrices.M_star}};
+      for (const BodyTerm &term : wanted)
+        terms_.push_back({term.origin, term.order,
+                          term.coefficient * (term.matrix == BodyTerm::Kind::K ? E : rho),
+                          by_kind[static_cast<unsigned int>(term.matrix)]});
     }
   }
 
@@ -136,7 +144,7 @@ namespace squeal
     if (prm.prestress.centrifugal_load)
     {
       const Block centrifugal =
-          assemble_centrifugal_load(spaces_, material_of(true), prm.operation.angular_velocity);
+          assemble_centrifugal_load(spaces_, prm.material(true), prm.operation.angular_velocity);
       for (unsigned int i = 0; i < load.n_local(); ++i)
         load.data()[i] += centrifugal.data()[i];
     }
@@ -211,7 +219,7 @@ namespace squeal
     for (const bool rotor : {true, false})
       if (!bodies_of(rotor).empty() && (rotor || prm.prestress.stress_stiffness))
         add_term(Origin::prestress, 0, 1.,
-                 assemble_stress_stiffness(spaces_, bodies_of(rotor), material_of(rotor),
+                 assemble_stress_stiffness(spaces_, bodies_of(rotor), prm.material(rotor),
                                            equilibrium_->state));
   }
 

@@ -1,6 +1,7 @@
 #include <squeal/brake_model.h>
 #include <squeal/brake_squeal.h>
 #include <squeal/contact_fields.h>
+#include <squeal/error_estimators.h>
 #include <squeal/fields.h>
 #include <squeal/matrix_model.h>
 #include <squeal/sweep.h>
@@ -15,8 +16,8 @@ namespace squeal
 {
   namespace
   {
-    const std::vector<std::string> phase_names = {"mesh",   "assembly",     "contact",
-                                                  "static", "eigenproblem", "output"};
+    const std::vector<std::string> phase_names = {"mesh",         "assembly", "contact", "static",
+                                                  "eigenproblem", "estimate", "output"};
 
     std::string cycles_header()
     {
@@ -103,8 +104,9 @@ namespace squeal
     PhaseTimer::Scope scope(timer, "eigenproblem");
     const QuadraticEigenproblem problem = model.problem();
     const EigensolverOptions options    = eigensolver_options();
-    modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
-    const std::vector<ModeRow> rows = analyse(problem, modes, cycle, options.tolerance);
+    modes                     = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
+    std::vector<ModeRow> rows = analyse(problem, modes, cycle, options.tolerance);
+    estimate(rows);
     for (const ModeRow &row : rows)
       modes_csv->add(modes_fields(row));
     rows_of_cycle.push_back(rows);
@@ -265,6 +267,7 @@ namespace squeal
       }
 
     private:
+      void estimate(std::vector<ModeRow> &rows) override;
       bool make_mesh(unsigned int cycle);
       void report_static(unsigned int cycle);
       void write_fields(unsigned int cycle);
@@ -272,6 +275,15 @@ namespace squeal
       BrakeModel<dim> model;
       Table static_csv;
     };
+
+    template <int dim>
+    void BrakeSqueal<dim>::estimate(std::vector<ModeRow> &rows)
+    {
+      PhaseTimer::Scope scope(timer, "estimate");
+      const EigenvalueErrors errors = estimate_errors(model, modes);
+      for (unsigned int j = 0; j < rows.size(); ++j)
+        rows[j].corrected = rows[j].lambda + errors.correction[j];
+    }
 
     /// Refines after the first cycle and numbers the unknowns. False if the budget of unknowns is
     /// spent.

@@ -75,6 +75,19 @@ namespace squeal
       return result;
     }
 
+  } // namespace
+
+  std::vector<std::complex<double>> eigenvalues(DenseMatrix a)
+  {
+    const Eigenvalues e = general_eigen(std::move(a));
+    std::vector<std::complex<double>> result;
+    for (unsigned int j = 0; j < e.re.size(); ++j)
+      result.emplace_back(e.re[j], e.im[j]);
+    return result;
+  }
+
+  namespace
+  {
     /// Whether (infinity, x) is an eigenpair up to rounding: M x = 0.
     bool is_massless(const DenseMatrix &m, const std::vector<std::complex<double>> &x)
     {

@@ -160,6 +160,14 @@ namespace squeal
     return sum;
   }
 
+  Matrix transpose(const Matrix &matrix)
+  {
+    Mat result = nullptr;
+    if (matrix)
+      SQUEAL_PETSC(MatTranspose(matrix, MAT_INITIAL_MATRIX, &result));
+    return Matrix(result);
+  }
+
   Matrix symmetric_part(const RowRange &rows, const Matrix &matrix)
   {
     return sum_of(rows, {{0.5, matrix, true}});

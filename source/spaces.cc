@@ -134,10 +134,17 @@ namespace squeal
   template <int dim>
   Spaces<dim>::Spaces(const Geometry<dim> &geometry, const unsigned int degree,
                       const bool with_multipliers, const MPI_Comm comm)
-      : geometry(geometry), comm(comm), triangulation(comm), fe(degree), mapping(degree),
-        nodes(triangulation), with_multipliers(with_multipliers)
+      : geometry(geometry), comm(comm), mesh(std::make_shared<Mesh>(comm)), triangulation(*mesh),
+        fe(degree), mapping(degree), nodes(triangulation), with_multipliers(with_multipliers)
   {
     geometry.make_coarse_mesh(triangulation);
+  }
+
+  template <int dim>
+  Spaces<dim>::Spaces(const Spaces &other, const unsigned int degree)
+      : geometry(other.geometry), comm(other.comm), mesh(other.mesh), triangulation(*mesh),
+        fe(degree), mapping(degree), nodes(triangulation), with_multipliers(other.with_multipliers)
+  {
   }
 
   template <int dim>

@@ -356,14 +356,6 @@ namespace squeal
 
   namespace
   {
-    Matrix transpose(const Matrix &matrix)
-    {
-      Mat result = nullptr;
-      if (matrix)
-        SQUEAL_PETSC(MatTranspose(matrix, MAT_INITIAL_MATRIX, &result));
-      return Matrix(result);
-    }
-
     Matrix share(const Matrix &matrix)
     {
       if (matrix)

@@ -10,6 +10,26 @@
 
 namespace squeal
 {
+  /// One term of the equations of motion of a body, as a multiple of a matrix of body_operators.h.
+  struct BodyTerm
+  {
+    enum class Kind
+    {
+      M,
+      K,
+      G,
+      M_star
+    };
+    Origin origin;
+    unsigned int order; ///< of the time derivative
+    Kind matrix;
+    double coefficient;
+  };
+
+  /// M q'' + (D + 2 Omega G) q' + (K - Omega^2 M*) q of theory.md, section 2, as far as the stage
+  /// has it, for the rotor or for a pad.
+  std::vector<BodyTerm> body_terms(const Parameters::All &parameters, bool rotor);
+
   /// Rotor and pads on a mesh: their equations of motion, linearised about the static sliding
   /// equilibrium (theory.md, sections 2 and 3).
   template <int dim>
@@ -50,6 +70,20 @@ namespace squeal
       return pressure_;
     }
     std::vector<ContactResultants> resultants() const;
+    const Spaces<dim> &spaces() const
+    {
+      return spaces_;
+    }
+    const Parameters::All &parameters() const
+    {
+      return prm;
+    }
+
+    static ContactModel<dim> contact_model(const Parameters::All &parameters);
+    /// N, mu T, P_R and Q_R of theory.md, section 3, and the turning, as far as the parameters ask.
+    static std::vector<Term> contact_terms(const Contact<dim> &contact,
+                                           const typename Contact<dim>::Pressure &pressure,
+                                           const Parameters::All &parameters);
 
   private:
     /// The matrices of a material are assembled once a mesh; the terms scale them to the present
@@ -60,18 +94,12 @@ namespace squeal
       Material material; ///< with which they were assembled
     };
     std::vector<Body> bodies_of(bool rotor) const;
-    const Material &material_of(bool rotor) const;
 
     void add_bodies();
     void find_steady_state();
     void add_contact();
     void add_prestress();
 
-    static ContactModel<dim> contact_model(const Parameters::All &parameters);
-    /// N, mu T, P_R and Q_R of theory.md, section 3, and the turning, as far as the parameters ask.
-    static std::vector<Term> contact_terms(const Contact<dim> &contact,
-                                           const typename Contact<dim>::Pressure &pressure,
-                                           const Parameters::All &parameters);
     static bool is_body_term(const Term &term)
     {
       return term.origin == Origin::elasticity || term.origin == Origin::transport ||

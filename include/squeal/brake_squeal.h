@@ -22,6 +22,8 @@ namespace squeal
   protected:
     /// Solves, analyses, appends to modes.csv and shows the table.
     void find_modes(const Model &model, unsigned int cycle);
+    /// Fills in the errors of the discretisation; without a mesh there are none.
+    virtual void estimate(std::vector<ModeRow> &) {}
     EigensolverOptions eigensolver_options();
     /// The sweep of the parameter file on the present mesh.
     void sweep(Model &model);

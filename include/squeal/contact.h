@@ -48,6 +48,12 @@ namespace squeal
     {
       return scale;
     }
+    /// The scaling of the same interfaces on another space.
+    void scale_as(const Contact &other)
+    {
+      scale                = other.scale;
+      constraint_stiffness = other.constraint_stiffness;
+    }
 
     /// N: penalty int d[[u]].n k_C D[[u]].n, mortar the two off-diagonal blocks and, with
     /// compliance, -1/k_C int Psi Psi^T.
@@ -137,6 +143,11 @@ namespace squeal
     const ContactModel<dim> &contact_model() const
     {
       return model;
+    }
+    /// Whether the multiplier of that equation is active.
+    bool is_closed(const unsigned int equation) const
+    {
+      return active[equation];
     }
     bool is_active(const FreeNode<dim> &node) const
     {

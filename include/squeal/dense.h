@@ -42,6 +42,9 @@ namespace squeal
   /// vectors.
   std::vector<double> symmetric_eigen(DenseMatrix &a);
 
+  /// The eigenvalues of a real matrix. Throws SolverError.
+  std::vector<std::complex<double>> eigenvalues(DenseMatrix a);
+
   /// One eigenpair of a small quadratic problem; vector has the size of the problem.
   struct DensePair
   {

@@ -86,6 +86,9 @@ namespace squeal
   /// summand is.
   Matrix sum_of(const RowRange &rows, const std::vector<Summand> &summands);
 
+  /// A^T; empty if A is.
+  Matrix transpose(const Matrix &matrix);
+
   /// (A + A^T)/2.
   Matrix symmetric_part(const RowRange &rows, const Matrix &matrix);
 

@@ -249,6 +249,10 @@ namespace squeal
       {
         return terms_of(stage());
       }
+      const Material &material(const bool of_rotor) const
+      {
+        return of_rotor ? rotor.material : pads.material;
+      }
       /// The number of contact pairs.
       int n_pads() const
       {

@@ -11,6 +11,8 @@
 #include <deal.II/lac/affine_constraints.h>
 #include <deal.II/lac/la_parallel_vector.h>
 
+#include <memory>
+
 namespace squeal
 {
   /// One free node and its weight in the interpolation of a (perhaps hanging) node.
@@ -37,6 +39,9 @@ namespace squeal
     Spaces(const Geometry<dim> &geometry, unsigned int degree, bool with_multipliers,
            MPI_Comm comm);
 
+    /// The same scene on the *same* mesh with another degree. The mesh must outlive it unchanged.
+    Spaces(const Spaces &other, unsigned int degree);
+
     /// Numbers nodes and equations on the present mesh. Call it after every change of the mesh.
     void distribute();
 
@@ -58,7 +63,13 @@ namespace squeal
 
     const Geometry<dim> &geometry;
     const MPI_Comm comm;
-    dealii::parallel::distributed::Triangulation<dim> triangulation;
+
+  private:
+    using Mesh = dealii::parallel::distributed::Triangulation<dim>;
+    const std::shared_ptr<Mesh> mesh; ///< shared by spaces of other degrees
+
+  public:
+    Mesh &triangulation;
     const dealii::FE_Q<dim> fe;
     dealii::MappingQCache<dim> mapping;
     dealii::DoFHandler<dim> nodes;

@@ -16,6 +16,8 @@ namespace squeal
     std::complex<double> lambda;
     std::string verdict; ///< stable, flutter, divergence, marginal, undecided
     std::optional<double> growth_rate_error, frequency_error;
+    /// The eigenvalue with the estimated discretisation error taken off.
+    std::optional<std::complex<double>> corrected;
     double backward_error = 0;
     std::optional<double> condition_number;
     double left_backward_error = 0;

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <squeal/brake_model.h>
+#include <squeal/subspace_iteration.h>
+
+#include <complex>
+#include <vector>
+
+namespace squeal
+{
+  /// What the discretisation does to the eigenvalues of a set of modes.
+  struct EigenvalueErrors
+  {
+    /// The eigenvalues as one polynomial degree more would give them, coupling of the modes
+    /// included: l_j plus this is the corrected value.
+    std::vector<std::complex<double>> correction;
+    /// The modes' own parts of it, without coupling, by locally owned cell (in the order of the
+    /// mesh) and mode.
+    std::vector<std::vector<std::complex<float>>> cells;
+  };
+
+  /// Dual-weighted residuals of right and left vectors (theory.md, section 6) in the space of one
+  /// degree more on the same mesh, V+ = V_h + W.
+  ///
+  /// Elimination of W from the enriched problem, projected on the modes of the window, leaves
+  ///     T_ij = z_i^H Q+(l_j) x_j - rho_i^H B r_j,   r_j = Q+(l_j) x_j,   rho_i = Q+(l_i)^H z_i,
+  /// where B approximates the inverse of Q+ on W: problems on single cells, in the hierarchical
+  /// complement of V_h (Bank and Weiser 1985), with what residuals on faces there are divided
+  /// between the cells that share them. With z_i^H Q'(l_i) x_i = 2 l_i, the eigenvalues of
+  ///     l_i delta_ij - T_ij / (2 l_i)
+  /// are the corrected ones: of second order in the errors of the vectors, coupling of
+  /// near-coincident modes and square-root behaviour included.
+  ///
+  /// Contact enters through its own terms on V+, paired anew; the pads' local problems hold the
+  /// contact pressure, the rotor's see it as a given traction. Terms of the prestress are left
+  /// out: they are of the size of the static strain. Collective.
+  template <int dim>
+  EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const Modes &modes);
+} // namespace squeal

@@ -1,0 +1,716 @@
+#include <squeal/cell_operators.h>
+#include <squeal/dense.h>
+#include <squeal/error_estimators.h>
+#include <squeal/stability.h>
+
+#include <deal.II/base/quadrature_lib.h>
+#include <deal.II/fe/fe_values.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  using namespace dealii;
+  using Complex = std::complex<double>;
+
+  namespace
+  {
+    using Column = LinearAlgebra::distributed::Vector<double>;
+
+    /// Where the unknowns of each own cell stand in a distributed vector. A cell's unknown is
+    /// numbered c n + a: component c (the contact pressure is component dim) of node a.
+    template <int dim>
+    class CellMap
+    {
+    public:
+      struct Entry
+      {
+        unsigned int unknown, index; ///< number in the cell, local index in the vector
+        double weight;
+        bool direct; ///< the node itself, not a part of a hanging one
+      };
+
+      explicit CellMap(const Spaces<dim> &spaces);
+
+      /// The columns with the values of other ranks that own cells need.
+      std::vector<Column> import(const Block &block) const;
+      std::vector<Column> zeros(unsigned int n_columns) const;
+      /// The unknowns of a cell, one column for each vector.
+      void gather(unsigned int cell, const std::vector<Column> &from, DenseMatrix &to) const;
+
+      std::vector<std::vector<Entry>> cells;
+      const RowRange rows;
+
+    private:
+      std::shared_ptr<Utilities::MPI::Partitioner> partitioner;
+    };
+
+    template <int dim>
+    CellMap<dim>::CellMap(const Spaces<dim> &spaces) : rows(spaces.rows)
+    {
+      const unsigned int n = spaces.fe.n_dofs_per_cell();
+      IndexSet owned(rows.size), seen(rows.size);
+      owned.add_range(rows.begin, rows.end);
+      std::vector<types::global_dof_index> foreign, nodes(n);
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          cell->get_dof_indices(nodes);
+          std::vector<Entry> entries;
+          for (unsigned int a = 0; a < n; ++a)
+          {
+            const bool direct = !spaces.hanging.is_constrained(nodes[a]);
+            for (const WeightedNode &w : spaces.expand(nodes[a]))
+              for (unsigned int c = 0; c <= dim; ++c)
+              {
+                const unsigned int equation =
+                    c == dim ? spaces.multiplier(w.node) : spaces.equation(w.node, c);
+                if (equation == Spaces<dim>::none)
+                  continue;
+                if (!rows.contains(equation))
+                  foreign.push_back(equation);
+                entries.push_back({c * n + a, equation, w.weight, direct});
+              }
+          }
+          cells.push_back(std::move(entries));
+        }
+      std::sort(foreign.begin(), foreign.end());
+      seen.add_indices(foreign.begin(), std::unique(foreign.begin(), foreign.end()));
+      partitioner = std::make_shared<Utilities::MPI::Partitioner>(owned, seen, rows.comm);
+      for (std::vector<Entry> &entries : cells)
+        for (Entry &entry : entries)
+          entry.index = partitioner->global_to_local(entry.index);
+    }
+
+    template <int dim>
+    std::vector<Column> CellMap<dim>::zeros(const unsigned int n_columns) const
+    {
+      return std::vector<Column>(n_columns, Column(partitioner));
+    }
+
+    template <int dim>
+    std::vector<Column> CellMap<dim>::import(const Block &block) const
+    {
+      std::vector<Column> columns = zeros(block.n_columns());
+      for (unsigned int j = 0; j < block.n_columns(); ++j)
+      {
+        std::copy_n(block.column(j), block.n_local(), columns[j].begin());
+        columns[j].update_ghost_values();
+      }
+      return columns;
+    }
+
+    template <int dim>
+    void CellMap<dim>::gather(const unsigned int cell, const std::vector<Column> &from,
+                              DenseMatrix &to) const
+    {
+      std::fill(to.values.begin(), to.values.end(), 0.);
+      for (unsigned int j = 0; j < from.size(); ++j)
+        for (const Entry &entry : cells[cell])
+          to(entry.unknown, j) += entry.weight * from[j].local_element(entry.index);
+    }
+
+    /// The functions of degree p + 1 that one more degree adds to those of degree p, on the
+    /// reference cell: products of the hierarchical one-dimensional functions (two hats, integrated
+    /// Legendre polynomials) with at least one of degree p + 1. As values at the nodes of degree
+    /// p + 1: one column each.
+    template <int dim>
+    DenseMatrix hierarchical_complement(const FiniteElement<dim> &fe)
+    {
+      const unsigned int p_plus = fe.degree, n_1d = p_plus + 1;
+      const auto value = [&](const unsigned int k, const double x)
+      {
+        if (k < 2)
+          return k == 0 ? 1 - x : x;
+        // L_k - L_{k-2} vanishes at both ends
+        return std::legendre(k, 2 * x - 1) - std::legendre(k - 2, 2 * x - 1);
+      };
+      const std::vector<Point<dim>> &points = fe.get_unit_support_points();
+      std::vector<double> values;
+      unsigned int n_functions = 0;
+      for (unsigned int m = 0; m < Utilities::pow(n_1d, dim); ++m)
+      {
+        std::array<unsigned int, dim> factors;
+        bool added = false;
+        for (unsigned int d = 0, rest = m; d < dim; ++d, rest /= n_1d)
+        {
+          factors[d] = rest % n_1d;
+          added |= factors[d] == p_plus;
+        }
+        if (!added)
+          continue;
+        ++n_functions;
+        for (const Point<dim> &x : points)
+        {
+          double product = 1;
+          for (unsigned int d = 0; d < dim; ++d)
+            product *= value(factors[d], x[d]);
+          values.push_back(std::abs(product) > 1e-12 ? product : 0.);
+        }
+      }
+      return {fe.n_dofs_per_cell(), n_functions, std::move(values)};
+    }
+
+    /// [Re X, Im X, Re Z, Im Z] of all modes.
+    Block columns_of(const Modes &modes)
+    {
+      Block columns = modes.re;
+      columns.append(modes.im);
+      columns.append(modes.left_re);
+      columns.append(modes.left_im);
+      return columns;
+    }
+
+    /// Sums of body terms at the eigenvalue l: sum c l^order for each kind of matrix.
+    std::array<Complex, 4> coefficients_at(const std::vector<BodyTerm> &terms, const Complex l)
+    {
+      std::array<Complex, 4> sums{};
+      for (const BodyTerm &term : terms)
+        sums[static_cast<unsigned int>(term.matrix)] +=
+            term.coefficient * (term.order == 0   ? 1.
+                                : term.order == 1 ? l
+                                                  : l * l);
+      return sums;
+    }
+
+    template <int dim>
+    class Estimator
+    {
+    public:
+      Estimator(const BrakeModel<dim> &model, const Modes &modes);
+      EigenvalueErrors run();
+
+    private:
+      using CellIterator = typename DoFHandler<dim>::active_cell_iterator;
+      void find_contact_terms();
+      void add_bodies();
+      void integrate(const CellIterator &cell, const DenseMatrix &u, DenseMatrix &r,
+                     DenseMatrix &stiffness);
+      void add_contact();
+      void share_faces();
+      DenseMatrix local_problem(const CellIterator &cell, unsigned int number,
+                                const DenseMatrix &stiffness, std::vector<int> &kept) const;
+      /// The face of a pad's cell that is in contact, or -1.
+      int contact_face(const CellIterator &cell) const;
+      void add_pressures(const CellIterator &cell, const std::vector<bool> &direct,
+                         std::vector<int> &kept) const;
+      void add_local_contact(const CellIterator &cell, const std::vector<int> &kept,
+                             DenseMatrix &local) const;
+      void add_products(const DenseMatrix &z, const DenseMatrix &r, DenseMatrix &re,
+                        DenseMatrix &im) const;
+      void eliminate(EigenvalueErrors &errors);
+      void find_corrections(EigenvalueErrors &errors) const;
+
+      const BrakeModel<dim> &model;
+      const Parameters::All &prm;
+      const Modes &modes;
+      const unsigned int m;    ///< modes
+      const Spaces<dim> &base; ///< of the modes
+      Spaces<dim> spaces;      ///< of one degree more
+      std::unique_ptr<Contact<dim>> contact;
+      std::vector<Term> contact_terms;
+
+      const unsigned int n; ///< nodes of a cell, degree p + 1
+      const DenseMatrix lift;
+      const DenseMatrix complement;
+      CellIntegrals<dim> resting, moving;
+      std::unique_ptr<CellMap<dim>> base_map, map;
+      Block lifted;                         ///< the columns, interpolated
+      std::vector<Column> residuals;        ///< of the columns
+      std::vector<DenseMatrix> stiffnesses; ///< of the cells' complements
+      std::vector<std::vector<int>> unknowns;
+      DenseMatrix t_re, t_im; ///< T
+    };
+
+    template <int dim>
+    DenseMatrix interpolation(const FiniteElement<dim> &from, const FiniteElement<dim> &to)
+    {
+      DenseMatrix matrix(to.n_dofs_per_cell(), from.n_dofs_per_cell());
+      for (unsigned int a = 0; a < matrix.n_rows; ++a)
+        for (unsigned int b = 0; b < matrix.n_columns; ++b)
+          matrix(a, b) = from.shape_value(b, to.get_unit_support_points()[a]);
+      return matrix;
+    }
+
+    template <int dim>
+    Estimator<dim>::Estimator(const BrakeModel<dim> &model, const Modes &modes)
+        : model(model), prm(model.parameters()), modes(modes), m(modes.lambda.size()),
+          base(model.spaces()), spaces(base, base.fe.degree + 1), n(spaces.fe.n_dofs_per_cell()),
+          lift(interpolation(base.fe, spaces.fe)), complement(hierarchical_complement(spaces.fe)),
+          resting(spaces, false), moving(spaces, true), t_re(m, m), t_im(m, m)
+    {
+    }
+
+    /// r = [Q+(l_j) x_j, Q+(l_j)^H z_j] of one cell for the columns u, and the cell's stiffness.
+    template <int dim>
+    void Estimator<dim>::integrate(const CellIterator &cell, const DenseMatrix &u, DenseMatrix &r,
+                                   DenseMatrix &stiffness)
+    {
+      const bool rotor                  = cell->material_id() == rotor_body;
+      const std::vector<BodyTerm> terms = body_terms(prm, rotor);
+      const bool moves =
+          std::any_of(terms.begin(), terms.end(),
+                      [](const BodyTerm &term) { return term.matrix == BodyTerm::Kind::G; });
+      CellIntegrals<dim> &integrals = moves ? moving : resting;
+      integrals.reinit(cell);
+      const Material &material = prm.material(rotor);
+      const auto C             = elasticity_tensor<dim>(material);
+      DenseMatrix block(n, n);
+      for (unsigned int i = 0; i < dim; ++i)
+        for (unsigned int k = i; k < dim; ++k)
+        {
+          stiffness_block(integrals, C, i, k, block);
+          for (unsigned int a = 0; a < n; ++a)
+            for (unsigned int b = 0; b < n; ++b)
+              stiffness(i * n + a, k * n + b) = stiffness(k * n + b, i * n + a) = block(b, a);
+        }
+      const unsigned int n_columns = u.n_columns;
+      std::array<DenseMatrix, 4> products;
+      const auto apply = [&](const BodyTerm::Kind kind, const auto &entry)
+      {
+        // The same for every component: the columns read as n x (dim n_columns).
+        for (unsigned int a = 0; a < n; ++a)
+          for (unsigned int b = 0; b < n; ++b)
+            block(a, b) = material.density * entry(a, b);
+        DenseMatrix wide(n, dim * n_columns, u.values);
+        DenseMatrix result(n, dim * n_columns);
+        gemm(false, 1, block, wide, 0, result);
+        products[static_cast<unsigned int>(kind)] =
+            DenseMatrix(dim * n, n_columns, std::move(result.values));
+      };
+      products[1] = DenseMatrix(dim * n, n_columns);
+      gemm(false, 1, stiffness, u, 0, products[1]);
+      apply(BodyTerm::Kind::M,
+            [&](const unsigned int a, const unsigned int b) { return integrals.values(a, b); });
+      if (moves)
+      {
+        apply(BodyTerm::Kind::G, [&](const unsigned int a, const unsigned int b)
+              { return (integrals.value_transport(a, b) - integrals.value_transport(b, a)) / 2; });
+        apply(BodyTerm::Kind::M_star, [&](const unsigned int a, const unsigned int b)
+              { return integrals.transports(a, b); });
+      }
+      std::fill(r.values.begin(), r.values.end(), 0.);
+      for (unsigned int j = 0; j < m; ++j)
+      {
+        const auto c = coefficients_at(terms, modes.lambda[j]);
+        for (unsigned int kind = 0; kind < 4; ++kind)
+          if (products[kind].n_rows > 0)
+          {
+            const DenseMatrix &product = products[kind];
+            // Q^H: conjugate coefficients, and G is skew
+            const Complex adjoint =
+                std::conj(c[kind]) *
+                (kind == static_cast<unsigned int>(BodyTerm::Kind::G) ? -1. : 1.);
+            for (const unsigned int side : {0u, 2 * m})
+            {
+              const Complex factor = side == 0 ? c[kind] : adjoint;
+              for (unsigned int i = 0; i < dim * n; ++i)
+              {
+                const Complex value =
+                    factor * Complex(product(i, side + j), product(i, side + m + j));
+                r(i, side + j) += value.real();
+                r(i, side + m + j) += value.imag();
+              }
+            }
+          }
+      }
+    }
+
+    /// Adds Z^H R of two blocks of columns [Re, Im].
+    template <int dim>
+    void Estimator<dim>::add_products(const DenseMatrix &z, const DenseMatrix &r, DenseMatrix &re,
+                                      DenseMatrix &im) const
+    {
+      DenseMatrix products(2 * m, 2 * m);
+      gemm(true, 1, z, r, 0, products);
+      for (unsigned int i = 0; i < m; ++i)
+        for (unsigned int j = 0; j < m; ++j)
+        {
+          re(i, j) += products(i, j) + products(m + i, m + j);
+          im(i, j) += products(i, m + j) - products(m + i, j);
+        }
+    }
+
+    /// The columns 2m ... 4m (the left ones), or the first 2m.
+    DenseMatrix half(const DenseMatrix &all, const bool left)
+    {
+      const unsigned int n_columns = all.n_columns / 2;
+      const auto begin = all.values.begin() + (left ? std::size_t(n_columns) * all.n_rows : 0);
+      return {all.n_rows, n_columns, {begin, begin + std::size_t(n_columns) * all.n_rows}};
+    }
+
+    template <int dim>
+    void Estimator<dim>::add_bodies()
+    {
+      const std::vector<Column> columns = base_map->import(columns_of(modes));
+      const unsigned int n_base         = base.fe.n_dofs_per_cell();
+      DenseMatrix coarse((dim + 1) * n_base, 4 * m), u(dim * n, 4 * m), r(dim * n, 4 * m),
+          stiffness(dim * n, dim * n);
+      unsigned int number = 0;
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          base_map->gather(number, columns, coarse);
+          DenseMatrix wide(n_base, (dim + 1) * 4 * m, coarse.values), fine(n, (dim + 1) * 4 * m);
+          gemm(false, 1, lift, wide, 0, fine);
+          const DenseMatrix all((dim + 1) * n, 4 * m, std::move(fine.values));
+          for (unsigned int j = 0; j < 4 * m; ++j)
+            std::copy_n(&all.values[std::size_t(j) * all.n_rows], dim * n,
+                        &u.values[std::size_t(j) * u.n_rows]);
+          for (const auto &entry : map->cells[number])
+            if (entry.direct && entry.index < lifted.n_local())
+              for (unsigned int j = 0; j < 4 * m; ++j)
+                lifted.column(j)[entry.index] = all(entry.unknown, j);
+
+          integrate(cell, u, r, stiffness);
+          for (const auto &entry : map->cells[number])
+            if (entry.unknown < dim * n)
+              for (unsigned int j = 0; j < 4 * m; ++j)
+                residuals[j].local_element(entry.index) += entry.weight * r(entry.unknown, j);
+          add_products(half(u, true), half(r, false), t_re, t_im);
+          stiffnesses.push_back(local_problem(cell, number, stiffness, unknowns.emplace_back()));
+          ++number;
+        }
+      for (Column &column : residuals)
+        column.compress(VectorOperation::add);
+    }
+
+    /// Contact on the enriched space: the static state interpolated, its own active set.
+    template <int dim>
+    void Estimator<dim>::find_contact_terms()
+    {
+      if (!model.contact() || base.geometry.interfaces.empty())
+        return;
+      contact = std::make_unique<Contact<dim>>(spaces, BrakeModel<dim>::contact_model(prm));
+      contact->scale_as(*model.contact());
+      typename Contact<dim>::Pressure pressure;
+      if (model.equilibrium())
+      {
+        const std::vector<Column> state = base_map->import(model.equilibrium()->state);
+        Block fine_state(spaces.rows, 1);
+        const unsigned int n_base = base.fe.n_dofs_per_cell();
+        DenseMatrix coarse((dim + 1) * n_base, 1);
+        for (unsigned int number = 0; number < map->cells.size(); ++number)
+        {
+          base_map->gather(number, state, coarse);
+          DenseMatrix wide(n_base, dim + 1, coarse.values), fine(n, dim + 1);
+          gemm(false, 1, lift, wide, 0, fine);
+          for (const auto &entry : map->cells[number])
+            if (entry.direct && entry.index < fine_state.n_local())
+              fine_state.data()[entry.index] = fine.values[entry.unknown];
+        }
+        contact->update_active_set(fine_state);
+        pressure = contact->pressure_of(fine_state);
+      }
+      else
+        pressure = contact->uniform_pressure(prm.pads.pressure);
+      contact_terms = BrakeModel<dim>::contact_terms(*contact, pressure, prm);
+    }
+
+    template <int dim>
+    void Estimator<dim>::add_contact()
+    {
+      if (!contact)
+        return;
+      Block right(spaces.rows, 2 * m), left(spaces.rows, 2 * m);
+      std::copy_n(lifted.data(), std::size_t(right.n_local()) * 2 * m, right.data());
+      std::copy_n(lifted.column(2 * m), std::size_t(right.n_local()) * 2 * m, left.data());
+      for (const unsigned int order : {0u, 1u})
+      {
+        const Matrix A = sum_of(spaces.rows, contact_terms, order);
+        if (!A)
+          continue;
+        const std::array<Block, 2> products = {{multiply(A, right), multiply(transpose(A), left)}};
+        for (const bool is_left : {false, true})
+          for (unsigned int j = 0; j < m; ++j)
+          {
+            const Complex l = modes.lambda[j], factor = order == 0 ? 1.
+                                                        : is_left  ? std::conj(l)
+                                                                   : l;
+            const Block &product    = products[is_left];
+            const unsigned int side = is_left ? 2 * m : 0;
+            for (unsigned int i = 0; i < product.n_local(); ++i)
+            {
+              const Complex value =
+                  factor * Complex(product.column(j)[i], product.column(m + j)[i]);
+              residuals[side + j].local_element(i) += value.real();
+              residuals[side + m + j].local_element(i) += value.imag();
+              if (!is_left)
+                for (unsigned int k = 0; k < m && value != 0.; ++k)
+                {
+                  const Complex t = Complex(left.column(k)[i], -left.column(m + k)[i]) * value;
+                  t_re(k, j) += t.real();
+                  t_im(k, j) += t.imag();
+                }
+            }
+          }
+      }
+    }
+
+    /// Residuals of faces, edges and vertices are divided among the cells that share them: with m
+    /// cells that have a local problem there, out of m' whose stiffness resists, each takes
+    /// 1/sqrt(m m') of it, so that the local energies sum to the right one for equal cells. m' > m
+    /// where finer cells hang on a face.
+    template <int dim>
+    void Estimator<dim>::share_faces()
+    {
+      std::vector<Column> counts = map->zeros(2);
+      for (const auto &entries : map->cells)
+        for (const auto &entry : entries)
+          counts[!entry.direct].local_element(entry.index) += 1;
+      for (Column &count : counts)
+      {
+        count.compress(VectorOperation::add);
+        count.update_ghost_values();
+      }
+      for (Column &residual : residuals)
+      {
+        for (unsigned int i = 0; i < lifted.n_local(); ++i)
+        {
+          const double direct = counts[0].local_element(i),
+                       all    = direct + (counts[1].local_element(i) > 0);
+          residual.local_element(i) /= std::sqrt(std::max(1., direct * all));
+        }
+        residual.update_ghost_values();
+      }
+    }
+
+    template <int dim>
+    int Estimator<dim>::contact_face(const CellIterator &cell) const
+    {
+      for (const unsigned int f : cell->face_indices())
+        for (const ContactInterface &interface : spaces.geometry.interfaces)
+          if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == interface.pad_face)
+            return f;
+      return -1;
+    }
+
+    /// Appends the contact pressures of a pad's cell: the traces of the complement's functions that
+    /// do not vanish on the contact face, where it is closed.
+    template <int dim>
+    void Estimator<dim>::add_pressures(const CellIterator &cell, const std::vector<bool> &direct,
+                                       std::vector<int> &kept) const
+    {
+      const int face = contact_face(cell);
+      if (face < 0 || !prm.contact.mortar())
+        return;
+      const std::vector<Point<dim>> &points = spaces.fe.get_unit_support_points();
+      std::vector<types::global_dof_index> nodes(n);
+      cell->get_dof_indices(nodes);
+      for (unsigned int w = 0; w < complement.n_columns; ++w)
+      {
+        bool on_face = false, is_free = true;
+        for (unsigned int a = 0; a < n; ++a)
+          if (complement(a, w) != 0 && std::abs(points[a][face / 2] - face % 2) < 1e-12)
+          {
+            on_face = true;
+            is_free &= direct[dim * n + a] && contact->is_closed(spaces.multiplier(nodes[a]));
+          }
+        if (on_face && is_free)
+          kept.push_back(dim * complement.n_columns + w);
+      }
+    }
+
+    /// The contact's part of a pad's local problem, the rotor held: with v.n and v.e along the
+    /// rotor's normal and the sliding direction, penalty
+    ///     int (v.n + mu v.e) k_C u.n,
+    /// mortar -int (v.n + mu v.e) p, -int psi u.n - 1/k_C int psi p.
+    template <int dim>
+    void Estimator<dim>::add_local_contact(const CellIterator &cell, const std::vector<int> &kept,
+                                           DenseMatrix &local) const
+    {
+      const int face = contact_face(cell);
+      if (face < 0)
+        return;
+      const ContactModel<dim> &law = contact->contact_model();
+      const double scale = contact->pressure_scale(), omega = law.angular_velocity;
+      FEFaceValues<dim> values(spaces.mapping, spaces.fe, QGauss<dim - 1>(spaces.fe.degree + 1),
+                               update_values | update_normal_vectors | update_quadrature_points |
+                                   update_JxW_values);
+      values.reinit(cell, face);
+      const unsigned int n_w = complement.n_columns, n_kept = kept.size();
+      std::vector<double> traces(n_w);
+      for (const unsigned int q : values.quadrature_point_indices())
+      {
+        const Tensor<1, dim> normal = -values.normal_vector(q);
+        Tensor<1, dim> e            = spaces.geometry.transport(values.quadrature_point(q));
+        e -= (e * normal) * normal;
+        const double speed = e.norm();
+        e *= (omega < 0 ? -1 : 1) / speed;
+        const double mu =
+            prm.terms().friction
+                ? law.friction.traction(std::abs(omega) * speed, prm.pads.pressure).d_pressure
+                : 0.;
+        for (unsigned int w = 0; w < n_w; ++w)
+        {
+          traces[w] = 0;
+          for (unsigned int a = 0; a < n; ++a)
+            traces[w] += complement(a, w) * values.shape_value(a, q);
+        }
+        const double k = law.mortar ? 0 : law.penalty_stiffness;
+        for (unsigned int r = 0; r < n_kept; ++r)
+        {
+          const unsigned int c = kept[r] / n_w;
+          const double v       = traces[kept[r] % n_w];
+          for (unsigned int s = 0; s < n_kept; ++s)
+          {
+            const unsigned int d = kept[s] / n_w;
+            const double u       = traces[kept[s] % n_w];
+            double value         = 0;
+            if (c < dim && d < dim)
+              value = k * (normal[c] + mu * e[c]) * normal[d];
+            else if (c < dim)
+              value = -scale * (normal[c] + mu * e[c]);
+            else if (d < dim)
+              value = -scale * normal[d];
+            else
+              value = -scale * scale * law.compliance;
+            local(r, s) += values.JxW(q) * v * u * value;
+          }
+        }
+      }
+    }
+
+    /// The stiffness of the complement's functions on a cell. @p kept lists them: component times
+    /// number of functions plus function (contact pressures: component dim); those that would move
+    /// a fixed or a hanging node are left out.
+    template <int dim>
+    DenseMatrix Estimator<dim>::local_problem(const CellIterator &cell, const unsigned int number,
+                                              const DenseMatrix &stiffness,
+                                              std::vector<int> &kept) const
+    {
+      const unsigned int n_w = complement.n_columns;
+      std::vector<bool> direct((dim + 1) * n);
+      for (const auto &entry : map->cells[number])
+        direct[entry.unknown] = direct[entry.unknown] || entry.direct;
+      const auto is_free = [&](const unsigned int c, const unsigned int w)
+      {
+        for (unsigned int a = 0; a < n; ++a)
+          if (complement(a, w) != 0 && !direct[c * n + a])
+            return false;
+        return true;
+      };
+      for (unsigned int c = 0; c < dim; ++c)
+        for (unsigned int w = 0; w < n_w; ++w)
+          if (is_free(c, w))
+            kept.push_back(c * n_w + w);
+
+      add_pressures(cell, direct, kept);
+      DenseMatrix local(kept.size(), kept.size());
+      DenseMatrix block(n, n), half_product(n, n_w), product(n_w, n_w);
+      for (unsigned int i = 0; i < dim; ++i)
+        for (unsigned int k = 0; k < dim; ++k)
+        {
+          for (unsigned int a = 0; a < n; ++a)
+            for (unsigned int b = 0; b < n; ++b)
+              block(a, b) = stiffness(i * n + a, k * n + b);
+          gemm(false, 1, block, complement, 0, half_product);
+          gemm(true, 1, complement, half_product, 0, product);
+          for (unsigned int r = 0; r < kept.size(); ++r)
+            for (unsigned int s = 0; s < kept.size(); ++s)
+              if (kept[r] / n_w == i && kept[s] / n_w == k)
+                local(r, s) = product(kept[r] % n_w, kept[s] % n_w);
+        }
+      add_local_contact(cell, kept, local);
+      return local;
+    }
+
+    template <int dim>
+    void Estimator<dim>::eliminate(EigenvalueErrors &errors)
+    {
+      const unsigned int n_w = complement.n_columns;
+      DenseMatrix all((dim + 1) * n, 4 * m);
+      for (unsigned int number = 0; number < map->cells.size(); ++number)
+      {
+        std::fill(all.values.begin(), all.values.end(), 0.);
+        for (const auto &entry : map->cells[number])
+          if (entry.direct)
+            for (unsigned int j = 0; j < 4 * m; ++j)
+              all(entry.unknown, j) = residuals[j].local_element(entry.index);
+        const std::vector<int> &kept = unknowns[number];
+        DenseMatrix r(kept.size(), 4 * m);
+        for (unsigned int i = 0; i < kept.size(); ++i)
+        {
+          const unsigned int c = kept[i] / n_w, w = kept[i] % n_w;
+          for (unsigned int a = 0; a < n; ++a)
+            if (complement(a, w) != 0)
+              for (unsigned int j = 0; j < 4 * m; ++j)
+                r(i, j) += complement(a, w) * all(c * n + a, j);
+        }
+        const DenseMatrix solution = solve(std::move(stiffnesses[number]), half(r, false));
+        DenseMatrix e_re(m, m), e_im(m, m);
+        add_products(half(r, true), solution, e_re, e_im);
+        std::vector<std::complex<float>> parts;
+        for (unsigned int j = 0; j < m; ++j)
+        {
+          for (unsigned int i = 0; i < m; ++i)
+          {
+            t_re(i, j) -= e_re(i, j);
+            t_im(i, j) -= e_im(i, j);
+          }
+          parts.emplace_back(Complex(e_re(j, j), e_im(j, j)) / (2. * modes.lambda[j]));
+        }
+        errors.cells.push_back(std::move(parts));
+      }
+    }
+
+    /// The eigenvalues of l_i delta_ij - T_ij/(2 l_i), as those of the real matrix [Re, -Im; Im,
+    /// Re], which also has the conjugate ones.
+    template <int dim>
+    void Estimator<dim>::find_corrections(EigenvalueErrors &errors) const
+    {
+      std::vector<double> t = t_re.values;
+      t.insert(t.end(), t_im.values.begin(), t_im.values.end());
+      MPI_Allreduce(MPI_IN_PLACE, t.data(), t.size(), MPI_DOUBLE, MPI_SUM, spaces.comm);
+      DenseMatrix embedded(2 * m, 2 * m);
+      for (unsigned int i = 0; i < m; ++i)
+        for (unsigned int j = 0; j < m; ++j)
+        {
+          const Complex value =
+              (i == j ? modes.lambda[i] : 0.) -
+              Complex(t[i + m * j], t[m * m + i + m * j]) / (2. * modes.lambda[i]);
+          embedded(i, j) = embedded(m + i, m + j) = value.real();
+          embedded(m + i, j)                      = value.imag();
+          embedded(i, m + j)                      = -value.imag();
+        }
+      const std::vector<Complex> roots = eigenvalues(embedded);
+      std::vector<std::vector<double>> costs(m);
+      for (unsigned int j = 0; j < m; ++j)
+        for (const Complex &root : roots)
+          costs[j].push_back(std::norm(root - modes.lambda[j]));
+      const std::vector<int> partners = assign(costs, roots.size());
+      for (unsigned int j = 0; j < m; ++j)
+        errors.correction.push_back(roots[partners[j]] - modes.lambda[j]);
+    }
+
+    template <int dim>
+    EigenvalueErrors Estimator<dim>::run()
+    {
+      EigenvalueErrors errors;
+      if (m == 0)
+        return errors;
+      spaces.distribute();
+      base_map  = std::make_unique<CellMap<dim>>(base);
+      map       = std::make_unique<CellMap<dim>>(spaces);
+      lifted    = Block(spaces.rows, 4 * m);
+      residuals = map->zeros(4 * m);
+      find_contact_terms();
+      add_bodies();
+      add_contact();
+      share_faces();
+      eliminate(errors);
+      find_corrections(errors);
+      return errors;
+    }
+  } // namespace
+
+  template <int dim>
+  EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const Modes &modes)
+  {
+    return Estimator<dim>(model, modes).run();
+  }
+
+  template EigenvalueErrors estimate_errors<2>(const BrakeModel<2> &, const Modes &);
+  template EigenvalueErrors estimate_errors<3>(const BrakeModel<3> &, const Modes &);
+} // namespace squeal
