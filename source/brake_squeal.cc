@@ -6,6 +6,8 @@
 #include <squeal/matrix_model.h>
 #include <squeal/sweep.h>
 
+#include <deal.II/distributed/grid_refinement.h>
+
 #include <slepcsys.h>
 
 #include <algorithm>
@@ -14,6 +16,8 @@
 
 namespace squeal
 {
+  using namespace dealii;
+
   namespace
   {
     const std::vector<std::string> phase_names = {"mesh",         "assembly", "contact", "static",
@@ -245,8 +249,9 @@ namespace squeal
       {
         for (unsigned int cycle = 0; cycle < prm.refinement.n_cycles(); ++cycle)
         {
-          if (!make_mesh(cycle))
+          if (cycle > 0 && !refine())
             break;
+          make_mesh(cycle);
           if (prm.sweep.active() || prm.stage_name == "ladder")
           {
             prm.sweep.active() ? sweep(model) : climb(model);
@@ -268,50 +273,135 @@ namespace squeal
 
     private:
       void estimate(std::vector<ModeRow> &rows) override;
-      bool make_mesh(unsigned int cycle);
+      /// False if nothing is left to refine for, or if the budget of unknowns is spent.
+      bool refine();
+      bool is_affordable(double n_unknowns);
+      /// What each own cell does to the modes that are not yet known well enough, in units of
+      /// what is allowed; empty if all are.
+      std::vector<double> indicators() const;
+      void make_mesh(unsigned int cycle);
       void report_static(unsigned int cycle);
       void write_fields(unsigned int cycle);
 
       BrakeModel<dim> model;
       Table static_csv;
+      EigenvalueErrors errors;
     };
 
     template <int dim>
     void BrakeSqueal<dim>::estimate(std::vector<ModeRow> &rows)
     {
+      if (!prm.eigenproblem.error_bars)
+        return;
       PhaseTimer::Scope scope(timer, "estimate");
-      const EigenvalueErrors errors = estimate_errors(model, modes);
+      log.progress("  error bars");
+      errors = estimate_errors(model, modes);
       for (unsigned int j = 0; j < rows.size(); ++j)
-        rows[j].corrected = rows[j].lambda + errors.correction[j];
+      {
+        ModeRow &row          = rows[j];
+        row.corrected         = row.lambda + errors.correction[j];
+        row.growth_rate_error = errors.growth_rate[j];
+        row.frequency_error   = errors.imaginary[j] / (2 * M_PI);
+        row.verdict = verdict(row.lambda, prm.eigenproblem.tolerance, errors.growth_rate[j]);
+      }
     }
 
-    /// Refines after the first cycle and numbers the unknowns. False if the budget of unknowns is
-    /// spent.
     template <int dim>
-    bool BrakeSqueal<dim>::make_mesh(const unsigned int cycle)
+    bool BrakeSqueal<dim>::is_affordable(const double n_unknowns)
+    {
+      if (n_unknowns <= prm.refinement.maximum_unknowns)
+        return true;
+      log.line("\nNo further mesh: it would have about " + number(std::round(n_unknowns)) +
+               " unknowns, more than Refinement/Maximum unknowns = " +
+               std::to_string(prm.refinement.maximum_unknowns) + ".");
+      return false;
+    }
+
+    template <int dim>
+    std::vector<double> BrakeSqueal<dim>::indicators() const
+    {
+      const std::vector<ModeRow> &rows = rows_of_cycle.back();
+      std::vector<double> weights;
+      bool is_open = false;
+      for (unsigned int j = 0; j < rows.size(); ++j)
+      {
+        const double size    = std::abs(rows[j].lambda),
+                     error   = std::hypot(errors.growth_rate[j], errors.imaginary[j]),
+                     allowed = prm.refinement.tolerance * size;
+        double weight        = 0;
+        if (prm.refinement.tolerance > 0)
+          weight = error > allowed ? 1 / allowed : 0;
+        else if (rows[j].verdict == "undecided")
+          weight = 1 / std::max(std::abs(rows[j].lambda.real()), 1e-6 * size);
+        weights.push_back(weight);
+        is_open |= weight > 0;
+      }
+      std::vector<double> result;
+      for (const auto &parts : errors.cells)
+      {
+        double sum = 0;
+        for (unsigned int j = 0; j < rows.size(); ++j)
+          sum += weights[j] * std::abs(parts[j]);
+        if (is_open)
+          result.push_back(sum);
+      }
+      return result;
+    }
+
+    /// Uniform: every cell. Adaptive: the cells that make up the greater part of the errors (bulk
+    /// criterion, Doerfler 1996).
+    template <int dim>
+    bool BrakeSqueal<dim>::refine()
     {
       PhaseTimer::Scope scope(timer, "mesh");
       Spaces<dim> &spaces = model.spaces();
-      if (cycle > 0)
+      auto &mesh          = spaces.triangulation;
+      // Every unknown of a volume becomes 2^dim, roughly.
+      const double growth = std::pow(2., dim);
+      if (prm.refinement.strategy == "uniform")
       {
-        // Every unknown of a volume becomes 2^dim, roughly.
-        const double expected = std::pow(2., dim) * spaces.rows.size;
-        if (expected > prm.refinement.maximum_unknowns)
-        {
-          log.line("\nNo further mesh: it would have about " + number(std::round(expected)) +
-                   " unknowns, more than Refinement/Maximum unknowns = " +
-                   std::to_string(prm.refinement.maximum_unknowns) + ".");
+        if (!is_affordable(growth * spaces.rows.size))
           return false;
-        }
-        spaces.triangulation.refine_global(1);
+        mesh.refine_global(1);
+        return true;
       }
-      modes = Modes();
+      constexpr double bulk             = 0.7;
+      const std::vector<double> by_cell = indicators();
+      if (Utilities::MPI::max(by_cell.size(), comm) == 0)
+      {
+        log.line(prm.refinement.tolerance > 0 ? "\nAll modes are known to the tolerance."
+                                              : "\nAll verdicts are decided.");
+        return false;
+      }
+      Vector<float> criteria(mesh.n_active_cells());
+      unsigned int number = 0;
+      for (const auto &cell : mesh.active_cell_iterators())
+        if (cell->is_locally_owned())
+          criteria(cell->active_cell_index()) = by_cell[number++];
+      parallel::distributed::GridRefinement::refine_and_coarsen_fixed_fraction(mesh, criteria, bulk,
+                                                                               0.);
+      unsigned int n_marked = 0;
+      for (const auto &cell : mesh.active_cell_iterators())
+        n_marked += cell->is_locally_owned() && cell->refine_flag_set();
+      n_marked             = Utilities::MPI::sum(n_marked, comm);
+      const double n_cells = mesh.n_global_active_cells();
+      if (!is_affordable(spaces.rows.size * (1 + (growth - 1) * n_marked / n_cells)))
+        return false;
+      mesh.execute_coarsening_and_refinement();
+      return true;
+    }
+
+    template <int dim>
+    void BrakeSqueal<dim>::make_mesh(const unsigned int cycle)
+    {
+      PhaseTimer::Scope scope(timer, "mesh");
+      const Spaces<dim> &spaces = model.spaces();
+      modes                     = Modes();
       model.distribute();
       log.line("\nMesh " + std::to_string(cycle) + ": " +
                std::to_string(spaces.triangulation.n_global_active_cells()) + " cells of degree " +
                std::to_string(spaces.fe.degree) + ", " + std::to_string(spaces.n_displacements) +
                " displacements, " + std::to_string(spaces.n_multipliers) + " contact pressures");
-      return true;
     }
 
     /// The static equilibrium's steps and the resultants of the steady pressure: static.csv and a

@@ -286,11 +286,14 @@ namespace squeal
                         "unused, along x, through "
                         "the thickness).",
                         counts);
+      prm.add_parameter("Align rotor", align_rotor,
+                        "The rotor's cells end where the pads do (scene brake), because stresses "
+                        "have kinks there. false: equal cells.",
+                        Patterns::Bool());
       prm.add_parameter(
           "Clamp layers", clamp_layers,
-          "Number of thin cell layers by which the rotor's mesh is graded towards the "
-          "clamped cylinder and the two plane faces, where the stress at the clamped "
-          "edges is singular.",
+          "Number of layers of small cells around the two edges of the rotor's clamped "
+          "boundary, where the stress is singular. The rest of the mesh stays as it is.",
           Patterns::Integer(0, 20));
       prm.add_parameter(
           "Pad edge layers", pad_edge_layers,
@@ -317,7 +320,9 @@ namespace squeal
     {
       prm.enter_subsection("Refinement");
       prm.add_parameter("Strategy", strategy,
-                        "none: one mesh. uniform: every cell is refined from cycle to cycle.",
+                        "none: one mesh. uniform: every cell is refined from cycle to cycle. "
+                        "adaptive: the cells that contribute most to the estimated errors of modes "
+                        "whose error bar exceeds Tolerance (or whose verdict is undecided).",
                         Patterns::Selection("none|uniform|adaptive"));
       prm.add_parameter("Cycles", cycles, "At most so many meshes.", Patterns::Integer(1, 100));
       prm.add_parameter(
@@ -328,12 +333,6 @@ namespace squeal
       prm.add_parameter("Maximum unknowns", maximum_unknowns,
                         "A mesh with more unknowns is not begun.", Patterns::Integer(1));
       prm.leave_subsection();
-    }
-
-    void Refinement::check() const
-    {
-      if (strategy == "adaptive")
-        throw InputError("Refinement/Strategy = adaptive: this version has none and uniform.");
     }
 
     void Eigenproblem::declare(ParameterHandler &prm)
@@ -356,6 +355,10 @@ namespace squeal
           "frequency, -. 0: chosen by the program (nonzero only where a body is free to "
           "move as a rigid body).",
           Patterns::Double(0, 1));
+      prm.add_parameter("Error bars", error_bars,
+                        "Estimate what the mesh does to every growth rate and frequency (scenes "
+                        "with a mesh; not in sweeps). Without, verdicts trust the mesh.",
+                        Patterns::Bool());
       prm.leave_subsection();
     }
 
@@ -525,7 +528,9 @@ namespace squeal
         throw InputError("Scene = " + scene +
                          ": this version has the scenes brake, strip and matrices.");
       sweep.check();
-      refinement.check();
+      if (refinement.strategy == "adaptive" && !eigenproblem.error_bars)
+        throw InputError(
+            "Refinement/Strategy = adaptive: it needs Eigenproblem/Error bars = true.");
       if (stage_name == "ladder" &&
           (sweep.active() || refinement.n_cycles() > 1 || scene == "matrices"))
         throw InputError(

@@ -8,10 +8,14 @@ namespace squeal
 {
   using Complex = std::complex<double>;
 
-  std::string verdict(const std::complex<double> lambda, const double tolerance)
+  std::string verdict(const std::complex<double> lambda, const double tolerance,
+                      const double growth_rate_error)
   {
-    if (std::abs(lambda.real()) <= tolerance * std::abs(lambda))
+    const double rounding = tolerance * std::abs(lambda);
+    if (std::abs(lambda.real()) <= rounding && growth_rate_error <= rounding)
       return "marginal";
+    if (std::abs(lambda.real()) <= growth_rate_error)
+      return "undecided";
     if (lambda.real() < 0)
       return "stable";
     return lambda.imag() == 0 ? "divergence" : "flutter";

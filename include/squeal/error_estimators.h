@@ -11,11 +11,13 @@ namespace squeal
   /// What the discretisation does to the eigenvalues of a set of modes.
   struct EigenvalueErrors
   {
-    /// The eigenvalues as one polynomial degree more would give them, coupling of the modes
-    /// included: l_j plus this is the corrected value.
+    /// What one polynomial degree more would change, coupling of the modes included: l_j plus this
+    /// is the corrected value.
     std::vector<std::complex<double>> correction;
-    /// The modes' own parts of it, without coupling, by locally owned cell (in the order of the
-    /// mesh) and mode.
+    /// Bounds of the whole error of Re l and Im l, 1/s.
+    std::vector<double> growth_rate, imaginary;
+    /// The modes' own parts of the correction, without coupling: for each cell of this rank, in the
+    /// order of the mesh, one number per mode.
     std::vector<std::vector<std::complex<float>>> cells;
   };
 
@@ -30,6 +32,12 @@ namespace squeal
   ///     l_i delta_ij - T_ij / (2 l_i)
   /// are the corrected ones: of second order in the errors of the vectors, coupling of
   /// near-coincident modes and square-root behaviour included.
+  ///
+  /// One degree more does not see the whole error where the solution is singular: there the error
+  /// of the eigenvalue falls like p^(-4a), r^a being the displacement, and a >= 1/2 at edges of
+  /// contact and clamps. So the bounds take the part that is seen for 1 - (p/(p+1))^2 of the whole,
+  /// with a margin of one fifth. Modes that are close to each other may have different parts: each
+  /// one's is varied between what is seen and the whole, the others' held at either.
   ///
   /// Contact enters through its own terms on V+, paired anew; the pads' local problems hold the
   /// contact pressure, the rotor's see it as a given traction. Terms of the prestress are left

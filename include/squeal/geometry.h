@@ -98,6 +98,11 @@ namespace squeal
   std::vector<double> graded_points(double a, double b, unsigned int n, unsigned int at_start,
                                     unsigned int at_end, double ratio);
 
+  /// Interval ends of n cells on [a, b], as equal as they can be while the ascending @p lines are
+  /// among the ends; with fewer cells than intervals the lines are left out.
+  std::vector<double> aligned_points(double a, double b, unsigned int n,
+                                     const std::vector<double> &lines);
+
   /// Annular rotor about the z axis with mid-plane z = 0 and up to two sector pads on its plane
   /// faces.
   Geometry<3> make_brake(const Parameters::All &parameters);

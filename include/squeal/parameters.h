@@ -138,7 +138,8 @@ namespace squeal
       unsigned int degree                     = 2;
       std::array<unsigned int, 3> rotor_cells = {{5, 36, 1}};
       std::array<unsigned int, 3> pad_cells   = {{3, 6, 1}};
-      unsigned int clamp_layers               = 0;
+      bool align_rotor                        = true;
+      unsigned int clamp_layers               = 1;
       unsigned int pad_edge_layers            = 0;
       double layer_ratio                      = 0.2;
       std::string rotor_cells_text            = "5, 36, 1";
@@ -161,7 +162,6 @@ namespace squeal
         return strategy == "none" ? 1 : cycles;
       }
       void declare(dealii::ParameterHandler &prm);
-      void check() const;
     };
 
     struct Eigenproblem
@@ -170,6 +170,7 @@ namespace squeal
       std::string solver       = "krylov";
       double tolerance         = 1e-9;
       double shift             = 0;
+      bool error_bars          = true;
 
       void declare(dealii::ParameterHandler &prm);
     };

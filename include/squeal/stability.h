@@ -42,8 +42,10 @@ namespace squeal
     } // no -0
   };
 
-  /// The verdict on an eigenvalue whose relative error is @p tolerance.
-  std::string verdict(std::complex<double> lambda, double tolerance);
+  /// The verdict on an eigenvalue that the solver knows to the relative error @p tolerance and
+  /// whose growth rate the discretisation bounds to @p growth_rate_error, 1/s: undecided where that
+  /// straddles zero, marginal where both errors are rounding.
+  std::string verdict(std::complex<double> lambda, double tolerance, double growth_rate_error = 0);
 
   /// Verdicts and Rayleigh coefficients of all modes: with u^H M u = 1,
   ///     d + j g = x^H P x,   k + j n = x^H Q x,
