@@ -299,10 +299,10 @@ namespace squeal
       for (unsigned int j = 0; j < rows.size(); ++j)
       {
         ModeRow &row          = rows[j];
-        row.corrected         = row.lambda + errors.correction[j];
-        row.growth_rate_error = errors.growth_rate[j];
-        row.frequency_error   = errors.imaginary[j] / (2 * M_PI);
-        row.verdict = verdict(row.lambda, prm.eigenproblem.tolerance, errors.growth_rate[j]);
+        row.corrected         = row.lambda + errors.bounds.correction[j];
+        row.growth_rate_error = errors.bounds.growth_rate[j];
+        row.frequency_error   = errors.bounds.imaginary[j] / (2 * M_PI);
+        row.verdict = verdict(row.lambda, prm.eigenproblem.tolerance, errors.bounds.growth_rate[j]);
       }
     }
 
@@ -326,7 +326,7 @@ namespace squeal
       for (unsigned int j = 0; j < rows.size(); ++j)
       {
         const double size    = std::abs(rows[j].lambda),
-                     error   = std::hypot(errors.growth_rate[j], errors.imaginary[j]),
+                     error   = std::hypot(errors.bounds.growth_rate[j], errors.bounds.imaginary[j]),
                      allowed = prm.refinement.tolerance * size;
         double weight        = 0;
         if (prm.refinement.tolerance > 0)

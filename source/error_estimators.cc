@@ -1,7 +1,6 @@
+#include <squeal/cell_map.h>
 #include <squeal/cell_operators.h>
-#include <squeal/dense.h>
 #include <squeal/error_estimators.h>
-#include <squeal/stability.h>
 
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/fe/fe_values.h>
@@ -16,142 +15,6 @@ namespace squeal
 
   namespace
   {
-    using Column = LinearAlgebra::distributed::Vector<double>;
-
-    /// Where the unknowns of each own cell stand in a distributed vector. A cell's unknown is
-    /// numbered c n + a: component c (the contact pressure is component dim) of node a.
-    template <int dim>
-    class CellMap
-    {
-    public:
-      struct Entry
-      {
-        unsigned int unknown, index; ///< number in the cell, local index in the vector
-        double weight;
-        bool direct; ///< the node itself, not a part of a hanging one
-      };
-
-      explicit CellMap(const Spaces<dim> &spaces);
-
-      /// The columns with the values of other ranks that own cells need.
-      std::vector<Column> import(const Block &block) const;
-      std::vector<Column> zeros(unsigned int n_columns) const;
-      /// The unknowns of a cell, one column for each vector.
-      void gather(unsigned int cell, const std::vector<Column> &from, DenseMatrix &to) const;
-
-      std::vector<std::vector<Entry>> cells;
-      const RowRange rows;
-
-    private:
-      std::shared_ptr<Utilities::MPI::Partitioner> partitioner;
-    };
-
-    template <int dim>
-    CellMap<dim>::CellMap(const Spaces<dim> &spaces) : rows(spaces.rows)
-    {
-      const unsigned int n = spaces.fe.n_dofs_per_cell();
-      IndexSet owned(rows.size), seen(rows.size);
-      owned.add_range(rows.begin, rows.end);
-      std::vector<types::global_dof_index> foreign, nodes(n);
-      for (const auto &cell : spaces.nodes.active_cell_iterators())
-        if (cell->is_locally_owned())
-        {
-          cell->get_dof_indices(nodes);
-          std::vector<Entry> entries;
-          for (unsigned int a = 0; a < n; ++a)
-          {
-            const bool direct = !spaces.hanging.is_constrained(nodes[a]);
-            for (const WeightedNode &w : spaces.expand(nodes[a]))
-              for (unsigned int c = 0; c <= dim; ++c)
-              {
-                const unsigned int equation =
-                    c == dim ? spaces.multiplier(w.node) : spaces.equation(w.node, c);
-                if (equation == Spaces<dim>::none)
-                  continue;
-                if (!rows.contains(equation))
-                  foreign.push_back(equation);
-                entries.push_back({c * n + a, equation, w.weight, direct});
-              }
-          }
-          cells.push_back(std::move(entries));
-        }
-      std::sort(foreign.begin(), foreign.end());
-      seen.add_indices(foreign.begin(), std::unique(foreign.begin(), foreign.end()));
-      partitioner = std::make_shared<Utilities::MPI::Partitioner>(owned, seen, rows.comm);
-      for (std::vector<Entry> &entries : cells)
-        for (Entry &entry : entries)
-          entry.index = partitioner->global_to_local(entry.index);
-    }
-
-    template <int dim>
-    std::vector<Column> CellMap<dim>::zeros(const unsigned int n_columns) const
-    {
-      return std::vector<Column>(n_columns, Column(partitioner));
-    }
-
-    template <int dim>
-    std::vector<Column> CellMap<dim>::import(const Block &block) const
-    {
-      std::vector<Column> columns = zeros(block.n_columns());
-      for (unsigned int j = 0; j < block.n_columns(); ++j)
-      {
-        std::copy_n(block.column(j), block.n_local(), columns[j].begin());
-        columns[j].update_ghost_values();
-      }
-      return columns;
-    }
-
-    template <int dim>
-    void CellMap<dim>::gather(const unsigned int cell, const std::vector<Column> &from,
-                              DenseMatrix &to) const
-    {
-      std::fill(to.values.begin(), to.values.end(), 0.);
-      for (unsigned int j = 0; j < from.size(); ++j)
-        for (const Entry &entry : cells[cell])
-          to(entry.unknown, j) += entry.weight * from[j].local_element(entry.index);
-    }
-
-    /// The functions of degree p + 1 that one more degree adds to those of degree p, on the
-    /// reference cell: products of the hierarchical one-dimensional functions (two hats, integrated
-    /// Legendre polynomials) with at least one of degree p + 1. As values at the nodes of degree
-    /// p + 1: one column each.
-    template <int dim>
-    DenseMatrix hierarchical_complement(const FiniteElement<dim> &fe)
-    {
-      const unsigned int p_plus = fe.degree, n_1d = p_plus + 1;
-      const auto value = [&](const unsigned int k, const double x)
-      {
-        if (k < 2)
-          return k == 0 ? 1 - x : x;
-        // L_k - L_{k-2} vanishes at both ends
-        return std::legendre(k, 2 * x - 1) - std::legendre(k - 2, 2 * x - 1);
-      };
-      const std::vector<Point<dim>> &points = fe.get_unit_support_points();
-      std::vector<double> values;
-      unsigned int n_functions = 0;
-      for (unsigned int m = 0; m < Utilities::pow(n_1d, dim); ++m)
-      {
-        std::array<unsigned int, dim> factors;
-        bool added = false;
-        for (unsigned int d = 0, rest = m; d < dim; ++d, rest /= n_1d)
-        {
-          factors[d] = rest % n_1d;
-          added |= factors[d] == p_plus;
-        }
-        if (!added)
-          continue;
-        ++n_functions;
-        for (const Point<dim> &x : points)
-        {
-          double product = 1;
-          for (unsigned int d = 0; d < dim; ++d)
-            product *= value(factors[d], x[d]);
-          values.push_back(std::abs(product) > 1e-12 ? product : 0.);
-        }
-      }
-      return {fe.n_dofs_per_cell(), n_functions, std::move(values)};
-    }
-
     /// [Re X, Im X, Re Z, Im Z] of all modes.
     Block columns_of(const Modes &modes)
     {
@@ -220,18 +83,10 @@ namespace squeal
       std::vector<Column> residuals;        ///< of the columns
       std::vector<DenseMatrix> stiffnesses; ///< of the cells' complements
       std::vector<std::vector<int>> unknowns;
-      DenseMatrix t_re, t_im; ///< T
+      std::array<std::vector<Complex>, 2> by_body; ///< factors of K at each eigenvalue; pads, rotor
+      std::vector<bool> in_rotor;                  ///< by cell
+      DenseMatrix t_re, t_im;                      ///< T
     };
-
-    template <int dim>
-    DenseMatrix interpolation(const FiniteElement<dim> &from, const FiniteElement<dim> &to)
-    {
-      DenseMatrix matrix(to.n_dofs_per_cell(), from.n_dofs_per_cell());
-      for (unsigned int a = 0; a < matrix.n_rows; ++a)
-        for (unsigned int b = 0; b < matrix.n_columns; ++b)
-          matrix(a, b) = from.shape_value(b, to.get_unit_support_points()[a]);
-      return matrix;
-    }
 
     template <int dim>
     Estimator<dim>::Estimator(const BrakeModel<dim> &model, const Modes &modes)
@@ -347,6 +202,10 @@ namespace squeal
       const unsigned int n_base         = base.fe.n_dofs_per_cell();
       DenseMatrix coarse((dim + 1) * n_base, 4 * m), u(dim * n, 4 * m), r(dim * n, 4 * m),
           stiffness(dim * n, dim * n);
+      for (const bool rotor : {false, true})
+        for (const Complex &l : modes.lambda)
+          by_body[rotor].push_back(coefficients_at(
+              body_terms(prm, rotor), l)[static_cast<unsigned int>(BodyTerm::Kind::K)]);
       unsigned int number = 0;
       for (const auto &cell : spaces.nodes.active_cell_iterators())
         if (cell->is_locally_owned())
@@ -369,6 +228,7 @@ namespace squeal
               for (unsigned int j = 0; j < 4 * m; ++j)
                 residuals[j].local_element(entry.index) += entry.weight * r(entry.unknown, j);
           add_products(half(u, true), half(r, false), t_re, t_im);
+          in_rotor.push_back(cell->material_id() == rotor_body);
           stiffnesses.push_back(local_problem(cell, number, stiffness, unknowns.emplace_back()));
           ++number;
         }
@@ -643,87 +503,24 @@ namespace squeal
         add_products(half(r, true), solution, e_re, e_im);
         std::vector<std::complex<float>> parts;
         for (unsigned int j = 0; j < m; ++j)
-        {
           for (unsigned int i = 0; i < m; ++i)
           {
-            t_re(i, j) -= e_re(i, j);
-            t_im(i, j) -= e_im(i, j);
+            // Damping makes the stiffness complex.
+            const Complex e = Complex(e_re(i, j), e_im(i, j)) / by_body[in_rotor[number]][j];
+            t_re(i, j) -= e.real();
+            t_im(i, j) -= e.imag();
+            if (i == j)
+              parts.emplace_back(e / (2. * modes.lambda[j]));
           }
-          parts.emplace_back(Complex(e_re(j, j), e_im(j, j)) / (2. * modes.lambda[j]));
-        }
         errors.cells.push_back(std::move(parts));
       }
-    }
-
-    /// The eigenvalues of a complex matrix, column-major, nearest to the given ones: among those of
-    /// the real matrix [Re, -Im; Im, Re], which also has the conjugate ones.
-    std::vector<Complex> nearest_eigenvalues(const std::vector<Complex> &matrix,
-                                             const std::vector<Complex> &lambda)
-    {
-      const unsigned int n = lambda.size();
-      DenseMatrix embedded(2 * n, 2 * n);
-      for (unsigned int i = 0; i < n; ++i)
-        for (unsigned int j = 0; j < n; ++j)
-        {
-          embedded(i, j) = embedded(n + i, n + j) = matrix[i + n * j].real();
-          embedded(n + i, j)                      = matrix[i + n * j].imag();
-          embedded(i, n + j)                      = -matrix[i + n * j].imag();
-        }
-      const std::vector<Complex> roots = eigenvalues(embedded);
-      std::vector<std::vector<double>> costs(n);
-      for (unsigned int j = 0; j < n; ++j)
-        for (const Complex &root : roots)
-          costs[j].push_back(std::norm(root - lambda[j]));
-      std::vector<Complex> result;
-      for (const int partner : assign(costs, roots.size()))
-        result.push_back(roots[partner]);
-      return result;
-    }
-
-    /// The eigenvalues of L + S F S for diagonal L = diag(l_i) and S = diag(sqrt(t_i)), some of the
-    /// modes only.
-    std::vector<Complex> coupled(const std::vector<Complex> &lambda, const std::vector<Complex> &f,
-                                 const std::vector<unsigned int> &members,
-                                 const std::vector<double> &t)
-    {
-      const unsigned int n = members.size(), m = lambda.size();
-      std::vector<Complex> matrix(n * n), values;
-      for (unsigned int i = 0; i < n; ++i)
-      {
-        values.push_back(lambda[members[i]]);
-        for (unsigned int j = 0; j < n; ++j)
-          matrix[i + n * j] = (i == j ? lambda[members[i]] : 0.) +
-                              std::sqrt(t[i] * t[j]) * f[members[i] + m * members[j]];
-      }
-      return nearest_eigenvalues(matrix, values);
-    }
-
-    /// The modes that may come closer to mode k than the errors of both, k first.
-    std::vector<unsigned int> neighbours(const std::vector<Complex> &lambda,
-                                         const std::vector<Complex> &f, const unsigned int k,
-                                         const double factor)
-    {
-      constexpr unsigned int largest = 8;
-      const unsigned int m           = lambda.size();
-      std::vector<std::pair<double, unsigned int>> candidates;
-      for (unsigned int j = 0; j < m; ++j)
-      {
-        const double distance = std::abs(lambda[j] - lambda[k]);
-        if (distance <= 2 * factor * (std::abs(f[j + m * j]) + std::abs(f[k + m * k])))
-          candidates.emplace_back(j == k ? -1. : distance, j);
-      }
-      std::sort(candidates.begin(), candidates.end());
-      std::vector<unsigned int> members;
-      for (unsigned int i = 0; i < std::min<std::size_t>(largest, candidates.size()); ++i)
-        members.push_back(candidates[i].second);
-      return members;
     }
 
     /// Corrections and bounds out of T, summed over all ranks.
     template <int dim>
     void Estimator<dim>::find_corrections(EigenvalueErrors &errors) const
     {
-      // T, then sum |Re|, of the cells' parts of each mode
+      // T, then sum |Re| of the cells' parts of each mode
       std::vector<double> sums = t_re.values;
       sums.insert(sums.end(), t_im.values.begin(), t_im.values.end());
       sums.resize(2 * m * m + m);
@@ -731,44 +528,18 @@ namespace squeal
         for (unsigned int j = 0; j < m; ++j)
           sums[2 * m * m + j] += std::abs(cell[j].real());
       MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, spaces.comm);
-      const std::vector<Complex> &lambda = modes.lambda;
       std::vector<Complex> f(m * m);
-      std::vector<unsigned int> all(m);
       for (unsigned int i = 0; i < m; ++i)
-      {
-        all[i] = i;
         for (unsigned int j = 0; j < m; ++j)
-          f[i + m * j] = -Complex(sums[i + m * j], sums[m * m + i + m * j]) / (2. * lambda[i]);
-      }
-
-      const double p = base.fe.degree, seen = 1 - p * p / ((p + 1) * (p + 1)), whole = 1.2 / seen;
-      const std::vector<Complex> corrected = coupled(lambda, f, all, std::vector<double>(m, 1.)),
-                                 extrapolated =
-                                     coupled(lambda, f, all, std::vector<double>(m, whole));
-      for (unsigned int k = 0; k < m; ++k)
+          f[i + m * j] =
+              -Complex(sums[i + m * j], sums[m * m + i + m * j]) / (2. * modes.lambda[i]);
+      errors.bounds = bound_errors(modes.lambda, f, {sums.end() - m, sums.end()}, base.fe.degree);
+      for (unsigned int j = 0; j < m; ++j)
       {
-        errors.correction.push_back(corrected[k] - lambda[k]);
-        std::vector<Complex> changes = {corrected[k] - lambda[k], extrapolated[k] - lambda[k]};
-        const std::vector<unsigned int> members = neighbours(lambda, f, k, whole);
-        for (unsigned int varied = 0; varied < members.size() && members.size() > 1; ++varied)
-          for (const bool up : {false, true})
-          {
-            std::vector<double> t(members.size(), up ? 1. : whole);
-            t[varied] = up ? whole : 1.;
-            changes.push_back(coupled(lambda, f, members, t)[0] - lambda[k]);
-          }
-        // Parts of the growth rate cancel over the mesh; what is not seen may cancel less.
-        const double rest      = 0.05 * whole * sums[2 * m * m + k],
-                     algebraic = std::abs(lambda[k]) * modes.backward_error[k] *
-                                 (modes.condition.empty() ? 1. : modes.condition[k]);
-        double re = 0, im = 0;
-        for (const Complex &change : changes)
-        {
-          re = std::max(re, std::abs(change.real()));
-          im = std::max(im, std::abs(change.imag()));
-        }
-        errors.growth_rate.push_back(re + rest + algebraic);
-        errors.imaginary.push_back(im + algebraic);
+        const double algebraic =
+            std::abs(modes.lambda[j]) * modes.backward_error[j] * modes.condition[j];
+        errors.bounds.growth_rate[j] += algebraic;
+        errors.bounds.imaginary[j] += algebraic;
       }
     }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/brake_model.h>
+#include <squeal/error_bounds.h>
 #include <squeal/subspace_iteration.h>
 
 #include <complex>
@@ -11,11 +12,7 @@ namespace squeal
   /// What the discretisation does to the eigenvalues of a set of modes.
   struct EigenvalueErrors
   {
-    /// What one polynomial degree more would change, coupling of the modes included: l_j plus this
-    /// is the corrected value.
-    std::vector<std::complex<double>> correction;
-    /// Bounds of the whole error of Re l and Im l, 1/s.
-    std::vector<double> growth_rate, imaginary;
+    ErrorBounds bounds;
     /// The modes' own parts of the correction, without coupling: for each cell of this rank, in the
     /// order of the mesh, one number per mode.
     std::vector<std::vector<std::complex<float>>> cells;
@@ -31,13 +28,7 @@ namespace squeal
   /// between the cells that share them. With z_i^H Q'(l_i) x_i = 2 l_i, the eigenvalues of
   ///     l_i delta_ij - T_ij / (2 l_i)
   /// are the corrected ones: of second order in the errors of the vectors, coupling of
-  /// near-coincident modes and square-root behaviour included.
-  ///
-  /// One degree more does not see the whole error where the solution is singular: there the error
-  /// of the eigenvalue falls like p^(-4a), r^a being the displacement, and a >= 1/2 at edges of
-  /// contact and clamps. So the bounds take the part that is seen for 1 - (p/(p+1))^2 of the whole,
-  /// with a margin of one fifth. Modes that are close to each other may have different parts: each
-  /// one's is varied between what is seen and the whole, the others' held at either.
+  /// near-coincident modes and square-root behaviour included (bound_errors()).
   ///
   /// Contact enters through its own terms on V+, paired anew; the pads' local problems hold the
   /// contact pressure, the rotor's see it as a given traction. Terms of the prestress are left

@@ -223,8 +223,9 @@ TEST_CASE("geometry: supports")
 TEST_CASE("geometry: refined faces keep the names of their parents")
 {
   Parameters::All p;
-  p.discretization.rotor_cells = {{1, 8, 1}};
-  p.discretization.pad_cells   = {{1, 2, 1}};
+  p.discretization.rotor_cells  = {{1, 8, 1}};
+  p.discretization.pad_cells    = {{1, 2, 1}};
+  p.discretization.clamp_layers = 0;
   Triangulation<3> triangulation;
   make_brake(p).make_coarse_mesh(triangulation);
   // 8 faces on each of the rotor's four boundaries; 2 on the contact and back face of each pad, 6
@@ -251,6 +252,64 @@ TEST_CASE("geometry: the transport field is that of a rotation")
   // w = e_z x x: at (3, 4, 5) it is (-4, 3, 0).
   const Tensor<1, 3> w = Geometry<3>().transport(Point<3>(3, 4, 5));
   CHECK(w == Tensor<1, 3>({-4., 3., 0.}));
+}
+
+TEST_CASE("geometry: layers at the clamp add two cells each and edge, nothing elsewhere")
+{
+  // Per cell around: a single cell over the thickness becomes seven with the first layer, and each
+  // further one divides the two corner cells into three; two cells over the thickness: the corners
+  // only.
+  for (const bool outer : {false, true})
+    for (const unsigned int n_z : {1u, 2u})
+      for (const unsigned int layers : {0u, 1u, 3u})
+      {
+        CAPTURE(n_z);
+        CAPTURE(layers);
+        Parameters::All p;
+        p.pads.arrangement            = "none";
+        p.rotor.clamped               = outer ? "outer" : "inner";
+        p.discretization.rotor_cells  = {{2, 6, n_z}};
+        p.discretization.clamp_layers = layers;
+        const Geometry<3> geometry    = make_brake(p);
+        const unsigned int added = n_z == 1 ? (layers > 0 ? 6 + 4 * (layers - 1) : 0) : 4 * layers;
+        CHECK(geometry.cells.size() == 6 * (2 * n_z + added));
+        // The smallest distance of a vertex from the edge, which carries one itself.
+        const double edge_r = outer ? p.rotor.outer_radius : p.rotor.inner_radius;
+        double nearest      = 1;
+        for (const Point<3> &x : geometry.vertices)
+        {
+          const double distance =
+              std::hypot(std::hypot(x[0], x[1]) - edge_r, x[2] - p.rotor.thickness / 2);
+          if (distance > 1e-12)
+            nearest = std::min(nearest, distance);
+        }
+        const double h = p.rotor.thickness / n_z;
+        CHECK(nearest == doctest::Approx(h * std::pow(p.discretization.layer_ratio, layers)));
+      }
+}
+
+TEST_CASE("geometry: aligned points")
+{
+  // Equal cells where no line is in the way, all lines among the ends, longest cells divided first.
+  CHECK(aligned_points(0, 1, 4, {}) == std::vector<double>({0, 0.25, 0.5, 0.75, 1}));
+  CHECK(aligned_points(0, 1, 4, {0.6}) == std::vector<double>({0, 0.3, 0.6, 0.8, 1}));
+  CHECK(aligned_points(0, 1, 1, {0.6}) == std::vector<double>({0, 1})); // no room for the line
+  CHECK(aligned_points(0, 1, 2, {0, 0.5, 1}) == std::vector<double>({0, 0.5, 1}));
+
+  // The default rotor: radii 0.09 and 0.14 and angles +-25 degrees are lines of the mesh.
+  Parameters::All p;
+  bool inner = false, outer = false, begin = false, end = false;
+  for (const Point<3> &x : make_brake(p).vertices)
+  {
+    const double r = std::hypot(x[0], x[1]), phi = std::atan2(x[1], x[0]) * 180 / M_PI;
+    if (std::abs(x[2]) > p.rotor.thickness / 2 + 1e-12)
+      continue; // a pad's
+    inner |= std::abs(r - 0.09) < 1e-12 && std::abs(phi - 90) < 20;
+    outer |= std::abs(r - 0.14) < 1e-12 && std::abs(phi - 90) < 20;
+    begin |= std::abs(phi + 25) < 1e-9 && r < 0.08;
+    end |= std::abs(phi - 25) < 1e-9 && r < 0.08;
+  }
+  CHECK((inner && outer && begin && end));
 }
 
 TEST_CASE("geometry: graded points")

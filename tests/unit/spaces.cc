@@ -22,10 +22,11 @@ TEST_CASE("spaces: numbers of displacements and multipliers")
         CAPTURE(p);
         CAPTURE(back_face);
         Parameters::All prm;
-        prm.discretization.rotor_cells = {{2, 5, 1}};
-        prm.discretization.pad_cells   = {{1, 3, 2}};
-        prm.pads.back_face             = back_face;
-        const Geometry<3> geometry     = make_brake(prm);
+        prm.discretization.rotor_cells  = {{2, 5, 1}};
+        prm.discretization.pad_cells    = {{1, 3, 2}};
+        prm.discretization.clamp_layers = 0;
+        prm.pads.back_face              = back_face;
+        const Geometry<3> geometry      = make_brake(prm);
         Spaces<3> spaces(geometry, p, with_multipliers, MPI_COMM_WORLD);
         spaces.distribute();
 
@@ -141,10 +142,11 @@ TEST_CASE("spaces: distribute forgets the mesh before")
 {
   // Refining the pad only leaves the rotor's numbers alone and makes (2 n p + 1) nodes of n p + 1.
   Parameters::All prm;
-  prm.discretization.rotor_cells = {{1, 6, 1}};
-  prm.discretization.pad_cells   = {{1, 2, 1}};
-  prm.pads.arrangement           = "upper";
-  const Geometry<3> geometry     = make_brake(prm);
+  prm.discretization.rotor_cells  = {{1, 6, 1}};
+  prm.discretization.pad_cells    = {{1, 2, 1}};
+  prm.discretization.clamp_layers = 0;
+  prm.pads.arrangement            = "upper";
+  const Geometry<3> geometry      = make_brake(prm);
   Spaces<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
   spaces.distribute();
   const unsigned int rotor = 3 * 2 * 12 * 3; // clamped inside: 2 of 3 nodes along r
