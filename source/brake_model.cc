@@ -224,6 +224,20 @@ namespace squeal
   }
 
   template <int dim>
+  typename Contact<dim>::FrictionWork BrakeModel<dim>::friction_work(const Modes &modes,
+                                                                     const unsigned int mode) const
+  {
+    const auto column = [&](const Block &block)
+    {
+      Block result(block.row_range(), 1);
+      std::copy_n(block.column(mode), block.n_local(), result.data());
+      return result;
+    };
+    return contact_->friction_work(column(modes.re), column(modes.im), modes.lambda[mode].imag(),
+                                   pressure_, prm.terms().friction_damping);
+  }
+
+  template <int dim>
   QuadraticEigenproblem BrakeModel<dim>::problem() const
   {
     const RowRange &rows = spaces_.rows;

@@ -362,6 +362,9 @@ namespace squeal
         log.progress("  fields of mode " + std::to_string(rows[j].mode));
         write_mode(spaces, modes.re, modes.im, j, pressure_scale, directory, cycle, rows[j].mode,
                    prm.output.animation_frames);
+        if (prm.terms().friction && has_pads)
+          write_friction_work(spaces, *model.contact(), model.friction_work(modes, j), directory,
+                              cycle, rows[j].mode);
       }
     }
 

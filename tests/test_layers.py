@@ -14,7 +14,7 @@ FLOORS = [
     ["spaces"],
     ["body_operators", "contact_pairs", "fields", "prestress"],
     ["contact"],
-    ["contact_fields", "static_equilibrium", "subspace_iteration"],
+    ["contact_fields", "friction_work", "static_equilibrium", "subspace_iteration"],
     ["eigensolvers", "model"],
     ["stability", "error_estimators", "brake_model", "matrix_model"],
     ["brake_derivatives", "branches"],

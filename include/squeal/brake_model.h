@@ -4,6 +4,7 @@
 #include <squeal/log.h>
 #include <squeal/model.h>
 #include <squeal/static_equilibrium.h>
+#include <squeal/subspace_iteration.h>
 
 #include <cmath>
 #include <memory>
@@ -50,6 +51,8 @@ namespace squeal
       return pressure_;
     }
     std::vector<ContactResultants> resultants() const;
+    /// Where friction feeds energy into a mode.
+    typename Contact<dim>::FrictionWork friction_work(const Modes &modes, unsigned int mode) const;
 
   private:
     /// The matrices of a material are assembled once a mesh; the terms scale them to the present
