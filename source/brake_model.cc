@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace squeal
 {
@@ -221,6 +222,16 @@ namespace squeal
     if (geometry.interfaces.empty())
       return {};
     return contact_->resultants(pressure_, equilibrium_ ? &equilibrium_->state : nullptr);
+  }
+
+  template <int dim>
+  SelfLocking BrakeModel<dim>::self_locking() const
+  {
+    if (geometry.interfaces.empty() || !prm.terms().friction)
+      return {};
+    std::vector<Term> body_terms;
+    std::copy_if(terms_.begin(), terms_.end(), std::back_inserter(body_terms), is_body_term);
+    return squeal::self_locking(spaces_.rows, body_terms, *contact_, pressure_);
   }
 
   template <int dim>

@@ -51,6 +51,8 @@ namespace squeal
       return pressure_;
     }
     std::vector<ContactResultants> resultants() const;
+    /// The gain of friction on the contact pressure; zero without friction.
+    SelfLocking self_locking() const;
     /// Where friction feeds energy into a mode.
     typename Contact<dim>::FrictionWork friction_work(const Modes &modes, unsigned int mode) const;
 
