@@ -3,6 +3,7 @@
 #include <squeal/contact_fields.h>
 #include <squeal/fields.h>
 #include <squeal/matrix_model.h>
+#include <squeal/stability_map.h>
 #include <squeal/sweep.h>
 
 #include <slepcsys.h>
@@ -64,7 +65,10 @@ namespace squeal
 
   void Analysis::sweep(Model &model, const ModelFactory &make_model)
   {
-    Sweep(file, model, make_model, eigensolver_options(), directory, comm, log).run();
+    if (prm.sweep.is_map())
+      StabilityMap(file, model, eigensolver_options(), directory, comm, log).run();
+    else
+      Sweep(file, model, make_model, eigensolver_options(), directory, comm, log).run();
   }
 
   void Analysis::climb(Model &model)
