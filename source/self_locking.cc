@@ -46,8 +46,8 @@ namespace squeal
 
   SelfLocking self_locking(const RowRange &rows, const Matrix &tangent, const Matrix &friction)
   {
-    constexpr unsigned int max_steps = 120, between_checks = 10;
-    constexpr double tolerance = 1e-7;
+    constexpr unsigned int max_steps = 120, between_checks = 5;
+    constexpr double tolerance = 1e-5; // three digits suffice
     if (!friction)
       return {};
     const Factorization factorization(tangent, Factorization::Kind::ldlt,

@@ -140,26 +140,28 @@ namespace squeal
 
   namespace
   {
-    /// Why there is no equilibrium with friction, if it is self-locking; else what is known.
+    /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts
+    /// closed as at first or with those of the last active set.
     template <int dim>
     std::string explain_failure(const RowRange &rows, const std::vector<Term> &body_terms,
-                                const Contact<dim> &contact,
+                                const Contact<dim> &first, const Contact<dim> &last,
                                 const typename Contact<dim>::Pressure &pressure)
     {
       double gain = 0;
-      try
-      {
-        gain = self_locking(rows, body_terms, contact, pressure).gain;
-      }
-      catch (const SolverError &)
-      {
-        return " Without friction there is none either: a body is not held.";
-      }
+      for (const Contact<dim> *contact : {&first, &last})
+        try
+        {
+          gain = std::max(gain, self_locking(rows, body_terms, *contact, pressure).gain);
+        }
+        catch (const SolverError &)
+        {
+          // Without friction there is no equilibrium with these contacts either.
+        }
       std::ostringstream text;
       text << " Friction amplifies contact pressure with the gain " << gain
            << (gain >= 1 ? ": the brake is self-locking (gain of 1 and more), no steady sliding "
                            "holds the load."
-                         : " (1: self-locking) where the pads touch now.")
+                         : " (1: self-locking).")
            << " Try a smaller friction coefficient, or a pad with a shorter lever arm between its "
               "face and its support.";
       return text.str();
@@ -245,6 +247,7 @@ namespace squeal
   solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
                            Contact<dim> &contact, const bool with_friction, const Block &load)
   {
+    const Contact<dim> all_closed = contact;
     StaticEquilibrium result;
     std::string failure;
     try
@@ -262,9 +265,9 @@ namespace squeal
         throw;
       failure = "The static equilibrium with friction has a singular tangent.";
     }
-    throw SolverError(failure + (with_friction
-                                     ? explain_failure(rows, body_terms, contact, result.pressure)
-                                     : std::string(" Try a finer mesh.")));
+    throw SolverError(failure + (with_friction ? explain_failure(rows, body_terms, all_closed,
+                                                                 contact, result.pressure)
+                                               : std::string(" Try a finer mesh.")));
   }
 
   template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<2> &,

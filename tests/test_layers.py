@@ -10,7 +10,7 @@ FLOORS = [
     ["errors", "materials", "friction_laws", "log"],
     ["expressions", "dense"],
     ["parameters", "linear_algebra"],
-    ["parameter_file", "geometry", "matrix_market", "eigenproblem", "mortar", "self_locking"],
+    ["parameter_file", "sweep_parameters", "geometry", "matrix_market", "eigenproblem", "mortar", "self_locking"],
     ["spaces"],
     ["body_operators", "contact_pairs", "fields", "prestress"],
     ["contact"],
