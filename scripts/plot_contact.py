@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""Draw contact pressure and status on the faces of a brake's pads.
+"""Draw what happens on the faces of a brake's pads: contact pressure and status, or where friction feeds a mode.
 
     scripts/plot_contact.py OUTPUT_DIR [--cycle N] [--output FILE.png]
+    scripts/plot_contact.py OUTPUT_DIR --mode M [--cycle N] [--output FILE.png]
 
-Reads OUTPUT_DIR/contact-N.pvtu and its pieces (N: the last mesh), written by runs with Steady pressure = computed.
+The first reads OUTPUT_DIR/contact-N.pvtu and its pieces (N: the last mesh), written by runs with Steady pressure =
+computed; the second OUTPUT_DIR/mode-N-M-contact.pvtu, the work of friction per cycle and area.
 Needs matplotlib and numpy (Debian: apt-get install python3-matplotlib).
 """
 
 import argparse
 import base64
+import csv
 import glob
 import os
 import re
@@ -61,8 +64,9 @@ def read_contact(numpy, path):
             xyz = decode(numpy, next(part.find("Points").iter("DataArray"))).reshape(-1, 3)
             points.append(xyz)
             cells.append(decode(numpy, arrays["connectivity"]).reshape(-1, 4) + offset)
-            for key in ("contact_pressure_pa", "status"):
-                fields.setdefault(key, []).append(decode(numpy, arrays[key]))
+            for array in part.find("PointData").iter("DataArray"):
+                if array.get("NumberOfComponents", "1") == "1":
+                    fields.setdefault(array.get("Name"), []).append(decode(numpy, array))
             offset += len(xyz)
     if not points:
         fail(f"{path} holds no contact faces")
@@ -79,15 +83,36 @@ def read_static(directory, cycle):
     return {row["pad"]: row for row in (dict(zip(header, line)) for line in lines) if row["cycle"] == cycle}
 
 
-def draw(numpy, plt, directory, path, cycle):
+def split_by_pad(points, cells):
+    """[(name, quadrilaterals)] of the pads there are."""
+    height = points[cells].mean(axis=1)[:, 2]
+    return [(name, cells[side]) for name, side in (("upper", height > 0), ("lower", height < 0)) if side.any()]
+
+
+def surface_of(numpy, points, quadrilaterals):
+    """The faces as triangles; the sliding direction, +y at the middle of the pad, points to the right."""
+    from matplotlib.tri import Triangulation
+    triangles = numpy.concatenate([quadrilaterals[:, [0, 1, 2]], quadrilaterals[:, [0, 2, 3]]])
+    return Triangulation(1e3 * points[:, 1], 1e3 * points[:, 0], triangles)
+
+
+def cell_areas(points, quadrilaterals):
+    corners = points[quadrilaterals][:, :, :2].astype(float)
+    a, b = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+    return abs((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2)
+
+
+def direction_of(directory):
+    return "the disc slides to the " + ("left" if speed_of(directory) < 0 else "right")
+
+
+def draw_pressure(numpy, plt, directory, path, cycle):
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import BoundaryNorm, ListedColormap
-    from matplotlib.tri import Triangulation
 
     points, cells, fields = read_contact(numpy, path)
     statics = read_static(directory, cycle)
-    height = points[cells].mean(axis=1)[:, 2]
-    pads = [(name, cells[side]) for name, side in (("upper", height > 0), ("lower", height < 0)) if side.any()]
+    pads = split_by_pad(points, cells)
     pressure = fields["contact_pressure_pa"] / 1e6
     highest = max(pressure.max(), 1e-30)
 
@@ -95,10 +120,7 @@ def draw(numpy, plt, directory, path, cycle):
     figure, axes = plt.subplots(len(pads), 2, figsize=(9, 1.35 + 2.2 * len(pads)), sharex=True, sharey=True, squeeze=False,
                                 layout="constrained")
     for row, (name, quadrilaterals) in zip(axes, pads):
-        # The sliding direction, +y at the middle of the pad, points to the right.
-        x, y = 1e3 * points[:, 1], 1e3 * points[:, 0]
-        triangles = numpy.concatenate([quadrilaterals[:, [0, 1, 2]], quadrilaterals[:, [0, 2, 3]]])
-        surface = Triangulation(x, y, triangles)
+        surface = surface_of(numpy, points, quadrilaterals)
         image = row[0].tripcolor(surface, pressure, shading="gouraud", cmap="viridis", vmin=min(0, pressure.min()),
                                  vmax=highest)
         row[1].tricontourf(surface, fields["status"], levels=[-0.5, 0.5, 1.5],
@@ -107,9 +129,7 @@ def draw(numpy, plt, directory, path, cycle):
         title = f"{name} pad: status"
         if name in statics:
             area = 1e4 * float(statics[name]["contact_area_m2"])
-            corners = points[quadrilaterals][:, :, :2].astype(float)
-            a, b = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
-            face = 1e4 * abs((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2).sum()
+            face = 1e4 * cell_areas(points, quadrilaterals).sum()
             title += f" ({area:.1f} of {face:.1f} cm$^2$ closed)"
         row[1].set_title(title, fontsize=10)
         row[0].set_ylabel("x, mm")
@@ -124,8 +144,45 @@ def draw(numpy, plt, directory, path, cycle):
                           ax=axes[:, 1], location="bottom", shrink=0.8, pad=0.02, aspect=30, ticks=[0, 1], label="status")
     bar.ax.set_xticklabels(["open (lifted off)", "closed (sliding)"])
     bar.ax.tick_params(length=0)
-    figure.suptitle("Contact in the steady state; the disc slides to the " +
-                    ("left" if speed_of(directory) < 0 else "right"), fontweight="bold")
+    figure.suptitle("Contact in the steady state; " + direction_of(directory), fontweight="bold")
+    return figure
+
+
+def read_work(directory, cycle, mode, *origins):
+    """The work per cycle of all pads together, J, out of contributions.csv."""
+    with open(os.path.join(directory, "contributions.csv"), encoding="utf-8") as file:
+        return sum(float(row["energy_per_cycle_j"]) for row in csv.DictReader(file)
+                   if row["cycle"] == cycle and row["mode"] == str(mode) and row["origin"] in origins)
+
+
+def draw_work(numpy, plt, directory, path, cycle, mode):
+    """The work of friction per cycle and area: in all, of the changing pressure, of the changing sliding velocity."""
+    points, cells, fields = read_contact(numpy, path)
+    causes = [(r"$\mu$ times the change of pressure", ("friction",), fields["pressure_work_j_per_m2"]),
+              (r"turning direction, slope of $\mu$(v)", ("friction damping", "falling friction"),
+               fields["direction_work_j_per_m2"] + fields["speed_work_j_per_m2"])]
+    parts = [("sum", ("friction", "friction damping", "falling friction"), fields["friction_work_j_per_m2"]), *causes]
+    pads = split_by_pad(points, cells)
+    # The pressure is singular at the edges: colours end where two per cent of the nodes lie beyond.
+    largest = max([numpy.percentile(abs(work), 98) for _, _, work in parts] + [1e-300])
+
+    plt.rcParams.update({"font.size": 10})
+    figure, axes = plt.subplots(len(pads), 3, figsize=(13, 2 + 2.3 * len(pads)), sharex=True, sharey=True,
+                                squeeze=False, layout="constrained")
+    for row, (name, quadrilaterals) in zip(axes, pads):
+        surface = surface_of(numpy, points, quadrilaterals)
+        for axis, (_, _, work) in zip(row, parts):
+            image = axis.tripcolor(surface, work, shading="gouraud", cmap="RdBu_r", vmin=-largest, vmax=largest)
+            axis.set_aspect("equal")
+            axis.set_facecolor("0.95")
+        row[0].set_ylabel(f"{name} pad: x, mm")
+    for axis, (cause, origins, _) in zip(axes[0], parts):
+        axis.set_title(f"{cause}:\n{read_work(directory, cycle, mode, *origins):+.4g} J per cycle", fontsize=10)
+    for axis in axes[-1]:
+        axis.set_xlabel("y, mm")
+    figure.colorbar(image, ax=axes, location="bottom", shrink=0.6, pad=0.02, aspect=50, extend="both",
+                    label="work per cycle and area, J/m$^2$, for unit modal mass (red feeds the mode, blue brakes it)")
+    figure.suptitle(f"Mode {mode}: where friction feeds energy in; " + direction_of(directory), fontweight="bold")
     return figure
 
 
@@ -140,22 +197,34 @@ def speed_of(directory):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Draw contact pressure and status on the faces of a brake's pads.")
+    parser = argparse.ArgumentParser(description="Draw contact pressure and status on the faces of a brake's pads, or "
+                                     "where friction feeds a mode.")
     parser.add_argument("directory", metavar="OUTPUT_DIR", help="output directory of a run, e.g. output/off_centre")
     parser.add_argument("--cycle", help="mesh to draw; default: the last one")
-    parser.add_argument("--output", metavar="FILE.png", help="default: OUTPUT_DIR/contact.png")
+    parser.add_argument("--mode", type=int, help="draw the work of friction on this mode")
+    parser.add_argument("--output", metavar="FILE.png", help="default: OUTPUT_DIR/contact.png or friction-work-M.png")
     arguments = parser.parse_args()
-    found = {re.search(r"contact-(\d+)\.pvtu$", name).group(1): name
-             for name in glob.glob(os.path.join(arguments.directory, "contact-*.pvtu"))}
+    if arguments.mode is None:
+        pattern, default = r"contact-(\d+)\.pvtu$", "contact.png"
+        cause = ("runs with Contact/Steady pressure = computed and Output/Fields other than none write it")
+    else:
+        pattern, default = rf"mode-(\d+)-{arguments.mode:03}-contact\.pvtu$", f"friction-work-{arguments.mode}.png"
+        cause = "runs with friction write it for the modes that Output/Fields asks for"
+    names = glob.glob(os.path.join(glob.escape(arguments.directory), "*contact*.pvtu"))
+    found = {match.group(1): name for name in names if (match := re.match(pattern, os.path.basename(name)))}
     cycle = arguments.cycle or max(found, key=int, default=None)
     if cycle not in found:
-        fail(f"{arguments.directory} has no contact-{cycle or 0}.pvtu; runs with Contact/Steady pressure = computed and "
-             "Output/Fields other than none write it")
+        fail(f"{arguments.directory} has no " + pattern[:-1].replace(r"(\d+)", cycle or "0").replace("\\", "") +
+             "; " + cause)
     plt = load_pyplot(fail)
     import numpy  # matplotlib needs it, so it is there
-    output = arguments.output or os.path.join(arguments.directory, "contact.png")
+    output = arguments.output or os.path.join(arguments.directory, default)
     try:
-        draw(numpy, plt, arguments.directory, found[cycle], cycle).savefig(output, dpi=110)
+        if arguments.mode is None:
+            figure = draw_pressure(numpy, plt, arguments.directory, found[cycle], cycle)
+        else:
+            figure = draw_work(numpy, plt, arguments.directory, found[cycle], cycle, arguments.mode)
+        figure.savefig(output, dpi=110)
     except (OSError, ValueError) as error:
         fail(f"{output} cannot be written: {error}")
     print(output)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace squeal
 {
@@ -229,6 +230,30 @@ namespace squeal
     if (geometry.interfaces.empty())
       return {};
     return contact_->resultants(pressure_, equilibrium_ ? &equilibrium_->state : nullptr);
+  }
+
+  template <int dim>
+  SelfLocking BrakeModel<dim>::self_locking() const
+  {
+    if (geometry.interfaces.empty() || !prm.terms().friction)
+      return {};
+    std::vector<Term> body_terms;
+    std::copy_if(terms_.begin(), terms_.end(), std::back_inserter(body_terms), is_body_term);
+    return squeal::self_locking(spaces_.rows, body_terms, *contact_, pressure_);
+  }
+
+  template <int dim>
+  typename Contact<dim>::FrictionWork BrakeModel<dim>::friction_work(const Modes &modes,
+                                                                     const unsigned int mode) const
+  {
+    const auto column = [&](const Block &block)
+    {
+      Block result(block.row_range(), 1);
+      std::copy_n(block.column(mode), block.n_local(), result.data());
+      return result;
+    };
+    return contact_->friction_work(column(modes.re), column(modes.im), modes.lambda[mode].imag(),
+                                   pressure_, prm.terms().friction_damping);
   }
 
   template <int dim>

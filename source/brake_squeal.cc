@@ -4,6 +4,7 @@
 #include <squeal/error_estimators.h>
 #include <squeal/fields.h>
 #include <squeal/matrix_model.h>
+#include <squeal/stability_map.h>
 #include <squeal/sweep.h>
 
 #include <deal.II/distributed/grid_refinement.h>
@@ -67,9 +68,12 @@ namespace squeal
     return options;
   }
 
-  void Analysis::sweep(Model &model)
+  void Analysis::sweep(Model &model, const ModelFactory &make_model)
   {
-    Sweep(file, model, eigensolver_options(), directory, comm, log).run();
+    if (prm.sweep.is_map())
+      StabilityMap(file, model, eigensolver_options(), directory, comm, log).run();
+    else
+      Sweep(file, model, make_model, eigensolver_options(), directory, comm, log).run();
   }
 
   void Analysis::climb(Model &model)
@@ -240,7 +244,7 @@ namespace squeal
             static_csv(
                 directory + "/static.csv",
                 "cycle,pad,normal_force_n,friction_force_n,friction_torque_nm,contact_area_m2,"
-                "max_pressure_pa,max_penetration_m",
+                "max_pressure_pa,max_penetration_m,self_energising_gain",
                 comm)
       {
       }
@@ -254,7 +258,7 @@ namespace squeal
           make_mesh(cycle);
           if (prm.sweep.active() || prm.stage_name == "ladder")
           {
-            prm.sweep.active() ? sweep(model) : climb(model);
+            prm.sweep.active() ? sweep(model, make_model()) : climb(model);
             report_phases();
             break;
           }
@@ -280,6 +284,21 @@ namespace squeal
       /// what is allowed; empty if all are.
       std::vector<double> indicators() const;
       void make_mesh(unsigned int cycle);
+      /// Models for other parameters of the geometry and the discretisation.
+      ModelFactory make_model()
+      {
+        return [this](const Parameters::All &parameters)
+        {
+          Geometry<dim> geometry;
+          if constexpr (dim == 2)
+            geometry = make_strip(parameters);
+          else
+            geometry = make_brake(parameters);
+          auto other = std::make_unique<BrakeModel<dim>>(geometry, parameters, comm, log, timer);
+          other->distribute();
+          return other;
+        };
+      }
       void report_static(unsigned int cycle);
       void write_fields(unsigned int cycle);
 
@@ -412,12 +431,16 @@ namespace squeal
       const bool slides = prm.terms().friction, computed = model.equilibrium() != nullptr;
       if (computed && prm.n_pads() > 0)
         log.print(iteration_table(model.equilibrium()->iterations, prm.contact.mortar()));
+      const bool checks = slides && prm.contact.self_locking_check && prm.n_pads() > 0;
+      PhaseTimer::Scope scope(timer, "static");
+      const SelfLocking locking = checks ? model.self_locking() : SelfLocking();
       for (const ContactResultants &r : model.resultants())
       {
         static_csv.add({std::to_string(cycle), r.name, number(r.normal_force),
                         slides ? number(r.friction_force) : "",
                         slides ? number(r.friction_torque) : "", number(r.area),
-                        number(r.max_pressure), computed ? number(r.max_penetration) : ""});
+                        number(r.max_pressure), computed ? number(r.max_penetration) : "",
+                        checks ? number(locking.gain) : ""});
         char text[240];
         std::snprintf(text, sizeof(text),
                       "Pad %s: normal force %.6g N, friction force %.6g N, torque %.6g N m, area "
@@ -427,6 +450,13 @@ namespace squeal
                       slides ? r.friction_torque : 0., r.area, r.min_pressure, r.max_pressure);
         log.line(text);
       }
+      if (checks)
+        log.line("Friction amplifies contact pressure with the gain " + number(locking.gain, 4) +
+                 " (1: self-locking)");
+      if (locking.locks())
+        log.line("Warning, self-locking: the friction that a pattern of contact pressure causes "
+                 "brings back more pressure than that. This steady state is not the one that a "
+                 "brake reaches when friction grows from zero.");
     }
 
     template <int dim>
@@ -464,6 +494,9 @@ namespace squeal
         log.progress("  fields of mode " + std::to_string(rows[j].mode));
         write_mode(spaces, modes.re, modes.im, j, pressure_scale, directory, cycle, rows[j].mode,
                    prm.output.animation_frames);
+        if (prm.terms().friction && has_pads)
+          write_friction_work(spaces, *model.contact(), model.friction_work(modes, j), directory,
+                              cycle, rows[j].mode);
       }
     }
 
@@ -483,7 +516,7 @@ namespace squeal
         }
         if (prm.sweep.active())
         {
-          sweep(*model);
+          sweep(*model, {});
           report_phases();
           log.line("\nResults: " + directory);
           return;

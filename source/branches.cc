@@ -62,19 +62,23 @@ namespace squeal
     std::filesystem::rename(unfinished, filename);
   }
 
-  bool BranchPoint::load(const std::string &filename, const RowRange &rows,
+  bool BranchPoint::load(const std::string &filename,
+                         const std::function<RowRange(double value)> &rows_of,
                          std::vector<std::uintmax_t> &tables)
   {
     std::ifstream in(filename, std::ios::binary);
     std::vector<std::uint64_t> range;
     std::vector<double> values;
-    if (!in || !read_numbers(in, range) || range.size() != 4 || range[0] != rows.begin ||
-        range[1] != rows.end || range[2] != rows.size || !read_numbers(in, values) ||
+    if (!in || !read_numbers(in, range) || range.size() != 4 || !read_numbers(in, values) ||
+        values.size() != 1)
+      return false;
+    n_branches          = range[3];
+    value               = values[0];
+    const RowRange rows = rows_of(value);
+    if (range[0] != rows.begin || range[1] != rows.end || range[2] != rows.size ||
         !read_numbers(in, tables) || !read_numbers(in, branches) || !read_numbers(in, overlaps) ||
         !read_numbers(in, modes.lambda) || !read_numbers(in, modes.disc_lambda))
       return false;
-    n_branches = range[3];
-    value      = values.at(0);
     for (const auto list : lists)
       if (!read_numbers(in, modes.*list))
         return false;
@@ -137,5 +141,30 @@ namespace squeal
         next.branches[j] = next.n_branches++;
       }
     return certain;
+  }
+
+  void continue_by_eigenvalues(const BranchPoint &before, BranchPoint &next)
+  {
+    constexpr double farthest = 0.1;
+    const unsigned int n = before.modes.lambda.size(), m = next.modes.lambda.size();
+    std::vector<std::vector<double>> cost(n, std::vector<double>(m));
+    for (unsigned int i = 0; i < n; ++i)
+      for (unsigned int j = 0; j < m; ++j)
+        cost[i][j] = std::norm(before.modes.lambda[i] - next.modes.lambda[j]);
+    const std::vector<int> partners = assign(cost, m);
+    next.branches.assign(m, 0);
+    next.overlaps.assign(m, 0.);
+    next.n_branches = before.n_branches;
+    std::vector<bool> continued(m, false);
+    for (unsigned int i = 0; i < n; ++i)
+      if (const int j = partners[i];
+          j >= 0 && cost[i][j] <= farthest * farthest * std::norm(before.modes.lambda[i]))
+      {
+        next.branches[j] = before.branches[i];
+        continued[j]     = true;
+      }
+    for (unsigned int j = 0; j < m; ++j)
+      if (!continued[j])
+        next.branches[j] = next.n_branches++;
   }
 } // namespace squeal

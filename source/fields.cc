@@ -155,11 +155,12 @@ namespace squeal
       DataOutBase::write_pvd_record(out, records);
     }
 
-    std::string padded(const unsigned int number, const unsigned int digits)
-    {
-      return Utilities::int_to_string(number, digits);
-    }
   } // namespace
+
+  std::string mode_file(const unsigned int cycle, const unsigned int mode)
+  {
+    return "mode-" + std::to_string(cycle) + "-" + Utilities::int_to_string(mode, 3);
+  }
 
   template <int dim>
   void write_state(const Spaces<dim> &spaces, const Block &state, const double pressure_scale,
@@ -203,7 +204,7 @@ namespace squeal
       p_im      = writer.pressure(im.column(column), pressure_scale / size);
       pressures = {{"contact_pressure_re", &p_re}, {"contact_pressure_im", &p_im}};
     }
-    const std::string base = "mode-" + std::to_string(cycle) + "-" + padded(mode, 3);
+    const std::string base = mode_file(cycle, mode);
     writer.write({{"displacement_re", &u_re}, {"displacement_im", &u_im}}, pressures, directory,
                  base, 0);
 
@@ -217,7 +218,8 @@ namespace squeal
       u.add(-std::sin(angle), u_im);
       u.update_ghost_values();
       records.emplace_back(time, writer.write({{"displacement", &u}}, {}, directory,
-                                              base + "-frame-" + padded(frame, 3), time));
+                                              base + "-frame-" + Utilities::int_to_string(frame, 3),
+                                              time));
     }
     if (n_frames > 0)
       write_pvd(directory + "/" + base + ".pvd", records, spaces.comm);

@@ -407,9 +407,12 @@ namespace squeal
         else if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
           advice = "the matrix is singular: if a body is free to move, set Eigenproblem/Shift, for "
                    "example to 0.1.";
-        throw SolverError("MUMPS cannot factorise " + what +
-                          " (INFOG(1) = " + std::to_string(code) +
-                          ", INFOG(2) = " + std::to_string(detail) + "): " + advice);
+        const std::string message = "MUMPS cannot factorise " + what +
+                                    " (INFOG(1) = " + std::to_string(code) +
+                                    ", INFOG(2) = " + std::to_string(detail) + "): " + advice;
+        if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
+          throw SingularMatrix(message);
+        throw SolverError(message);
       }
     }
     catch (...)

@@ -69,8 +69,9 @@ namespace squeal
   void MatrixModel::assemble(const Parameters::All &parameters)
   {
     circulatory_factor = parameters.matrices.circulatory_factor;
+    velocity_factor    = parameters.matrices.velocity_factor;
     terms_             = {{Origin::inertia, 2, 1., mass},
-                          {Origin::velocity, 1, 1., velocity},
+                          {Origin::velocity, 1, velocity_factor, velocity},
                           {Origin::elasticity, 0, 1., stiffness},
                           {Origin::friction, 0, circulatory_factor, circulatory}};
     terms_.erase(
@@ -92,10 +93,18 @@ namespace squeal
 
   std::vector<ParameterDerivative> MatrixModel::derivatives(const std::string &only) const
   {
-    if (!circulatory || (!only.empty() && only != "Matrices/Circulatory factor"))
-      return {};
-    return {{"Matrices/Circulatory factor",
-             circulatory_factor,
-             {{Origin::friction, 0, 1., circulatory}}}};
+    std::vector<ParameterDerivative> all;
+    if (circulatory)
+      all.push_back({"Matrices/Circulatory factor",
+                     circulatory_factor,
+                     {{Origin::friction, 0, 1., circulatory}}});
+    if (velocity)
+      all.push_back(
+          {"Matrices/Velocity factor", velocity_factor, {{Origin::velocity, 1, 1., velocity}}});
+    all.erase(std::remove_if(all.begin(), all.end(),
+                             [&](const ParameterDerivative &d)
+                             { return !only.empty() && d.parameter != only; }),
+              all.end());
+    return all;
   }
 } // namespace squeal

@@ -32,9 +32,10 @@ namespace squeal
     }
   } // namespace
 
-  std::string number(const double value)
+  std::string number(const double value, const int n_digits)
   {
-    return std::isfinite(value) ? formatted("%.12g", value) : "";
+    return std::isfinite(value) ? formatted(("%." + std::to_string(n_digits) + "g").c_str(), value)
+                                : "";
   }
 
   std::string number(const std::optional<double> &value)
@@ -72,8 +73,8 @@ namespace squeal
               name == "modes.csv" || name == "contributions.csv" || name == "sensitivities.csv" ||
               name == "cycles.csv" || name == "static.csv" || name == "log.txt" ||
               name == "ladder.csv" ||
-              (!resumable &&
-               (name == "sweep.csv" || name == "critical.csv" || extension == ".state")))
+              (!resumable && (name == "sweep.csv" || name == "critical.csv" || name == "map.csv" ||
+                              name == "border.csv" || extension == ".state")))
             std::filesystem::remove(entry.path());
         }
       }

@@ -5,8 +5,6 @@
 #include <deal.II/base/utilities.h>
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 #include <limits>
 #include <sstream>
 
@@ -186,6 +184,10 @@ namespace squeal
           "Initial gap", initial_gap,
           "Distance g_0 >= 0 of the unloaded surfaces, an expression of the position x, y, z "
           "in m. Used with Steady pressure = computed.");
+      prm.add_parameter("Self-locking check", self_locking_check,
+                        "Whether it is computed, at the cost of one factorisation for each mesh, "
+                        "how much friction "
+                        "amplifies the contact pressure that causes it.");
       prm.enter_subsection("Friction");
       prm.add_parameter(
           "Law", friction_law,
@@ -380,69 +382,6 @@ namespace squeal
       prm.leave_subsection();
     }
 
-    void Sweep::declare(ParameterHandler &prm)
-    {
-      prm.enter_subsection("Sweep");
-      prm.add_parameter(
-          "Parameter", parameter,
-          "Number to vary, for example Contact/Friction/Coefficient; none: no sweep.");
-      prm.add_parameter("Values", values,
-                        "List 0, 0.1, 0.2 or range 0 : 0.7 : 15 (first, last, number).");
-      prm.add_parameter("Critical values", critical_values,
-                        "Whether the onset of flutter (Re l = 0) and coalescence (a double "
-                        "eigenvalue with one eigenvector) are located between the values.");
-      prm.leave_subsection();
-    }
-
-    std::vector<double> Sweep::points() const
-    {
-      const bool is_range = values.find(':') != std::string::npos;
-      std::vector<double> numbers;
-      for (const std::string &word :
-           dealii::Utilities::split_string_list(values, is_range ? ':' : ','))
-        try
-        {
-          numbers.push_back(dealii::Utilities::string_to_double(word));
-        }
-        catch (const std::exception &)
-        {
-          numbers.push_back(std::numeric_limits<double>::quiet_NaN());
-        }
-      const bool finite = std::all_of(numbers.begin(), numbers.end(),
-                                      [](const double x) { return std::isfinite(x); });
-      if (!finite || numbers.empty() ||
-          (is_range && (numbers.size() != 3 || numbers[2] < 2 ||
-                        numbers[2] != std::floor(numbers[2]) || numbers[2] > 100000)))
-        throw InputError("Sweep/Values = " + values +
-                         ": allowed are a list of numbers 0, 0.1, 0.2 or a range first : last : "
-                         "number with a number of at least 2.");
-      if (is_range)
-      {
-        const double first = numbers[0], last = numbers[1];
-        const unsigned int n = numbers[2];
-        numbers.clear();
-        for (unsigned int i = 0; i < n; ++i)
-          numbers.push_back(i + 1 == n ? last : first + i * (last - first) / (n - 1));
-      }
-      const bool up   = std::adjacent_find(numbers.begin(), numbers.end(),
-                                           std::greater_equal<double>()) == numbers.end(),
-                 down = std::adjacent_find(numbers.begin(), numbers.end(),
-                                           std::less_equal<double>()) == numbers.end();
-      if (!up && !down)
-        throw InputError("Sweep/Values = " + values +
-                         ": the values must rise or fall, none twice, so that branches can be "
-                         "followed.");
-      return numbers;
-    }
-
-    void Sweep::check() const
-    {
-      if (active())
-        points();
-      else if (critical_values)
-        throw InputError("Sweep/Critical values = true: a Sweep/Parameter is needed.");
-    }
-
     void Matrices::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Matrices");
@@ -453,6 +392,7 @@ namespace squeal
       prm.add_parameter("Circulatory", circulatory,
                         "Matrix Market file of N in K + p N; empty: zero.");
       prm.add_parameter("Circulatory factor", circulatory_factor, "The factor p in K + p N, -.");
+      prm.add_parameter("Velocity factor", velocity_factor, "A factor of P, -.");
       prm.leave_subsection();
     }
 

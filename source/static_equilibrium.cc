@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <set>
+#include <sstream>
 
 namespace squeal
 {
@@ -127,81 +128,156 @@ namespace squeal
   }
 
   template <int dim>
+  SelfLocking self_locking(const RowRange &rows, const std::vector<Term> &body_terms,
+                           const Contact<dim> &contact,
+                           const typename Contact<dim>::Pressure &pressure)
+  {
+    // Damping proportional to mass has a skew position term, which does not belong to the statics.
+    const Matrix frictionless =
+        symmetric_part(rows, static_tangent(rows, body_terms, contact, pressure, false));
+    return self_locking(rows, frictionless, contact.friction(pressure));
+  }
+
+  namespace
+  {
+    /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts
+    /// closed as at first or with those of the last active set.
+    template <int dim>
+    std::string explain_failure(const RowRange &rows, const std::vector<Term> &body_terms,
+                                const Contact<dim> &first, const Contact<dim> &last,
+                                const typename Contact<dim>::Pressure &pressure)
+    {
+      double gain = 0;
+      for (const Contact<dim> *contact : {&first, &last})
+        try
+        {
+          gain = std::max(gain, self_locking(rows, body_terms, *contact, pressure).gain);
+        }
+        catch (const SolverError &)
+        {
+          // Without friction there is no equilibrium with these contacts either.
+        }
+      std::ostringstream text;
+      text << " Friction amplifies contact pressure with the gain " << gain
+           << (gain >= 1 ? ": the brake is self-locking (gain of 1 and more), no steady sliding "
+                           "holds the load."
+                         : " (1: self-locking).")
+           << " Try a smaller friction coefficient, or a pad with a shorter lever arm between its "
+              "face and its support.";
+      return text.str();
+    }
+
+    /// The active sets repeat.
+    struct Unsettled : SolverError
+    {
+      using SolverError::SolverError;
+    };
+
+    template <int dim>
+    void iterate(const RowRange &rows, const std::vector<Term> &body_terms, Contact<dim> &contact,
+                 const bool with_friction, const Block &load, StaticEquilibrium &result)
+    {
+      // A friction law that depends on the pressure, and penalty contact with its many points,
+      // change the matrix in each step; for mortar contact one factorisation serves all active sets
+      // of a moderate number of releases.
+      const bool nonlinear = contact.contact_model().friction.kind == FrictionLaw::Kind::expression;
+      bool factor_once     = contact.contact_model().mortar && !nonlinear;
+      constexpr unsigned int most_releases = 400;
+
+      result.pressure = contact.uniform_pressure(0);
+
+      const auto assemble = [&]()
+      { return static_tangent(rows, body_terms, contact, result.pressure, with_friction); };
+      const auto right_hand_side = [&]()
+      {
+        Block sum = contact.load(result.pressure, with_friction);
+        for (unsigned int i = 0; i < sum.n_local(); ++i)
+          sum.data()[i] += load.data()[i];
+        return sum;
+      };
+      std::unique_ptr<ReleaseSolver> release_solver;
+      if (factor_once)
+        release_solver = std::make_unique<ReleaseSolver>(rows, assemble(), right_hand_side());
+
+      std::set<std::size_t> visited;
+      constexpr unsigned int max_iterations = 60;
+      for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
+      {
+        if (factor_once && contact.released_multipliers().size() > most_releases)
+        {
+          factor_once = false;
+          release_solver.reset();
+        }
+        if (factor_once)
+          result.state = release_solver->solve(contact.released_multipliers());
+        else
+        {
+          const Matrix A = assemble();
+          const Factorization factorization(A, Factorization::Kind::lu,
+                                            "the stiffness of the static equilibrium");
+          result.state = solve_refined(A, factorization, right_hand_side());
+        }
+
+        auto pressure       = contact.pressure_of(result.state);
+        const double change = relative_change(result.pressure, pressure, rows.comm);
+        result.pressure     = std::move(pressure);
+        const auto set      = contact.update_active_set(result.state);
+        result.iterations.push_back(
+            {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change});
+        if (set.n_changed == 0 && (!nonlinear || change < 1e-11))
+          return;
+
+        const std::vector<std::string> lost = contact.lost_contacts();
+        if (!lost.empty())
+          throw SolverError(
+              "The static equilibrium has no contact on the pad '" + lost.front() +
+              "': nothing presses it onto the rotor. Check Pads/Pressure and Contact/Initial gap.");
+        if (set.n_changed > 0 && !visited.insert(contact.active_set_hash()).second)
+          break;
+      }
+      throw Unsettled("The active set of the static equilibrium does not settle (" +
+                      std::to_string(result.iterations.size()) + " steps, " +
+                      std::to_string(result.iterations.back().n_changed) +
+                      " changes in the last).");
+    }
+  } // namespace
+
+  template <int dim>
   StaticEquilibrium
   solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
                            Contact<dim> &contact, const bool with_friction, const Block &load)
   {
-    // A friction law that depends on the pressure, and penalty contact with its many points, change
-    // the matrix in each step; for mortar contact one factorisation serves all active sets of a
-    // moderate number of releases.
-    const bool nonlinear = contact.contact_model().friction.kind == FrictionLaw::Kind::expression;
-    bool factor_once     = contact.contact_model().mortar && !nonlinear;
-    constexpr unsigned int most_releases = 400;
-
+    const Contact<dim> all_closed = contact;
     StaticEquilibrium result;
-    result.pressure = contact.uniform_pressure(0);
-
-    const auto assemble = [&]()
-    { return static_tangent(rows, body_terms, contact, result.pressure, with_friction); };
-    const auto right_hand_side = [&]()
+    std::string failure;
+    try
     {
-      Block sum = contact.load(result.pressure, with_friction);
-      for (unsigned int i = 0; i < sum.n_local(); ++i)
-        sum.data()[i] += load.data()[i];
-      return sum;
-    };
-    std::unique_ptr<ReleaseSolver> release_solver;
-    if (factor_once)
-      release_solver = std::make_unique<ReleaseSolver>(rows, assemble(), right_hand_side());
-
-    std::set<std::size_t> visited;
-    constexpr unsigned int max_iterations = 60;
-    for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
-    {
-      if (factor_once && contact.released_multipliers().size() > most_releases)
-      {
-        factor_once = false;
-        release_solver.reset();
-      }
-      if (factor_once)
-        result.state = release_solver->solve(contact.released_multipliers());
-      else
-      {
-        const Matrix A = assemble();
-        const Factorization factorization(A, Factorization::Kind::lu,
-                                          "the stiffness of the static equilibrium");
-        result.state = solve_refined(A, factorization, right_hand_side());
-      }
-
-      auto pressure       = contact.pressure_of(result.state);
-      const double change = relative_change(result.pressure, pressure, rows.comm);
-      result.pressure     = std::move(pressure);
-      const auto set      = contact.update_active_set(result.state);
-      result.iterations.push_back(
-          {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change});
-      if (set.n_changed == 0 && (!nonlinear || change < 1e-11))
-        return result;
-
-      const std::vector<std::string> lost = contact.lost_contacts();
-      if (!lost.empty())
-        throw SolverError(
-            "The static equilibrium has no contact on the pad '" + lost.front() +
-            "': nothing presses it onto the rotor. Check Pads/Pressure and Contact/Initial gap.");
-      if (set.n_changed > 0 && !visited.insert(contact.active_set_hash()).second)
-        break;
+      iterate(rows, body_terms, contact, with_friction, load, result);
+      return result;
     }
-    throw SolverError("The active set of the static equilibrium does not settle (" +
-                      std::to_string(result.iterations.size()) + " steps, " +
-                      std::to_string(result.iterations.back().n_changed) +
-                      " changes in the last): friction is close to self-locking. Try a smaller "
-                      "friction coefficient "
-                      "or a finer mesh.");
+    catch (const Unsettled &error)
+    {
+      failure = error.what();
+    }
+    catch (const SingularMatrix &error)
+    {
+      if (!with_friction)
+        throw;
+      failure = "The static equilibrium with friction has a singular tangent.";
+    }
+    throw SolverError(failure + (with_friction ? explain_failure(rows, body_terms, all_closed,
+                                                                 contact, result.pressure)
+                                               : std::string(" Try a finer mesh.")));
   }
 
   template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<2> &,
                                  const Contact<2>::Pressure &, bool);
   template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<3> &,
                                  const Contact<3>::Pressure &, bool);
+  template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<2> &,
+                                    const Contact<2>::Pressure &);
+  template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<3> &,
+                                    const Contact<3>::Pressure &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
                                                       Contact<2> &, bool, const Block &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,

@@ -9,23 +9,46 @@ namespace squeal
 {
   using Complex = std::complex<double>;
 
-  Sweep::Sweep(ParameterFile &file, Model &model, const EigensolverOptions &options,
-               const std::string &directory, const MPI_Comm comm, Log &log)
-      : file(file), model(model), parameter(file.parameters().sweep.parameter), options(options),
-        directory(directory), comm(comm), log(log),
+  namespace
+  {
+    bool begins_with_one_of(const std::string &path, const std::vector<std::string> &starts)
+    {
+      return std::any_of(starts.begin(), starts.end(),
+                         [&](const std::string &start) { return path.rfind(start, 0) == 0; });
+    }
+
+    /// The mode of a branch at a point, or -1.
+    int index_of(const BranchPoint &point, const unsigned int branch)
+    {
+      const auto at = std::find(point.branches.begin(), point.branches.end(), branch);
+      return at == point.branches.end() ? -1 : int(at - point.branches.begin());
+    }
+  } // namespace
+
+  bool sweep_keeps_mesh(const std::string &parameter)
+  {
+    return begins_with_one_of(parameter, {"Operation/", "Contact/", "Pads/Pressure",
+                                          "Rotor/Material/", "Pads/Material/", "Matrices/"});
+  }
+
+  Sweep::Sweep(ParameterFile &file, Model &model, const ModelFactory &make_model,
+               const EigensolverOptions &options, const std::string &directory, const MPI_Comm comm,
+               Log &log)
+      : file(file), model(&model), make_model(make_model),
+        parameter(file.parameters().sweep.parameter), keeps_mesh(sweep_keeps_mesh(parameter)),
+        options(options), directory(directory), comm(comm), log(log),
         solver(make_eigensolver(file.parameters().eigenproblem.solver))
   {
-    // Meshes and geometry stay as they are.
-    const std::vector<std::string> allowed = {"Operation/",     "Contact/",
-                                              "Pads/Pressure",  "Rotor/Material/",
-                                              "Pads/Material/", "Matrices/Circulatory factor"};
     file.value_of(parameter);
-    if (std::none_of(allowed.begin(), allowed.end(),
-                     [&](const std::string &start) { return parameter.rfind(start, 0) == 0; }))
-      throw InputError("Sweep/Parameter = " + parameter +
-                       ": a sweep keeps the mesh. Allowed are numbers of the sections Operation, "
-                       "Contact, Rotor/Material, Pads/Material, and Pads/Pressure, "
-                       "Matrices/Circulatory factor.");
+    const bool makes_mesh =
+        make_model &&
+        begins_with_one_of(parameter, {"Rotor/", "Pads/", "Strip/", "Discretization/"});
+    if (!keeps_mesh && !makes_mesh)
+      throw InputError(
+          "Sweep/Parameter = " + parameter +
+          ": the equations of motion do not depend on it. Allowed are numbers of the sections "
+          "Operation, Contact, Rotor, Pads, Strip, Discretization, and of Matrices in the scene "
+          "matrices.");
   }
 
   std::string Sweep::state_file() const
@@ -35,19 +58,46 @@ namespace squeal
     return directory + "/sweep-" + std::to_string(rank) + ".state";
   }
 
-  void Sweep::solve(const double value, const BranchPoint *before, BranchPoint &point)
+  void Sweep::assemble(const double value)
   {
     file.vary(parameter, value);
-    model.assemble(file.parameters());
-    problem     = model.problem();
-    point.value = value;
-    point.modes =
-        before ? solver->follow(problem, options, before->modes) : solver->solve(problem, options);
+    if (!keeps_mesh)
+    {
+      own_model.reset(); // two meshes at a time would double the memory
+      own_model = make_model(file.parameters());
+      model     = own_model.get();
+    }
+    model->assemble(file.parameters());
+    problem = model->problem();
+  }
+
+  void Sweep::solve(const double value, const BranchPoint *before, BranchPoint &point)
+  {
+    assemble(value);
+    point.value         = value;
+    const auto modes_at = [&](const EigensolverOptions &with)
+    {
+      return before && keeps_mesh ? solver->follow(problem, with, before->modes)
+                                  : solver->solve(problem, with);
+    };
+    try
+    {
+      point.modes = modes_at(options);
+    }
+    catch (const SingularMatrix &)
+    {
+      // A divergence lies exactly on the value: another shift than zero.
+      EigensolverOptions shifted = options;
+      shifted.shift              = 0.1;
+      point.modes                = modes_at(shifted);
+    }
   }
 
   BranchPoint Sweep::advance(const BranchPoint &from, const double value,
                              const unsigned int n_halvings)
   {
+    if (!keeps_mesh)
+      return advance_on_new_mesh(from, value);
     BranchPoint to;
     solve(value, &from, to);
     const bool certain = continue_branches(problem, from, options.max_imaginary, to);
@@ -63,6 +113,35 @@ namespace squeal
           "eigenvalues.");
     if (file.parameters().sweep.critical_values)
       find_critical_values(from, to);
+    return to;
+  }
+
+  BranchPoint Sweep::advance_on_new_mesh(const BranchPoint &from, const double value)
+  {
+    BranchPoint to;
+    solve(value, nullptr, to);
+    const RowRange &old_rows = from.modes.re.row_range(), &new_rows = problem.rows;
+    int same = old_rows.begin == new_rows.begin && old_rows.end == new_rows.end &&
+               old_rows.size == new_rows.size;
+    MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, comm);
+    const bool certain = same && continue_branches(problem, from, options.max_imaginary, to);
+    if (!same)
+      continue_by_eigenvalues(from, to);
+    if (!certain)
+      log.line("  Branches between " + number(from.value) + " and " + number(value) +
+               (same ? " are not told apart with certainty by their vectors."
+                     : " are continued by the nearest eigenvalues: the mesh has " +
+                           std::to_string(new_rows.size) + " unknowns instead of " +
+                           std::to_string(old_rows.size) + "."));
+    for (unsigned int i = 0; i < from.branches.size(); ++i)
+      if (const int at = index_of(to, from.branches[i]); at >= 0)
+      {
+        const Complex a = from.modes.lambda[i], b = to.modes.lambda[at];
+        if (!is_marginal(a) && !is_marginal(b) && a.real() * b.real() < 0)
+          log.line("  The growth rate of branch " + std::to_string(from.branches[i]) +
+                   " changes its sign between " + number(from.value) + " and " + number(value) +
+                   ".");
+      }
     return to;
   }
 
@@ -112,12 +191,19 @@ namespace squeal
     MPI_Allreduce(MPI_IN_PLACE, &there, 1, MPI_INT, MPI_MIN, comm);
     if (!there)
       return false;
-    file.vary(parameter, points.front());
-    model.assemble(file.parameters());
-    const RowRange rows = model.problem().rows;
-    int good            = last.load(state_file(), rows, sizes) && sizes.size() == 2;
-    const auto at       = std::find(points.begin(), points.end(), last.value);
-    good                = good && at != points.end();
+    std::vector<double>::const_iterator at = points.end();
+    const auto rows_of                     = [&](const double value)
+    {
+      // The ranks saved after the same point, so that they assemble together.
+      at        = std::find(points.begin(), points.end(), value);
+      int known = at != points.end();
+      MPI_Allreduce(MPI_IN_PLACE, &known, 1, MPI_INT, MPI_MIN, comm);
+      if (!known)
+        return RowRange();
+      assemble(value);
+      return problem.rows;
+    };
+    int good = last.load(state_file(), rows_of, sizes) && sizes.size() == 2;
     MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm);
     if (!good)
       return false;
@@ -145,7 +231,12 @@ namespace squeal
     sweep_csv           = std::make_unique<Table>(
         directory + "/sweep.csv", std::string("parameter,branch,") + modes_header + ",overlap",
         comm, resumed);
-    if (file.parameters().sweep.critical_values)
+    const bool critical_values = file.parameters().sweep.critical_values;
+    if (critical_values && !keeps_mesh)
+      log.line("\nCritical values are not located: " + parameter +
+               " changes the mesh. The log says between which values a growth rate changes its "
+               "sign.");
+    if (critical_values && keeps_mesh)
       critical_csv = std::make_unique<Table>(
           directory + "/critical.csv",
           "kind,parameter,value,accuracy,frequency_hz,growth_rate_1_per_s,branch,other_branch,"
@@ -163,6 +254,8 @@ namespace squeal
         for (unsigned int j = 0; j < last.n_branches; ++j)
           last.branches.push_back(j);
         last.overlaps.assign(last.n_branches, 0.);
+        if (critical_csv && points.size() > 1)
+          find_critical_values_at(last, nullptr, points[1] - points[0]);
       }
       else
       {
@@ -170,11 +263,7 @@ namespace squeal
         last             = std::move(next);
         // The search for critical values went elsewhere.
         if (file.value_of(parameter) != points[k])
-        {
-          file.vary(parameter, points[k]);
-          model.assemble(file.parameters());
-          problem = model.problem();
-        }
+          assemble(points[k]);
       }
       write(last);
       save(last);
@@ -195,7 +284,7 @@ namespace squeal
     if (chosen.size() < expected.size())
       throw SolverError("A mode was lost in the search for a critical value of " + parameter + ".");
     std::vector<Complex> derivatives;
-    for (const ParameterDerivative &derivative : model.derivatives(parameter))
+    for (const ParameterDerivative &derivative : model->derivatives(parameter))
       derivatives = sensitivities(derivative, point.modes);
     for (const unsigned int j : chosen)
     {
@@ -207,11 +296,11 @@ namespace squeal
 
   void Sweep::report(const Critical &critical)
   {
-    critical_csv->add({critical.kind, parameter, number(critical.value), number(critical.accuracy),
-                       number(std::abs(critical.lambda.imag()) / (2 * M_PI)),
-                       number(critical.lambda.real()), std::to_string(critical.branch),
-                       critical.other < 0 ? "" : std::to_string(critical.other),
-                       std::to_string(critical.iterations)});
+    critical_csv->add(
+        {critical.kind, parameter, number(critical.value, 15), number(critical.accuracy),
+         number(std::abs(critical.lambda.imag()) / (2 * M_PI)), number(critical.lambda.real()),
+         std::to_string(critical.branch), critical.other < 0 ? "" : std::to_string(critical.other),
+         std::to_string(critical.iterations)});
     log.line("  Critical: " + critical.kind + " of branch " + std::to_string(critical.branch) +
              (critical.other < 0 ? "" : " with branch " + std::to_string(critical.other)) + " at " +
              parameter + " = " + number(critical.value) + " (+- " + number(critical.accuracy) +
@@ -220,13 +309,8 @@ namespace squeal
 
   void Sweep::find_critical_values(const BranchPoint &from, const BranchPoint &to)
   {
-    const auto index = [](const BranchPoint &point, const unsigned int branch)
-    {
-      const auto at = std::find(point.branches.begin(), point.branches.end(), branch);
-      return at == point.branches.end() ? -1 : int(at - point.branches.begin());
-    };
-    const auto is_marginal = [&](const Complex l)
-    { return std::abs(l.real()) <= 10 * options.tolerance * std::abs(l); };
+    find_critical_values_at(to, &from, to.value - from.value);
+    find_divergence(from, to);
     // A pair whose mean and difference squared are real (up to the common factor of the motion)
     // meets where the squared difference changes its sign.
     const auto squared_half_difference = [](const Complex a, const Complex b)
@@ -234,15 +318,19 @@ namespace squeal
 
     for (unsigned int i = 0; i < from.branches.size(); ++i)
     {
-      const int at = index(to, from.branches[i]);
+      const int at = index_of(to, from.branches[i]);
       if (at < 0)
         continue;
       const Complex a = from.modes.lambda[i], b = to.modes.lambda[at];
-      if (!is_marginal(a) && !is_marginal(b) && a.real() * b.real() < 0)
+      // A mode that has become real by passing zero is a divergence.
+      const bool became_real =
+          (a.imag() == 0) != (b.imag() == 0) &&
+          (divergent_modes(from.modes).size() + divergent_modes(to.modes).size()) % 2 == 1;
+      if (!is_marginal(a) && !is_marginal(b) && a.real() * b.real() < 0 && !became_real)
         report(onset(from, to, from.branches[i]));
       for (unsigned int k = i + 1; k < from.branches.size(); ++k)
       {
-        const int at_k = index(to, from.branches[k]);
+        const int at_k = index_of(to, from.branches[k]);
         if (at_k < 0)
           continue;
         const Complex before = squared_half_difference(a, from.modes.lambda[k]),
@@ -255,52 +343,105 @@ namespace squeal
     }
   }
 
+  void Sweep::find_critical_values_at(const BranchPoint &point, const BranchPoint *before,
+                                      const double direction)
+  {
+    if (std::none_of(point.modes.lambda.begin(), point.modes.lambda.end(),
+                     [&](const Complex l) { return is_marginal(l); }))
+      return;
+    std::vector<Complex> slopes;
+    for (const ParameterDerivative &derivative : model->derivatives(parameter))
+      slopes = sensitivities(derivative, point.modes);
+    for (unsigned int j = 0; j < slopes.size(); ++j)
+    {
+      const Complex lambda = point.modes.lambda[j], slope = slopes[j];
+      // A mode that stays marginal has a slope along the imaginary axis, up to rounding; at a
+      // double root it has none.
+      if (!is_marginal(lambda) || !std::isfinite(std::abs(slope)) ||
+          std::abs(slope.real()) <= 1e-4 * std::abs(slope) ||
+          std::abs(slope.real() * direction) <= 100 * options.tolerance * std::abs(lambda))
+        continue;
+      const int at = before ? index_of(*before, point.branches[j]) : -1;
+      // It comes from the other side, or is only touching the axis.
+      if (at >= 0 && before->modes.lambda[at].real() * slope.real() * direction > 0)
+        continue;
+      Critical result;
+      result.kind       = slope.real() * direction > 0 ? "onset" : "end";
+      result.branch     = point.branches[j];
+      const double step = -lambda.real() / slope.real();
+      result.value      = point.value + step;
+      result.lambda     = lambda + slope * step;
+      result.accuracy   = std::abs(step);
+      report(result);
+    }
+  }
+
+  void Sweep::find_divergence(const BranchPoint &from, const BranchPoint &to)
+  {
+    const std::vector<unsigned int> before = divergent_modes(from.modes),
+                                    after  = divergent_modes(to.modes);
+    // Two at a time are born by a pair of growing modes that becomes real, or leave like that.
+    if ((before.size() + after.size()) % 2 == 0)
+      return;
+    const BranchPoint &divergent = after.size() > before.size() ? to : from;
+    const unsigned int mode      = after.size() > before.size() ? after.front() : before.front();
+    assemble(divergent.value);
+    const StaticInstability instability(problem, divergent.modes, mode);
+    const auto evaluate = [&](const double value)
+    {
+      assemble(value);
+      const auto at = instability.evaluate(problem, model->derivatives(parameter));
+      return std::make_pair(at.value,
+                            at.derivatives.empty() ? std::nan("") : at.derivatives.front());
+    };
+    const std::optional<Root> root = find_root(from.value, to.value, evaluate);
+    if (!root)
+    {
+      log.line("  A mode begins or ends to grow without oscillation between " + number(from.value) +
+               " and " + number(to.value) + ", but the stiffness is not singular there.");
+      return;
+    }
+    Critical result;
+    result.kind       = after.size() > before.size() ? "divergence" : "divergence_end";
+    result.branch     = divergent.branches[mode];
+    result.value      = root->value;
+    result.accuracy   = root->accuracy;
+    result.iterations = root->iterations;
+    report(result);
+  }
+
   Sweep::Critical Sweep::onset(const BranchPoint &from, const BranchPoint &to,
                                const unsigned int branch)
   {
-    const auto eigenvalue = [&](const BranchPoint &point)
+    struct Known
     {
-      return point.modes.lambda[std::find(point.branches.begin(), point.branches.end(), branch) -
-                                point.branches.begin()];
+      double value;
+      Complex lambda, derivative;
     };
-    Critical result;
-    result.kind   = eigenvalue(from).real() < 0 ? "onset" : "end";
-    result.branch = branch;
-    double low = from.value, high = to.value, low_growth = eigenvalue(from).real();
-    double low_value   = low;
-    Complex low_lambda = eigenvalue(from), high_lambda = eigenvalue(to);
-    // Regula falsi to begin with.
-    double p = low - low_growth * (high - low) / (high_lambda.real() - low_growth);
-    for (result.iterations = 1; result.iterations <= 30; ++result.iterations)
+    const Complex first      = from.modes.lambda[index_of(from, branch)],
+                  last       = to.modes.lambda[index_of(to, branch)],
+                  chord      = (last - first) / (to.value - from.value);
+    std::vector<Known> known = {{from.value, first, chord}, {to.value, last, chord}};
+    const auto function      = [&](const double p)
     {
-      const Complex expected =
-          low_lambda + (p - low_value) / (high - low_value) * (high_lambda - low_lambda);
-      const Evaluation at = evaluate(p, from, {expected});
-      result.lambda       = at.lambda[0];
-      const double growth = at.lambda[0].real(), slope = at.derivative[0].real();
-      if (growth * low_growth > 0)
-      {
-        low        = p;
-        low_value  = p;
-        low_lambda = at.lambda[0];
-        low_growth = growth;
-      }
-      else
-      {
-        high        = p;
-        high_lambda = at.lambda[0];
-      }
-      double next = std::isfinite(slope) && slope != 0 ? p - growth / slope : (low + high) / 2;
-      if ((next - low) * (next - high) > 0) // Newton left the interval
-        next = (low + high) / 2;
-      result.accuracy = std::abs(next - p);
-      const bool done =
-          std::abs(next - p) <= 1e-11 * std::max(std::abs(p), std::abs(to.value)) || growth == 0;
-      p = next;
-      if (done)
-        break;
-    }
-    result.value = p;
+      const auto nearest = std::min_element(known.begin(), known.end(),
+                                            [&](const Known &a, const Known &b) {
+                                              return std::abs(a.value - p) < std::abs(b.value - p);
+                                            });
+      const Evaluation at =
+          evaluate(p, from, {nearest->lambda + nearest->derivative * (p - nearest->value)});
+      known.push_back(
+          {p, at.lambda[0], std::isfinite(at.derivative[0].real()) ? at.derivative[0] : chord});
+      return std::make_pair(at.lambda[0].real(), at.derivative[0].real());
+    };
+    const Root root = find_root(from.value, first.real(), to.value, last.real(), function);
+    Critical result;
+    result.kind       = first.real() < 0 ? "onset" : "end";
+    result.branch     = branch;
+    result.value      = root.value;
+    result.accuracy   = root.accuracy;
+    result.iterations = root.iterations;
+    result.lambda     = known.back().lambda;
     return result;
   }
 

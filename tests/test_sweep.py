@@ -105,9 +105,126 @@ class Sweeps(st.TestCase):
             self.assertEqual((whole / name).read_text(), (table.parent / name).read_text())
         self.assertFalse(state.exists())
 
+    def theory(self, name, *overrides):
+        """The critical values of a file of prm/theory with other settings."""
+        results = self.directory / "theory"
+        settings = [argument for override in overrides for argument in ("--set", override)]
+        result = st.run(st.PROJECT / f"prm/theory/{name}.prm", "--set", f"Output/Directory={results}", *settings,
+                        directory=st.PROJECT)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return st.read_table(results / "critical.csv")
+
+    def test_onset_on_a_value(self):
+        """An onset that lies on a value of the sweep is found once, whatever stands beside it.
+
+        ziegler_damped.prm: onset at p = 41/28 + b^2/2, b = 0.1. gyroscopic_circulatory.prm: at p = 0 one mode begins to
+        grow and the other ends to; at the first value it is not known what was before. flutter.prm: marginal everywhere
+        below p = 2/3, where only the coalescence counts."""
+        exact = 41 / 28 + 0.1 ** 2 / 2
+        for values in [[1.3, exact, 1.6], [exact, 1.6], [1.6, exact]]:
+            found = self.theory("ziegler_damped", "Sweep/Values=" + ", ".join(map(repr, values)))
+            self.assertEqual([row["kind"] for row in found], ["end" if values[0] > values[-1] else "onset"], values)
+            self.assertLess(abs(found[0]["value"] - exact), 1e-12)
+            self.assertLess(abs(2 * math.pi * found[0]["frequency_hz"] - math.sqrt(2 / 7)), 1e-12)
+        for values in ["-0.02, 0, 0.02", "0, 0.02, 0.04"]:
+            found = self.theory("gyroscopic_circulatory", "Sweep/Values=" + values)
+            self.assertEqual(sorted(row["kind"] for row in found), ["end", "onset"], values)
+            for row in found:
+                self.assertLess(abs(row["value"]), 1e-12)
+        self.assertEqual([row["kind"] for row in self.theory("flutter", "Sweep/Values=0, 0.3, 0.6, 0.9")], ["coalescence"])
+
+    def test_divergence(self):
+        """The pendulum of prm/theory/divergence.prm without damping: a pair +-j w meets at 0 and leaves as +-rho. The
+        value may also be one of the sweep's, where the stiffness is exactly or nearly singular."""
+        exact = (3 - math.sqrt(11 / 3)) / 2
+        for values in [[0.3, 0.5, 0.6], [0.3, exact, 0.6], [0.6, 0.3]]:
+            found = self.theory("divergence", "Matrices/Velocity=", "Sweep/Values=" + ", ".join(map(repr, values)))
+            found = [row for row in found if row["kind"].startswith("divergence")]
+            self.assertEqual([row["kind"] for row in found],
+                             ["divergence_end" if values[0] > values[-1] else "divergence"], values)
+            self.assertLess(abs(found[0]["value"] - exact), 1e-12)
+            self.assertEqual((found[0]["frequency_hz"], found[0]["growth_rate_1_per_s"]), (0, 0))
+
+    def test_divergence_is_self_locking(self):
+        """Two ways to one number. The gain of friction on contact pressure is proportional to mu, by Arnoldi's method on
+        the frictionless tangent, so that the static tangent is singular at mu/gain. The sweep finds det Q = 0."""
+        strip = {"Scene": "strip", "Stage": "friction", "Operation/Angular velocity": 0, "Discretization/Degree": 1,
+                 "Discretization/Rotor cells": "1, 16, 2", "Discretization/Pad cells": "1, 5, 2",
+                 "Contact/Steady pressure": "uniform", "Eigenproblem/Maximum frequency": 10000, "Output/Fields": "none"}
+        for formulation in [st.MORTAR, st.PENALTY]:
+            gain = {}
+            for mu in [0.5, 1]:
+                directory = self.analyse({**strip, **formulation, FRICTION: mu})
+                gain[mu] = st.read_table(directory / "static.csv")[0]["self_energising_gain"]
+            self.assertGreater(gain[1], 0)
+            self.assertLess(abs(gain[1] - 2 * gain[0.5]), 1e-4 * gain[1])
+            mu = 1 / gain[1]
+            directory = self.analyse({**strip, **formulation, "Sweep/Parameter": FRICTION,
+                                      "Sweep/Values": f"{0.998 * mu!r}, {1.003 * mu!r}", "Sweep/Critical values": "true"})
+            found = [row["value"] for row in st.read_table(directory / "critical.csv") if "divergence" in row["kind"]]
+            self.assertEqual(len(found), 1)
+            self.assertLess(abs(found[0] - mu), 1e-4 * mu)
+            beyond = self.analyse({**strip, **formulation, FRICTION: repr(1.003 * mu)})
+            self.assertIn("Warning, self-locking", (beyond / "log.txt").read_text())
+
+    def test_self_locking_equilibrium(self):
+        """A static equilibrium that fails because friction locks the pad says so."""
+        result = st.run(st.PROJECT / "prm/strip.prm", "--set", f"{FRICTION}=10", "--set",
+                        f"Output/Directory={self.directory / 'locked'}", directory=st.PROJECT)
+        self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
+        self.assertIn("the brake is self-locking", result.stderr)
+
+    def test_geometry(self):
+        """Parameters that change the mesh: the modes of separate runs; branches go on; no critical values."""
+        brake = {**st.SMALL_BRAKE, "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 3000}
+        strip = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 12, 1",
+                 "Discretization/Pad cells": "1, 4, 1", "Eigenproblem/Maximum frequency": 36000, "Output/Fields": "none"}
+        for settings, name, values, same_size in [(brake, "Rotor/Thickness", [0.012, 0.0125], True),
+                                                  (strip, "Strip/Block thickness", [0.02, 0.021], True),
+                                                  (strip, "Discretization/Degree", [2, 3], False)]:
+            with self.subTest(parameter=name):
+                directory = self.analyse({**settings, "Sweep/Parameter": name, "Sweep/Critical values": "true",
+                                          "Sweep/Values": ", ".join(map(str, values))})
+                rows = st.read_table(directory / "sweep.csv")
+                log = (directory / "log.txt").read_text()
+                self.assertIn("Critical values are not located", log)
+                self.assertFalse((directory / "critical.csv").exists())
+                self.assertEqual("by the nearest eigenvalues" in log, not same_size)
+                branches = []
+                for value in values:
+                    own = [row for row in rows if row["parameter"] == value]
+                    alone = self.eigenvalues({**settings, name: value})
+                    self.assertSameModes([st.eigenvalue(row) for row in own], alone, 1e-8)
+                    branches.append({row["branch"]: st.eigenvalue(row) for row in own})
+                common = set(branches[0]) & set(branches[1])
+                self.assertGreater(len(common), 2)
+                for branch in common:
+                    self.assertLess(abs(branches[0][branch] - branches[1][branch]), 0.1 * abs(branches[0][branch]))
+                overlaps = [row["overlap"] for row in rows if row["parameter"] == values[1] and row["branch"] in common]
+                self.assertEqual(any(overlaps), same_size)
+
+    def test_geometry_resumed(self):
+        settings = {**st.SMALL_BRAKE, "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 2500,
+                    "Sweep/Parameter": "Pads/Sector angle", "Sweep/Values": "40 : 50 : 6"}
+        whole = self.analyse(settings)
+        file = self.write("killed.prm", settings)
+        process = subprocess.Popen([str(st.SQUEAL), file.name], cwd=self.directory, env=st.ENVIRONMENT,
+                                   stdout=subprocess.DEVNULL)
+        results = self.directory / "output/killed"
+        deadline = time.monotonic() + 60
+        while not (results / "sweep-0.state").exists() and time.monotonic() < deadline:
+            time.sleep(0.005)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        result = st.run(file.name, directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("Resumed after", result.stdout)
+        self.assertEqual((whole / "sweep.csv").read_text(), (results / "sweep.csv").read_text())
+
     def test_bad_sweeps(self):
         for settings, part in [({"Sweep/Parameter": "Rotor/Thicknes", "Sweep/Values": "1, 2"}, "Rotor/Thickness"),
-                               ({"Sweep/Parameter": "Rotor/Thickness", "Sweep/Values": "1, 2"}, "keeps the mesh"),
+                               ({"Sweep/Parameter": "Refinement/Cycles", "Sweep/Values": "1, 2"}, "do not depend on it"),
+                               ({"Sweep/Parameter": "Discretization/Degree", "Sweep/Values": "1, 1.5"}, "Degree = 1.5"),
                                ({"Sweep/Parameter": "Contact/Formulation", "Sweep/Values": "1, 2"}, "not a number"),
                                ({"Sweep/Parameter": FRICTION, "Sweep/Values": "1, x"}, "Sweep/Values"),
                                ({"Sweep/Parameter": FRICTION, "Sweep/Values": "0 : 1 : 0"}, "Sweep/Values"),

@@ -31,6 +31,9 @@ CRITICAL = {
     "gyroscopic_circulatory": [
         ("end", 0, 1j * math.sqrt((GYROSCOPIC - math.sqrt(GYROSCOPIC ** 2 - 360)) / 2)),
         ("onset", 0, 1j * math.sqrt((GYROSCOPIC + math.sqrt(GYROSCOPIC ** 2 - 360)) / 2))],
+    # det(K + p N) = 1 - 9/4 p + 3/4 p^2
+    "divergence": [("divergence", (3 - math.sqrt(11 / 3)) / 2, 0),
+                   ("divergence", (3 + math.sqrt(11 / 3)) / 2, 0)],
     "thomson_tait_conservative": [],
     "thomson_tait_gyroscopic": [],
     "thomson_tait_damped": [],
@@ -51,7 +54,7 @@ class TheoryScenes(st.TestCase):
     def setUp(self):
         super().setUp()
         if not self.sweeps:
-            for file in sorted(THEORY.glob("*.prm")):
+            for file in sorted(set(THEORY.glob("*.prm")) - {THEORY / "ziegler_map.prm"}):  # test_stability_map.py
                 results = self.directory / file.stem
                 result = st.run(file, "--set", f"Output/Directory={results}", directory=st.PROJECT)
                 self.assertEqual(result.returncode, 0, f"{file.name}: {result.stderr}")
@@ -90,8 +93,8 @@ class TheoryScenes(st.TestCase):
                 for row, (_, value, l) in zip(found, expected):
                     self.assertLess(abs(row["value"] - value), 1e-8)
                     self.assertLess(abs(st.eigenvalue(row) - l), 1e-8)
-                    # The program claims no more than it has. The table holds 12 digits.
-                    self.assertLess(abs(row["value"] - value), max(10 * row["accuracy"], 1e-11))
+                    # The program claims no more than it has. The table holds 15 digits.
+                    self.assertLess(abs(row["value"] - value), max(10 * row["accuracy"], 1e-12))
 
     def test_flutter(self):
         # (37): l^2 = -k +- j n beyond p_crit, k = 10 in both modes, n = +-sqrt(15 p - 10).
@@ -138,6 +141,8 @@ class TheoryScenes(st.TestCase):
         self.assertVerdicts("ziegler_undamped", lambda p: ["marginal"] * 2 if p < 3.5 - math.sqrt(2)
                             else ["flutter", "stable"])
         self.assertVerdicts("ziegler_damped", lambda p: ["stable", "flutter" if p > 41 / 28 + 0.005 else "stable"])
+        # critical.csv holds 15 digits.
+        self.assertLess(abs(self.sweeps["ziegler_damped"][1][0]["value"] - 41 / 28 - 0.005), 1e-14)
         # The paradox: the damper has made loads unstable that were not.
         destabilised = [p for p, rows in self.by_value("ziegler_damped").items()
                         if p < 3.5 - math.sqrt(2) and any(row["verdict"] == "flutter" for row in rows)]

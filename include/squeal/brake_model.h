@@ -4,6 +4,7 @@
 #include <squeal/log.h>
 #include <squeal/model.h>
 #include <squeal/static_equilibrium.h>
+#include <squeal/subspace_iteration.h>
 
 #include <cmath>
 #include <memory>
@@ -84,6 +85,10 @@ namespace squeal
     static std::vector<Term> contact_terms(const Contact<dim> &contact,
                                            const typename Contact<dim>::Pressure &pressure,
                                            const Parameters::All &parameters);
+    /// The gain of friction on the contact pressure; zero without friction.
+    SelfLocking self_locking() const;
+    /// Where friction feeds energy into a mode.
+    typename Contact<dim>::FrictionWork friction_work(const Modes &modes, unsigned int mode) const;
 
   private:
     /// The matrices of a material are assembled once a mesh; the terms scale them to the present

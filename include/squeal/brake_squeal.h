@@ -25,8 +25,9 @@ namespace squeal
     /// Fills in the errors of the discretisation; without a mesh there are none.
     virtual void estimate(std::vector<ModeRow> &) {}
     EigensolverOptions eigensolver_options();
-    /// The sweep of the parameter file on the present mesh.
-    void sweep(Model &model);
+    /// The sweep or the stability map of the parameter file, on the present mesh or, where the
+    /// parameter changes it, on meshes of @p make_model.
+    void sweep(Model &model, const ModelFactory &make_model);
     /// All stages one after the other (theory.md, section 5): ladder.csv and a table.
     void climb(Model &model);
     /// Appends to cycles.csv.

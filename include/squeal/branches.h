@@ -2,6 +2,7 @@
 
 #include <squeal/stability.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,8 @@ namespace squeal
     /// Writes the point to a file of this rank; complete or not at all. @p tables are the sizes of
     /// the tables that belong to it. Throws std::runtime_error.
     void save(const std::string &filename, const std::vector<std::uintmax_t> &tables) const;
-    /// The opposite; false if there is no such file for these rows.
-    bool load(const std::string &filename, const RowRange &rows,
+    /// The opposite; false if there is no such file for the rows that belong to its value.
+    bool load(const std::string &filename, const std::function<RowRange(double value)> &rows_of,
               std::vector<std::uintmax_t> &tables);
   };
 
@@ -34,4 +35,9 @@ namespace squeal
   /// above half of it. Modes in the uppermost hundredth of the window may come and go.
   bool continue_branches(const QuadraticEigenproblem &problem, const BranchPoint &before,
                          double max_imaginary, BranchPoint &next);
+
+  /// The same where the vectors cannot be compared, because the meshes differ: the assignment with
+  /// the least sum of squared distances of the eigenvalues. A mode that would have to move by more
+  /// than a tenth begins a new branch.
+  void continue_by_eigenvalues(const BranchPoint &before, BranchPoint &next);
 } // namespace squeal

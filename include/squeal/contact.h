@@ -77,6 +77,23 @@ namespace squeal
     };
     FrictionDamping friction_damping(const Pressure &pressure) const;
 
+    /// The work per cycle and area, J/m^2, that the increments D tau of the friction traction do on
+    /// the sliding of a mode Re[u exp(j w t)], by what makes them, at every quadrature point:
+    ///     W = -int_cycle D tau . D[[u_t]] dt,    J = [[u]], Dp the complex amplitudes,
+    ///     friction   -pi (d tau/d p) Im[conj(J.e) Dp],
+    ///     damping    -pi (tau/v) (w |J.b|^2 + Omega Im[conj(J.b) (d_phi u_R).b]),
+    ///     falling    -pi (d tau/d v) (w |J.e|^2 + Omega Im[conj(J.e) (d_phi u_R).e]).
+    /// Positive where energy is fed in. The integrals over the surface are the sums of -pi (d w +
+    /// n) of the terms of friction() and friction_damping(): what contributions() gives by body. @p
+    /// re and @p im are one column each; @p with_damping tells whether those terms are there at
+    /// all.
+    struct FrictionWork
+    {
+      Pressure friction, damping, falling;
+    };
+    FrictionWork friction_work(const Block &re, const Block &im, double omega,
+                               const Pressure &pressure, bool with_damping) const;
+
     /// What turns with the surface (Prestress/Turning contact): the normal and the sliding
     /// direction turn with the rotor's surface, and the contact point moves along it,
     ///     Dn = -e s_e - b s_b,   De = n s_e + b (...),   s_a = n.(d_a Du_R),

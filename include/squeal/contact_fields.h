@@ -13,4 +13,21 @@ namespace squeal
   template <int dim>
   void write_contact(const Spaces<dim> &spaces, const Contact<dim> &contact, const Block &state,
                      bool with_friction, const std::string &directory, unsigned int cycle);
+
+  /// Values at the quadrature points as a field on the pads' faces, by interface and face its
+  /// values at the face's nodes: the combination f_h of the face's shape functions with
+  ///     int psi (f_h - f) da = 0.
+  /// They sum to one, so that f_h has the integral of f on every face.
+  template <int dim>
+  std::vector<std::vector<std::vector<double>>>
+  project_to_faces(const Contact<dim> &contact, const typename Contact<dim>::Pressure &values);
+
+  /// Writes where friction feeds energy into a mode, or takes it out, as
+  /// mode-<cycle>-<mode>-contact.pvtu: the work per cycle and area, J/m^2, as a sum
+  /// friction_work_j_per_m2 and by what causes it: pressure_work (mu times the change of pressure),
+  /// direction_work (the turning sliding direction), speed_work (the slope mu'). Collective.
+  template <int dim>
+  void write_friction_work(const Spaces<dim> &spaces, const Contact<dim> &contact,
+                           const typename Contact<dim>::FrictionWork &work,
+                           const std::string &directory, unsigned int cycle, unsigned int mode);
 } // namespace squeal

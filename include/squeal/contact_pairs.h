@@ -173,6 +173,18 @@ namespace squeal
       return local;
     }
 
+    /// The same, zero where a multiplier is not active.
+    std::vector<double> active_multipliers(const std::vector<double> &global,
+                                           const std::vector<bool> &active) const
+    {
+      std::vector<double> local(psi.n_rows);
+      for (unsigned int m = 0; m < pad->nodes.size(); ++m)
+        for (const FreeNode<dim> &node : pad->nodes[m])
+          if (is_active(active, node))
+            local[m] += node.weight * global[node.equations[dim]];
+      return local;
+    }
+
     /// The local displacements out of a replicated vector.
     std::vector<double> local_values(const std::vector<double> &global) const
     {

@@ -17,6 +17,12 @@ namespace squeal
     using std::runtime_error::runtime_error;
   };
 
+  /// A matrix that had to be factorised is singular.
+  struct SingularMatrix : SolverError
+  {
+    using SolverError::SolverError;
+  };
+
   /// Exit statuses of the program; the names users' scripts rely on.
   enum ExitStatus : int
   {

@@ -17,6 +17,9 @@ namespace squeal
       const std::function<void(std::ostream &)> &write_vtu,
       const std::function<void(std::ostream &, const std::vector<std::string> &)> &write_pvtu);
 
+  /// mode-<cycle>-<mode>, what the names of a mode's files begin with.
+  std::string mode_file(unsigned int cycle, unsigned int mode);
+
   /// Writes the static state (one column of displacements, m, and multipliers) as
   /// state-<cycle>.pvtu.
   /// @p pressure_scale turns multipliers into pressures, Pa; the field is left out without

@@ -4,7 +4,7 @@
 
 namespace squeal
 {
-  /// Matrix Market files instead of bodies: M q'' + P q' + (K + p N) q = 0.
+  /// Matrix Market files instead of bodies: M q'' + c P q' + (K + p N) q = 0.
   class MatrixModel : public Model
   {
   public:
@@ -28,6 +28,6 @@ namespace squeal
   private:
     RowRange rows;
     std::shared_ptr<const Matrix> mass, velocity, stiffness, circulatory;
-    double circulatory_factor = 1;
+    double circulatory_factor = 1, velocity_factor = 1;
   };
 } // namespace squeal

@@ -3,6 +3,8 @@
 #include <squeal/eigenproblem.h>
 #include <squeal/parameters.h>
 
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -55,4 +57,7 @@ namespace squeal
     }
     std::vector<Term> terms_;
   };
+
+  /// Makes a model with a mesh of its own, where a parameter changes the mesh.
+  using ModelFactory = std::function<std::unique_ptr<Model>(const Parameters::All &)>;
 } // namespace squeal

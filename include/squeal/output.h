@@ -10,8 +10,9 @@
 
 namespace squeal
 {
-  /// A number with 12 significant digits, or an empty field if it is unknown or not finite.
-  std::string number(double value);
+  /// A number with 12 significant digits, or as many as asked for; an empty field if it is unknown
+  /// or not finite.
+  std::string number(double value, int n_digits = 12);
   std::string number(const std::optional<double> &value);
 
   /// Makes the directory and its record of the input: original.prm and parameters.prm. Collective;

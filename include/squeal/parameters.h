@@ -103,6 +103,7 @@ namespace squeal
       std::string friction_expression    = "";
       double smoothing_speed             = 0;
       std::string initial_gap            = "0";
+      bool self_locking_check            = false;
 
       /// Whether the pressure is a multiplier, with or without compliance.
       bool mortar() const
@@ -192,16 +193,24 @@ namespace squeal
 
     struct Sweep
     {
-      std::string parameter = "none";
-      std::string values    = "";
-      bool critical_values  = false;
+      std::string parameter        = "none";
+      std::string values           = "";
+      std::string second_parameter = "none";
+      std::string second_values    = "";
+      bool critical_values         = false;
 
       bool active() const
       {
         return parameter != "none";
       }
-      /// The values, ascending or descending as given. Throws InputError.
+      /// Whether two parameters span a stability map.
+      bool is_map() const
+      {
+        return second_parameter != "none";
+      }
+      /// The values, ascending or descending as given. Throw InputError.
       std::vector<double> points() const;
+      std::vector<double> second_points() const;
       void declare(dealii::ParameterHandler &prm);
       void check() const;
     };
@@ -210,6 +219,7 @@ namespace squeal
     {
       std::string mass, velocity, stiffness, circulatory;
       double circulatory_factor = 1;
+      double velocity_factor    = 1;
 
       void declare(dealii::ParameterHandler &prm);
       void check() const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/contact.h>
+#include <squeal/self_locking.h>
 
 #include <vector>
 
@@ -29,6 +30,12 @@ namespace squeal
                         const Contact<dim> &contact,
                         const typename Contact<dim>::Pressure &pressure, bool with_friction);
 
+  /// The gain of friction on the contact pressure at the present active set.
+  template <int dim>
+  SelfLocking self_locking(const RowRange &rows, const std::vector<Term> &body_terms,
+                           const Contact<dim> &contact,
+                           const typename Contact<dim>::Pressure &pressure);
+
   /// The steady sliding state of theory.md, section 3: p >= 0, g <= 0, p g = 0 with friction in
   /// full sliding,
   ///     sum_{order 0} c_i A_i q_0 + (N + mu T) Lambda_0 = f.
@@ -37,8 +44,8 @@ namespace squeal
   /// symmetric because of friction; LU by MUMPS, one step of iterative refinement. @p contact
   /// leaves with the active set of the solution.
   ///
-  /// Throws SolverError if a pad loses all contact, and if active sets repeat, which friction close
-  /// to self-locking causes.
+  /// Throws SolverError if a pad loses all contact, and if active sets repeat or the tangent is
+  /// singular; with friction it then tells whether that is self-locking.
   template <int dim>
   StaticEquilibrium
   solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,

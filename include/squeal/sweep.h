@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/branches.h>
+#include <squeal/divergence.h>
 #include <squeal/log.h>
 #include <squeal/output.h>
 #include <squeal/parameter_file.h>
@@ -9,18 +10,26 @@
 
 namespace squeal
 {
+  /// Whether the mesh stays as it is when this parameter changes.
+  bool sweep_keeps_mesh(const std::string &parameter);
+
   /// Follows the modes of a model along one parameter and, if asked for, locates critical values.
   ///
   /// Each point starts from the vectors of the one before. Where branches cannot be told apart the
   /// step is halved, up to max_halvings times. What is done is on disk after each point: a sweep
   /// that was killed resumes there, bit by bit.
+  ///
+  /// A parameter of the geometry or the discretisation changes the mesh: each point then has a
+  /// model of its own, branches continue by overlaps where the unknowns are the same in number and
+  /// by eigenvalues otherwise, and critical values are only bracketed.
   class Sweep
   {
   public:
     static constexpr unsigned int max_halvings = 5;
 
-    Sweep(ParameterFile &file, Model &model, const EigensolverOptions &options,
-          const std::string &directory, MPI_Comm comm, Log &log);
+    /// @p make_model serves parameters that change the mesh; it may be empty.
+    Sweep(ParameterFile &file, Model &model, const ModelFactory &make_model,
+          const EigensolverOptions &options, const std::string &directory, MPI_Comm comm, Log &log);
 
     /// Throws InputError, SolverError.
     void run();
@@ -29,22 +38,34 @@ namespace squeal
     /// A value at which something happens, on one branch or between two.
     struct Critical
     {
-      std::string kind; ///< onset, end, coalescence
+      std::string kind; ///< onset, end, coalescence, divergence, divergence_end
       double value = 0, accuracy = 0;
       std::complex<double> lambda;
       int branch = -1, other = -1;
       unsigned int iterations = 0;
     };
 
+    void assemble(double value);
     void solve(double value, const BranchPoint *before, BranchPoint &point);
     /// From a point to a value: branches continued, critical values in between located.
     BranchPoint advance(const BranchPoint &from, double value, unsigned int n_halvings);
+    BranchPoint advance_on_new_mesh(const BranchPoint &from, double value);
     void write(const BranchPoint &point);
     bool resume(BranchPoint &last, unsigned int &n_done);
     void save(const BranchPoint &point) const;
 
     void find_critical_values(const BranchPoint &from, const BranchPoint &to);
-    /// Re l = 0 on a branch by Newton's method, kept inside of the interval.
+    /// Onsets and ends at a point itself, whose operators are the present ones: Re l = 0 there up
+    /// to rounding, and dl/dp takes it across. @p before is the point before or null.
+    void find_critical_values_at(const BranchPoint &point, const BranchPoint *before,
+                                 double direction);
+    /// det Q = 0 where a real eigenvalue that grows comes or goes.
+    void find_divergence(const BranchPoint &from, const BranchPoint &to);
+    bool is_marginal(const std::complex<double> lambda) const
+    {
+      return std::abs(lambda.real()) <= 10 * options.tolerance * std::abs(lambda);
+    }
+    /// Re l = 0 on a branch.
     Critical onset(const BranchPoint &from, const BranchPoint &to, unsigned int branch);
     /// ((l_i - l_j)/2)^2 = 0 by Newton's method: this is smooth where the eigenvalues themselves
     /// are not.
@@ -62,8 +83,11 @@ namespace squeal
     std::string state_file() const;
 
     ParameterFile &file;
-    Model &model;
+    Model *model;
+    const ModelFactory make_model;
+    std::unique_ptr<Model> own_model; ///< of the present mesh, where the parameter changes it
     const std::string parameter;
+    const bool keeps_mesh;
     const EigensolverOptions options;
     const std::string directory;
     const MPI_Comm comm;
