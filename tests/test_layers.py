@@ -15,6 +15,8 @@ FLOORS = [
     ["body_operators", "contact_pairs", "fields", "prestress"],
     ["contact"],
     ["contact_fields", "static_equilibrium", "subspace_iteration"],
+    ["block_krylov", "pep_search"],
+    ["left_vectors"],
     ["eigensolvers", "model"],
     ["stability", "error_estimators", "brake_model", "matrix_model"],
     ["brake_derivatives", "branches"],

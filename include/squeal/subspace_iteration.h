@@ -118,6 +118,19 @@ namespace squeal
   Pairs rayleigh_ritz(const QuadraticEigenproblem &problem, const Block &trial, const Block &test,
                       double radius, double shift);
 
+  /// The pairs of the given numbers.
+  Pairs select(const Pairs &pairs, const std::vector<unsigned int> &numbers);
+
+  /// One step of inverse iteration with the factorisation at the shift s: with m = l - s,
+  ///     x := -Q(s)^{-1} (m^2 M + m Q'(s)) x  =  x - Q(s)^{-1} Q(l) x.
+  /// It damps what is far outside of the window, and gives multipliers that belong to the
+  /// displacements.
+  void inverse_iteration(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                         Pairs &pairs);
+
+  /// Numbers in [-1, 1] that depend on row, column and seed, not on the number of ranks.
+  Block scattered_numbers(const RowRange &rows, unsigned int n_columns, unsigned int seed);
+
   /// An orthonormal basis of what the block adds to the span of an orthonormal basis.
   Block orthonormal_complement(const Block &basis, Block block);
 
@@ -157,15 +170,4 @@ namespace squeal
                   const std::vector<std::complex<double>> &lambda_z, const Block &z_re,
                   const Block &z_im, const std::vector<std::complex<double>> &lambda_x,
                   const Block &x_re, const Block &x_im);
-
-  /// Adds the left vectors to modes: those of the transposed problem, out of a block Krylov space
-  /// of the transposed factorisation. Left vectors of equal eigenvalues are chosen biorthogonal to
-  /// the right ones. Throws SolverError if they do not converge.
-  void add_left_vectors(const QuadraticEigenproblem &problem, const Factorization &factorization,
-                        double shift, double radius, const EigensolverOptions &options,
-                        Modes &modes, const Modes *nearby);
-
-  /// The same by one Rayleigh-Ritz step of the transposed problem on a basis of the whole space.
-  void add_left_vectors(const QuadraticEigenproblem &problem, const Block &basis, double shift,
-                        double radius, Modes &modes);
 } // namespace squeal
