@@ -2,10 +2,12 @@
 #include <squeal/eigensolvers.h>
 #include <squeal/left_vectors.h>
 #include <squeal/pep_search.h>
+#include <squeal/reduced_basis.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <sstream>
 
 namespace squeal
@@ -136,10 +138,8 @@ namespace squeal
                          std::make_pair(modes.lambda[b].imag(), modes.lambda[b].real());
                 });
 
-      Modes result        = modes;
-      result.disc_lambda  = modes.lambda;
-      result.disc_vectors = modes.re;
-      result.disc_vectors.append(modes.im);
+      Modes result              = modes;
+      result.disc_lambda        = modes.lambda;
       result.n_rigid_body_modes = modes.n_rigid_body_modes + n_zero / 2;
       const auto select         = [&](auto &values)
       {
@@ -150,7 +150,8 @@ namespace squeal
       };
       select(result.lambda);
       select(result.backward_error);
-      for (Block Modes::*block : {&Modes::re, &Modes::im})
+      select(result.left_backward_error);
+      for (Block Modes::*block : {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im})
       {
         result.*block = Block(problem.rows, order.size());
         for (unsigned int k = 0; k < order.size(); ++k)
@@ -166,11 +167,20 @@ namespace squeal
     {
     public:
       Modes solve(const QuadraticEigenproblem &problem,
-                  const EigensolverOptions &options) const override;
-      Modes follow(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
-                   const Modes &nearby) const override;
+                  const EigensolverOptions &options) const override
+      {
+        return solve(problem, options, nullptr);
+      }
 
     protected:
+      /// @p nearby: modes whose bases are to be enlarged by the new ones, or null.
+      Modes solve(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
+                  const Modes *nearby) const;
+
+      /// The number of reference modes in the disc, counted again only if the reference problem is
+      /// another one: the products with a fixed vector tell.
+      unsigned int count_reference(const QuadraticEigenproblem &problem, double radius) const;
+
       struct Task
       {
         const QuadraticEigenproblem &problem;
@@ -193,14 +203,13 @@ namespace squeal
       };
       virtual Search search(const Task &task, unsigned int seed) const = 0;
       virtual void add_left(const Task &task, Modes &modes) const      = 0;
+      /// Keeps what helps with problems nearby.
+      virtual void remember(const Task &, const Modes *, Modes &) const {}
 
     private:
       /// Searches twice if the inertia does not confirm the number found.
       Search search_all(const Task &task, std::string &completeness) const;
 
-      /// The number of reference modes in the disc, counted again only if the reference problem is
-      /// another one: the products with a fixed vector tell.
-      unsigned int count_reference(const QuadraticEigenproblem &problem, double radius) const;
       mutable std::vector<double> counted_problem;
       mutable unsigned int counted = 0;
     };
@@ -221,13 +230,18 @@ namespace squeal
       void add_left(const Task &task, Modes &modes) const override
       {
         add_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
-                         task.radius, task.options, modes, nullptr);
+                         task.radius, task.options, modes);
       }
     };
 
     /// Block Krylov: as many right-hand sides a step as the factors serve at the cost of a few.
     class BlockKrylov : public ShiftInvertSolver
     {
+    public:
+      Modes follow(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
+                   const Modes &nearby) const override;
+
+    private:
       static BlockSearchOptions search_options(const Task &task, const unsigned int seed)
       {
         BlockSearchOptions options;
@@ -259,14 +273,21 @@ namespace squeal
       {
         BlockSearchOptions options = search_options(task, 2);
         options.tolerance          = 1e-9; // of vectors, their eigenvalues are known
-        options.radius             = 0;
-        for (const Complex &l : modes.lambda)
-          options.radius = std::max(options.radius, (1 + 1e-3) * std::abs(l));
-        options.n_expected = modes.lambda.size();
+        options.n_expected         = modes.lambda.size() + task.n_rigid;
         search_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
                             options, task.options, modes);
       }
+      void remember(const Task &task, const Modes *nearby, Modes &modes) const override;
     };
+
+    void BlockKrylov::remember(const Task &task, const Modes *nearby, Modes &modes) const
+    {
+      const Block nothing(task.problem.rows, 0);
+      modes.right_basis =
+          add_snapshot(task.problem, nearby ? nearby->right_basis : nothing, modes.re, modes.im);
+      modes.left_basis = add_snapshot(task.problem, nearby ? nearby->left_basis : nothing,
+                                      modes.left_re, modes.left_im);
+    }
 
     ShiftInvertSolver::Search ShiftInvertSolver::search_all(const Task &task,
                                                             std::string &completeness) const
@@ -321,7 +342,7 @@ namespace squeal
     }
 
     Modes ShiftInvertSolver::solve(const QuadraticEigenproblem &problem,
-                                   const EigensolverOptions &options) const
+                                   const EigensolverOptions &options, const Modes *nearby) const
     {
       const double radius = search_radius(options.max_imaginary);
 
@@ -353,8 +374,9 @@ namespace squeal
       modes.n_rigid_body_modes = n_rigid;
       modes.factor_memory_mib  = factorization.memory_mib();
       modes.completeness       = completeness;
-      modes                    = in_window(problem, options, std::move(modes));
       add_left(task, modes);
+      remember(task, nearby, modes);
+      modes = in_window(problem, options, std::move(modes));
       normalise(problem, modes);
       return modes;
     }
@@ -378,44 +400,40 @@ namespace squeal
       return counted;
     }
 
-    Modes ShiftInvertSolver::follow(const QuadraticEigenproblem &problem,
-                                    const EigensolverOptions &options, const Modes &nearby) const
+    Modes BlockKrylov::follow(const QuadraticEigenproblem &problem,
+                              const EigensolverOptions &options, const Modes &nearby) const
     {
+      // What the present problem cannot take from its neighbours is solved for, and makes the bases
+      // richer.
       const double radius           = search_radius(options.max_imaginary);
       const unsigned int n_expected = count_reference(problem, radius);
-      if (problem.may_move_rigidly || options.shift != 0 || nearby.disc_lambda.empty() ||
-          n_expected != nearby.disc_lambda.size())
+      const bool may_follow         = !problem.may_move_rigidly && options.shift == 0 &&
+                              nearby.right_basis.n_columns() > 0 &&
+                              n_expected == nearby.disc_lambda.size();
+      if (!may_follow)
         return solve(problem, options);
-      try
       {
         const Factorization factorization(problem.Q, Factorization::Kind::lu,
                                           "the position matrix (for shift-invert)");
-        Modes modes = polish(problem, ShiftInvert(factorization, 0), nearby.disc_vectors,
-                             nearby.disc_lambda, radius, false, options);
-        modes.factor_memory_mib = factorization.memory_mib();
-        modes.completeness      = std::to_string(n_expected) + " modes with |l| <= 2 pi " +
-                             std::to_string(radius / (2 * M_PI)) +
-                             " Hz, as many as the inertia of " +
-                             (problem.reference ? problem.reference_name : "the problem itself") +
-                             " proves; followed from a point nearby";
-        modes = in_window(problem, options, std::move(modes));
-        add_left_vectors(problem, ShiftInvert(factorization, 0, true), radius, options, modes,
-                         &nearby);
-        normalise(problem, modes);
-        // Two problems in a row span an extrapolation to the third.
-        const unsigned int n = 2 * nearby.disc_lambda.size();
-        Block older(problem.rows, n);
-        std::copy_n(nearby.disc_vectors.data(), std::size_t(older.n_local()) * n, older.data());
-        modes.disc_vectors.append(older);
-        modes.older_left = nearby.left_re;
-        modes.older_left.append(nearby.left_im);
-        return modes;
+        if (std::optional<Modes> modes =
+                solve_in_basis(problem, {nearby.right_basis, nearby.left_basis}, factorization,
+                               radius, n_expected, options))
+        {
+          modes->completeness =
+              std::to_string(n_expected) + " modes with |l| <= 2 pi " +
+              std::to_string(radius / (2 * M_PI)) + " Hz, as many as the inertia of " +
+              (problem.reference ? problem.reference_name : "the problem itself") +
+              " proves; followed from points nearby";
+          modes->factor_memory_mib = factorization.memory_mib();
+          modes->right_basis = add_snapshot(problem, nearby.right_basis, modes->re, modes->im);
+          modes->left_basis =
+              add_snapshot(problem, nearby.left_basis, modes->left_re, modes->left_im);
+          *modes = in_window(problem, options, std::move(*modes));
+          normalise(problem, *modes);
+          return std::move(*modes);
+        }
       }
-      catch (const SolverError &)
-      {
-        // A mode has left the disc, or the step was too large.
-        return solve(problem, options);
-      }
+      return solve(problem, options, &nearby);
     }
 
     /// LAPACK on the whole problem; the oracle of the other solvers.
@@ -449,8 +467,8 @@ namespace squeal
             throw SolverError("The dense solver's backward error is " + std::to_string(error) +
                               ". Try a larger Eigenproblem/Tolerance.");
         modes.completeness = "all eigenvalues were computed";
-        modes              = in_window(problem, options, std::move(modes));
         add_left_vectors(problem, identity, shift, radius, modes);
+        modes = in_window(problem, options, std::move(modes));
         normalise(problem, modes);
         return modes;
       }

@@ -112,24 +112,41 @@ namespace squeal
       }
     }
 
-    QuadraticEigenproblem adjoint_of(const QuadraticEigenproblem &problem)
-    {
-      QuadraticEigenproblem adjoint;
-      adjoint.rows                = problem.rows;
-      adjoint.M                   = share(problem.M);
-      adjoint.P                   = transpose(problem.P);
-      adjoint.Q                   = transpose(problem.Q);
-      adjoint.reference           = share(problem.reference);
-      adjoint.n_constraints       = problem.n_constraints;
-      adjoint.compliant           = problem.compliant;
-      adjoint.n_local_constraints = problem.n_local_constraints;
-      return adjoint;
-    }
+  } // namespace
 
+  QuadraticEigenproblem adjoint_of(const QuadraticEigenproblem &problem)
+  {
+    QuadraticEigenproblem adjoint;
+    adjoint.rows                = problem.rows;
+    adjoint.M                   = share(problem.M);
+    adjoint.P                   = transpose(problem.P);
+    adjoint.Q                   = transpose(problem.Q);
+    adjoint.reference           = share(problem.reference);
+    adjoint.n_constraints       = problem.n_constraints;
+    adjoint.compliant           = problem.compliant;
+    adjoint.n_local_constraints = problem.n_local_constraints;
+    return adjoint;
+  }
+
+  void attach_left_vectors(const QuadraticEigenproblem &problem, Pairs transposed_pairs,
+                           std::vector<double> errors, Modes &modes)
+  {
+    // z = conj(y)
+    modes.left_re = std::move(transposed_pairs.re);
+    modes.left_im = std::move(transposed_pairs.im);
+    for (std::size_t i = 0; i < std::size_t(modes.left_im.n_local()) * modes.left_im.n_columns();
+         ++i)
+      modes.left_im.data()[i] *= -1;
+    modes.left_backward_error = std::move(errors);
+    biorthogonalise_clusters(problem, modes);
+  }
+
+  namespace
+  {
     /// Gives each mode its left vector out of the adjoint problem's pairs: Q(l)^T y = 0 with the
-    /// same l, z = conj(y). Partners are the nearest eigenvalues.
-    void attach_left_vectors(const QuadraticEigenproblem &problem, const Pairs &adjoint_pairs,
-                             const std::vector<double> &errors, Modes &modes)
+    /// same l. Partners are the nearest eigenvalues.
+    void attach_nearest(const QuadraticEigenproblem &problem, const Pairs &adjoint_pairs,
+                        const std::vector<double> &errors, Modes &modes)
     {
       const unsigned int n = modes.lambda.size();
       if (adjoint_pairs.lambda.size() < n)
@@ -138,20 +155,12 @@ namespace squeal
             " eigenvalues where the problem has " + std::to_string(n) +
             ": left vectors are missing. Try another Eigenproblem/Maximum frequency.");
       const auto partners = nearest_partners(modes.lambda, adjoint_pairs.lambda);
-      Pairs chosen        = select(adjoint_pairs, partners);
-      modes.left_re       = std::move(chosen.re);
-      modes.left_im       = std::move(chosen.im);
-      for (std::size_t i = 0; i < std::size_t(modes.left_im.n_local()) * n; ++i)
-        modes.left_im.data()[i] *= -1;
-      modes.left_backward_error.clear();
+      std::vector<double> chosen;
       for (const unsigned int k : partners)
-        modes.left_backward_error.push_back(errors[k]);
-      biorthogonalise_clusters(problem, modes);
+        chosen.push_back(errors[k]);
+      attach_left_vectors(problem, select(adjoint_pairs, partners), std::move(chosen), modes);
     }
-  } // namespace
 
-  namespace
-  {
     /// Without modes there is nothing to do; the left vectors of a self-adjoint problem are the
     /// right ones.
     bool is_trivial(const QuadraticEigenproblem &problem, Modes &modes)
@@ -172,30 +181,18 @@ namespace squeal
   } // namespace
 
   void add_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
-                        const double radius, const EigensolverOptions &options, Modes &modes,
-                        const Modes *nearby)
+                        const double radius, const EigensolverOptions &options, Modes &modes)
   {
     if (is_trivial(problem, modes))
       return;
     options.progress("  left vectors");
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
-    Block start;
-    if (nearby && nearby->left_re.n_columns() >= modes.lambda.size())
-    {
-      start = nearby->left_re;
-      start.append(nearby->left_im);
-      if (nearby->older_left.n_columns() > 0)
-        start.append(nearby->older_left);
-    }
-    else
-    {
-      start = krylov_basis(adjoint, transposed, 5 * modes.lambda.size() + 40, 2);
-      modes.n_solves += start.n_columns();
-    }
+    Block start = krylov_basis(adjoint, transposed, 5 * modes.lambda.size() + 40, 2);
+    modes.n_solves += start.n_columns();
     Modes raw = polish(adjoint, transposed, std::move(start), modes.lambda, radius, true, options);
     modes.n_solves += raw.n_solves;
-    attach_left_vectors(problem, {raw.lambda, std::move(raw.re), std::move(raw.im)},
-                        raw.backward_error, modes);
+    attach_nearest(problem, {raw.lambda, std::move(raw.re), std::move(raw.im)}, raw.backward_error,
+                   modes);
   }
 
   void search_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
@@ -210,7 +207,7 @@ namespace squeal
     modes.n_solves += found.n_solves;
     std::vector<double> errors =
         BackwardError(adjoint)(found.pairs.lambda, found.pairs.re, found.pairs.im).errors;
-    attach_left_vectors(problem, found.pairs, errors, modes);
+    attach_nearest(problem, found.pairs, errors, modes);
   }
 
   void add_left_vectors(const QuadraticEigenproblem &problem, const Block &basis,
@@ -219,7 +216,7 @@ namespace squeal
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
     // A little further: rounding must not lose a partner at the rim.
     const Pairs pairs = rayleigh_ritz(adjoint, basis, basis, radius * (1 + 1e-6), shift);
-    attach_left_vectors(problem, pairs,
-                        BackwardError(adjoint)(pairs.lambda, pairs.re, pairs.im).errors, modes);
+    attach_nearest(problem, pairs, BackwardError(adjoint)(pairs.lambda, pairs.re, pairs.im).errors,
+                   modes);
   }
 } // namespace squeal

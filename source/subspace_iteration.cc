@@ -111,30 +111,32 @@ namespace squeal
     return result;
   }
 
+  double largest_change(const std::vector<Complex> &lambda, const std::vector<Complex> &previous)
+  {
+    if (lambda.size() != previous.size())
+      return 1;
+    double change                            = 0;
+    const std::vector<unsigned int> partners = nearest_partners(lambda, previous);
+    for (unsigned int k = 0; k < lambda.size(); ++k)
+      change = std::max(change, std::abs(previous[partners[k]] - lambda[k]) / std::abs(lambda[k]));
+    return change;
+  }
+
+  void clear_pressures(const QuadraticEigenproblem &problem, Block &block)
+  {
+    for (unsigned int k = 0; k < block.n_columns(); ++k)
+      std::fill_n(block.column(k) + problem.rows.n_local() - problem.n_local_constraints,
+                  problem.n_local_constraints, 0.);
+  }
+
   namespace
   {
     /// Multipliers are no part of a subspace: they follow from the displacements. Those of a
     /// compliant contact do so within the subspace already.
     void clear_multipliers(const QuadraticEigenproblem &problem, Block &block)
     {
-      if (problem.compliant)
-        return;
-      for (unsigned int k = 0; k < block.n_columns(); ++k)
-        std::fill_n(block.column(k) + problem.rows.n_local() - problem.n_local_constraints,
-                    problem.n_local_constraints, 0.);
-    }
-
-    /// The largest relative change of an eigenvalue; 1 if their number has changed.
-    double largest_change(const std::vector<Complex> &lambda, const std::vector<Complex> &previous)
-    {
-      if (lambda.size() != previous.size())
-        return 1;
-      double change                            = 0;
-      const std::vector<unsigned int> partners = nearest_partners(lambda, previous);
-      for (unsigned int k = 0; k < lambda.size(); ++k)
-        change =
-            std::max(change, std::abs(previous[partners[k]] - lambda[k]) / std::abs(lambda[k]));
-      return change;
+      if (!problem.compliant)
+        clear_pressures(problem, block);
     }
   } // namespace
 

@@ -17,6 +17,7 @@ FLOORS = [
     ["contact_fields", "static_equilibrium", "subspace_iteration"],
     ["block_krylov", "pep_search"],
     ["left_vectors"],
+    ["reduced_basis"],
     ["eigensolvers", "model"],
     ["stability", "error_estimators", "brake_model", "matrix_model"],
     ["brake_derivatives", "branches"],

@@ -26,10 +26,10 @@ namespace squeal
     /// of M, to first order.
     std::vector<double> condition;
 
-    /// All pairs of the searched disc, of which the window is a part: a start for nearby problems.
+    /// All eigenvalues of the searched disc, of which the window is a part.
     std::vector<std::complex<double>> disc_lambda;
-    Block disc_vectors; ///< their Re and Im, then those of the problem they were followed from
-    Block older_left;   ///< Re and Im of the left vectors of that problem
+    /// Bases for nearby problems (add_snapshot), empty if the solver has none.
+    Block right_basis, left_basis;
 
     /// What the completeness check found, as a sentence for the log.
     std::string completeness;
@@ -112,6 +112,10 @@ namespace squeal
   std::vector<unsigned int> nearest_partners(const std::vector<std::complex<double>> &lambda,
                                              const std::vector<std::complex<double>> &others);
 
+  /// The largest relative change of an eigenvalue; 1 if their number has changed.
+  double largest_change(const std::vector<std::complex<double>> &lambda,
+                        const std::vector<std::complex<double>> &previous);
+
   /// Rayleigh-Ritz on the span of an orthonormal real basis U, tested with Z: all Ritz pairs
   ///     (l^2 Z^T M U + l Z^T P U + Z^T Q U) c = 0,   x = U c,
   /// with Im l >= 0 and |l| <= radius.
@@ -127,6 +131,9 @@ namespace squeal
   /// displacements.
   void inverse_iteration(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
                          Pairs &pairs);
+
+  /// Sets the contact pressures to zero.
+  void clear_pressures(const QuadraticEigenproblem &problem, Block &block);
 
   /// Numbers in [-1, 1] that depend on row, column and seed, not on the number of ranks.
   Block scattered_numbers(const RowRange &rows, unsigned int n_columns, unsigned int seed);
