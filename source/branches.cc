@@ -29,8 +29,8 @@ namespace squeal
     }
 
     constexpr std::array<Block Modes::*, 6> blocks = {{&Modes::re, &Modes::im, &Modes::left_re,
-                                                       &Modes::left_im, &Modes::disc_vectors,
-                                                       &Modes::older_left}};
+                                                       &Modes::left_im, &Modes::right_basis,
+                                                       &Modes::left_basis}};
     constexpr std::array<std::vector<double> Modes::*, 3> lists = {
         {&Modes::backward_error, &Modes::left_backward_error, &Modes::condition}};
   } // namespace

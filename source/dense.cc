@@ -48,42 +48,35 @@ namespace squeal
     return eigenvalues;
   }
 
-  namespace
+  DenseEigenpairs general_eigen(DenseMatrix a)
   {
-    struct Eigenvalues
+    const PetscBLASInt n = a.n_rows;
+    DenseEigenpairs result{std::vector<double>(n), std::vector<double>(n), DenseMatrix(n, n)};
+    PetscBLASInt info = 0, n_work = -1;
+    double best_size = 0;
+    for (int pass = 0; n > 0 && pass < 2; ++pass)
     {
-      std::vector<double> re, im;
-      DenseMatrix vectors; ///< LAPACK's packing: a complex pair as two columns, Re and Im
-    };
-
-    Eigenvalues general_eigen(DenseMatrix a)
-    {
-      const PetscBLASInt n = a.n_rows;
-      Eigenvalues result{std::vector<double>(n), std::vector<double>(n), DenseMatrix(n, n)};
-      PetscBLASInt info = 0, n_work = -1;
-      double best_size = 0;
-      for (int pass = 0; pass < 2; ++pass)
-      {
-        std::vector<double> work(pass == 0 ? 1 : n_work);
-        LAPACKgeev_("N", "V", &n, a.values.data(), &n, result.re.data(), result.im.data(), nullptr,
-                    &n, result.vectors.values.data(), &n, pass == 0 ? &best_size : work.data(),
-                    &n_work, &info);
-        if (info != 0)
-          throw SolverError("LAPACK dgeev did not converge (info " + std::to_string(info) + ").");
-        n_work = PetscBLASInt(best_size);
-      }
-      return result;
+      std::vector<double> work(pass == 0 ? 1 : n_work);
+      LAPACKgeev_("N", "V", &n, a.values.data(), &n, result.re.data(), result.im.data(), nullptr,
+                  &n, result.vectors.values.data(), &n, pass == 0 ? &best_size : work.data(),
+                  &n_work, &info);
+      if (info != 0)
+        throw SolverError("LAPACK dgeev did not converge (info " + std::to_string(info) + ").");
+      n_work = PetscBLASInt(best_size);
     }
-
-  } // namespace
-
-  std::vector<std::complex<double>> eigenvalues(DenseMatrix a)
-  {
-    const Eigenvalues e = general_eigen(std::move(a));
-    std::vector<std::complex<double>> result;
-    for (unsigned int j = 0; j < e.re.size(); ++j)
-      result.emplace_back(e.re[j], e.im[j]);
     return result;
+  }
+
+  std::vector<SquareRoot> upper_square_roots(const std::complex<double> square)
+  {
+    // The roots of a negative number are exactly imaginary; std::sqrt may leave a rounding error.
+    if (square.imag() == 0 && square.real() < 0)
+      return {{{0, std::sqrt(-square.real())}, false}};
+    const std::complex<double> root = std::sqrt(square);
+    if (square.imag() == 0)
+      return {{root, false}, {-root, false}};
+    const std::complex<double> upper = root.imag() >= 0 ? root : -root;
+    return {{upper, false}, {-std::conj(upper), true}};
   }
 
   namespace
@@ -110,8 +103,8 @@ namespace squeal
     /// l^2 M x + Q x = 0 as the eigenproblem of Q^{-1} M: theta = -1/l^2.
     std::vector<DensePair> without_velocity_term(const DenseMatrix &m, const DenseMatrix &q)
     {
-      const unsigned int n = m.n_rows;
-      const Eigenvalues e  = general_eigen(solve(q, m));
+      const unsigned int n    = m.n_rows;
+      const DenseEigenpairs e = general_eigen(solve(q, m));
       // An infinite eigenvalue is theta = 0. What rounding makes of it cannot be told from a finite
       // eigenvalue of so small a theta, which would have no correct digit.
       double largest = 0;
@@ -129,24 +122,13 @@ namespace squeal
           std::vector<std::complex<double>> x(n);
           for (unsigned int i = 0; i < n; ++i)
             x[i] = {e.vectors(i, j), complex_pair ? e.vectors(i, j + 1) : 0.};
-          const std::complex<double> lambda_squared = -1. / theta;
-          // The roots of a real negative l^2 are exactly imaginary; std::sqrt would leave a
-          // rounding error.
-          const std::complex<double> root =
-              (!complex_pair && theta.real() > 0)
-                  ? std::complex<double>(0, std::sqrt(1 / theta.real()))
-                  : std::sqrt(lambda_squared);
-          // Of the four roots +-l, +-conj(l) of a complex pair the two with Im l > 0 are wanted.
-          const std::complex<double> upper = root.imag() >= 0 ? root : -root;
-          pairs.push_back({upper, x});
-          if (complex_pair)
+          for (const SquareRoot &root : upper_square_roots(-1. / theta))
           {
-            for (auto &value : x)
-              value = std::conj(value);
-            pairs.push_back({-std::conj(upper), x});
+            pairs.push_back({root.value, x});
+            if (root.conjugate)
+              for (auto &value : pairs.back().vector)
+                value = std::conj(value);
           }
-          else if (theta.real() < 0)
-            pairs.push_back({-root, x});
         }
         j += complex_pair;
       }
@@ -183,7 +165,7 @@ namespace squeal
     for (unsigned int i = 0; i < n; ++i)
       companion(n + i, i) = 1;
 
-    const Eigenvalues e = general_eigen(std::move(companion));
+    const DenseEigenpairs e = general_eigen(std::move(companion));
     std::vector<DensePair> pairs;
     const double spread = std::sqrt(20 * n * std::numeric_limits<double>::epsilon());
     double largest      = 0;

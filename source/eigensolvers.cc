@@ -1,10 +1,13 @@
+#include <squeal/block_krylov.h>
 #include <squeal/eigensolvers.h>
-
-#include <slepcpep.h>
+#include <squeal/left_vectors.h>
+#include <squeal/pep_search.h>
+#include <squeal/reduced_basis.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <sstream>
 
 namespace squeal
@@ -135,10 +138,8 @@ namespace squeal
                          std::make_pair(modes.lambda[b].imag(), modes.lambda[b].real());
                 });
 
-      Modes result        = modes;
-      result.disc_lambda  = modes.lambda;
-      result.disc_vectors = modes.re;
-      result.disc_vectors.append(modes.im);
+      Modes result              = modes;
+      result.disc_lambda        = modes.lambda;
       result.n_rigid_body_modes = modes.n_rigid_body_modes + n_zero / 2;
       const auto select         = [&](auto &values)
       {
@@ -149,7 +150,8 @@ namespace squeal
       };
       select(result.lambda);
       select(result.backward_error);
-      for (Block Modes::*block : {&Modes::re, &Modes::im})
+      select(result.left_backward_error);
+      for (Block Modes::*block : {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im})
       {
         result.*block = Block(problem.rows, order.size());
         for (unsigned int k = 0; k < order.size(); ++k)
@@ -159,159 +161,188 @@ namespace squeal
       return result;
     }
 
-    /// SLEPc's PEP: TOAR with shift-invert at a real shift, in real arithmetic.
-    class Krylov : public Eigensolver
+    /// One real factorisation at a real shift, and a search with it; the completeness check and the
+    /// vectors are the same whichever search it is.
+    class ShiftInvertSolver : public Eigensolver
     {
     public:
       Modes solve(const QuadraticEigenproblem &problem,
-                  const EigensolverOptions &options) const override;
+                  const EigensolverOptions &options) const override
+      {
+        return solve(problem, options, nullptr);
+      }
+
+    protected:
+      /// @p nearby: modes whose bases are to be enlarged by the new ones, or null.
+      Modes solve(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
+                  const Modes *nearby) const;
+
+      /// The number of reference modes in the disc, counted again only if the reference problem is
+      /// another one: the products with a fixed vector tell.
+      unsigned int count_reference(const QuadraticEigenproblem &problem, double radius) const;
+
+      struct Task
+      {
+        const QuadraticEigenproblem &problem;
+        const EigensolverOptions &options;
+        const Factorization &factorization;
+        double shift, radius;
+        unsigned int n_expected, n_rigid; ///< by the inertia, in the disc
+
+        bool in_disc(const Complex &l) const
+        {
+          return std::abs(l) <= radius && std::abs(l) > rigid_body_limit(options.max_imaginary);
+        }
+      };
+      struct Search
+      {
+        std::vector<Complex> lambda; ///< with Im l >= 0
+        Block vectors;               ///< Re and Im
+        Pairs pairs;                 ///< those of the disc, if they are converged already
+        unsigned int n_solves = 0;
+      };
+      virtual Search search(const Task &task, unsigned int seed) const = 0;
+      virtual void add_left(const Task &task, Modes &modes) const      = 0;
+      /// Keeps what helps with problems nearby.
+      virtual void remember(const Task &, const Modes *, Modes &) const {}
+
+    private:
+      /// Searches twice if the inertia does not confirm the number found.
+      Search search_all(const Task &task, std::string &completeness) const;
+
+      mutable std::vector<double> counted_problem;
+      mutable unsigned int counted = 0;
+    };
+
+    /// SLEPc's PEP: single vectors.
+    class Krylov : public ShiftInvertSolver
+    {
+      Search search(const Task &task, const unsigned int seed) const override
+      {
+        PepSearch found = pep_search(task.problem, task.factorization, task.shift,
+                                     std::hypot(task.radius, task.shift),
+                                     2 * (task.n_expected + task.n_rigid) + 4, seed, task.options);
+        Search result;
+        result.lambda  = std::move(found.lambda);
+        result.vectors = std::move(found.vectors);
+        return result;
+      }
+      void add_left(const Task &task, Modes &modes) const override
+      {
+        add_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
+                         task.radius, task.options, modes);
+      }
+    };
+
+    /// Block Krylov: as many right-hand sides a step as the factors serve at the cost of a few.
+    class BlockKrylov : public ShiftInvertSolver
+    {
+    public:
       Modes follow(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
                    const Modes &nearby) const override;
 
     private:
-      /// The number of reference modes in the disc, counted again only if the reference problem is
-      /// another one: the products with a fixed vector tell.
-      unsigned int count_reference(const QuadraticEigenproblem &problem, double radius) const;
-      mutable std::vector<double> counted_problem;
-      mutable unsigned int counted = 0;
-
-      struct Search
+      static BlockSearchOptions search_options(const Task &task, const unsigned int seed)
       {
-        Block vectors;               ///< Re and Im of the converged pairs
-        std::vector<Complex> lambda; ///< with Im l >= 0
-        double reached        = 0;   ///< every eigenvalue nearer to the shift than this was found
-        unsigned int n_solves = 0;
-      };
-      static Search search(const QuadraticEigenproblem &problem, const Factorization &factorization,
-                           double shift, double scale, unsigned int n_wanted, unsigned int seed,
-                           const EigensolverOptions &options);
+        BlockSearchOptions options;
+        options.radius        = task.radius;
+        options.max_imaginary = task.options.max_imaginary;
+        options.tolerance     = std::min(1e-11, 1e-2 * task.options.tolerance);
+        options.n_expected    = task.n_expected + task.n_rigid;
+        options.seed          = seed;
+        return options;
+      }
+      Search search(const Task &task, const unsigned int seed) const override
+      {
+        BlockSearch found =
+            block_krylov_search(task.problem, ShiftInvert(task.factorization, task.shift),
+                                search_options(task, seed), task.options.progress);
+        Search result;
+        result.lambda   = found.pairs.lambda;
+        result.n_solves = found.n_solves;
+        std::vector<unsigned int> inside;
+        for (unsigned int j = 0; j < result.lambda.size(); ++j)
+          if (task.in_disc(result.lambda[j]))
+            inside.push_back(j);
+        result.pairs   = select(found.pairs, inside);
+        result.vectors = result.pairs.re;
+        result.vectors.append(result.pairs.im);
+        return result;
+      }
+      void add_left(const Task &task, Modes &modes) const override
+      {
+        BlockSearchOptions options = search_options(task, 2);
+        options.tolerance          = 1e-9; // of vectors, their eigenvalues are known
+        options.n_expected         = modes.lambda.size() + task.n_rigid;
+        search_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
+                            options, task.options, modes);
+      }
+      void remember(const Task &task, const Modes *nearby, Modes &modes) const override;
     };
 
-    /// Lets PEP's linear solver use a factorisation that exists already.
-    PetscErrorCode apply_factorization(PC pc, Vec x, Vec y)
+    void BlockKrylov::remember(const Task &task, const Modes *nearby, Modes &modes) const
     {
-      void *context = nullptr;
-      PetscCall(PCShellGetContext(pc, &context));
-      PetscCall(MatSolve(static_cast<const Factorization *>(context)->factor(), x, y));
-      return 0;
+      const Block nothing(task.problem.rows, 0);
+      modes.right_basis =
+          add_snapshot(task.problem, nearby ? nearby->right_basis : nothing, modes.re, modes.im);
+      modes.left_basis = add_snapshot(task.problem, nearby ? nearby->left_basis : nothing,
+                                      modes.left_re, modes.left_im);
     }
 
-    PetscErrorCode monitor(PEP, PetscInt, PetscInt n_converged, PetscScalar *, PetscScalar *,
-                           PetscReal *, PetscInt n, void *context)
+    ShiftInvertSolver::Search ShiftInvertSolver::search_all(const Task &task,
+                                                            std::string &completeness) const
     {
-      const auto &progress =
-          *static_cast<const std::function<void(const std::string &)> *>(context);
-      progress("  krylov: " + std::to_string(n_converged) + " eigenvalues converged, subspace of " +
-               std::to_string(n));
-      return 0;
-    }
-
-    Krylov::Search Krylov::search(const QuadraticEigenproblem &problem,
-                                  const Factorization &factorization, const double shift,
-                                  const double scale, const unsigned int n_wanted,
-                                  const unsigned int seed, const EigensolverOptions &options)
-    {
-      // With l = shift + scale * m: m^2 scale^2 M + m scale (P + 2 shift M) + Q(shift).
-      const RowRange &rows = problem.rows;
-      Matrix a1            = sum_of(rows, {{scale, problem.P}, {2 * shift * scale, problem.M}});
-      if (!a1) // PEP wants a matrix
+      const auto count_in_disc = [&](const std::vector<Complex> &lambda)
       {
-        const std::vector<PetscInt> nothing(rows.n_local(), 0);
-        a1 = make_matrix(rows, nothing, nothing);
-        compress(a1);
-      }
-      const Matrix a2 = sum_of(rows, {{scale * scale, problem.M}});
-      const Matrix a0 =
-          shift == 0
-              ? Matrix()
-              : sum_of(rows, {{1., problem.Q}, {shift, problem.P}, {shift * shift, problem.M}});
-
-      PEP pep = nullptr;
-      SQUEAL_PETSC(PEPCreate(rows.comm, &pep));
-      const std::unique_ptr<_p_PEP, void (*)(PEP)> owner(pep, [](PEP p) { PEPDestroy(&p); });
-      std::array<Mat, 3> matrices = {{shift == 0 ? problem.Q : a0, a1, a2}};
-      SQUEAL_PETSC(PEPSetOperators(pep, 3, matrices.data()));
-      SQUEAL_PETSC(PEPSetProblemType(pep, PEP_GENERAL));
-      SQUEAL_PETSC(PEPSetType(pep, PEPTOAR));
-      SQUEAL_PETSC(PEPSetTarget(pep, 0.));
-      SQUEAL_PETSC(PEPSetWhichEigenpairs(pep, PEP_TARGET_MAGNITUDE));
-      SQUEAL_PETSC(PEPSetTolerances(pep, 1e-9, 1000));
-      SQUEAL_PETSC(PEPSetConvergenceTest(pep, PEP_CONV_REL));
-      SQUEAL_PETSC(PEPSetDimensions(pep, n_wanted, PETSC_DEFAULT, PETSC_DEFAULT));
-      SQUEAL_PETSC(PEPMonitorSet(
-          pep, monitor, const_cast<std::function<void(const std::string &)> *>(&options.progress),
-          nullptr));
-      ST st = nullptr;
-      SQUEAL_PETSC(PEPGetST(pep, &st));
-      SQUEAL_PETSC(STSetType(st, STSINVERT));
-      SQUEAL_PETSC(STSetTransform(st, PETSC_TRUE));
-      KSP ksp = nullptr;
-      PC pc   = nullptr;
-      SQUEAL_PETSC(STGetKSP(st, &ksp));
-      SQUEAL_PETSC(KSPSetType(ksp, KSPPREONLY));
-      SQUEAL_PETSC(KSPGetPC(ksp, &pc));
-      SQUEAL_PETSC(PCSetType(pc, PCSHELL));
-      SQUEAL_PETSC(PCShellSetContext(pc, const_cast<Factorization *>(&factorization)));
-      SQUEAL_PETSC(PCShellSetApply(pc, apply_factorization));
-
-      // A fixed start vector that does not depend on the number of ranks: two runs give the same
-      // digits.
-      BV bv              = nullptr;
-      PetscRandom random = nullptr;
-      SQUEAL_PETSC(PEPGetBV(pep, &bv));
-      SQUEAL_PETSC(BVGetRandomContext(bv, &random));
-      SQUEAL_PETSC(PetscRandomSetSeed(random, 0x5eed + seed));
-      SQUEAL_PETSC(PetscRandomSeed(random));
-
-      SQUEAL_PETSC(PEPSolve(pep));
-
-      PetscInt n_converged = 0, n_iterations = 0;
-      PEPConvergedReason reason;
-      SQUEAL_PETSC(PEPGetConverged(pep, &n_converged));
-      SQUEAL_PETSC(PEPGetIterationNumber(pep, &n_iterations));
-      SQUEAL_PETSC(PEPGetConvergedReason(pep, &reason));
-      if (reason < 0)
-        throw SolverError(
-            "SLEPc's PEP (TOAR) stopped after " + std::to_string(n_iterations) + " restarts with " +
-            std::to_string(n_converged) + " of " + std::to_string(n_wanted) +
-            " eigenvalues (reason " + std::to_string(reason) +
-            "). Try a smaller Eigenproblem/Maximum frequency, or another Eigenproblem/Shift.");
-
-      Search result;
-      Vec re = nullptr, im = nullptr;
-      SQUEAL_PETSC(MatCreateVecs(matrices[0], &re, nullptr));
-      SQUEAL_PETSC(VecDuplicate(re, &im));
-      for (PetscInt j = 0; j < n_converged; ++j)
+        return std::count_if(lambda.begin(), lambda.end(),
+                             [&](const Complex &l) { return task.in_disc(l) && l.imag() > 0; });
+      };
+      // Friction and damping move eigenvalues, so near the rim the numbers of the problem and of
+      // its reference may differ without anything missing: then an independent search from another
+      // start decides.
+      Search found               = search(task, 0);
+      const unsigned int n_found = count_in_disc(found.lambda), n_expected = task.n_expected;
+      std::ostringstream text;
+      text << n_found << " modes with |l| <= 2 pi " << task.radius / (2 * M_PI)
+           << " Hz; the inertia of "
+           << (task.problem.reference ? task.problem.reference_name
+                                      : std::string("the problem itself (it is symmetric)"))
+           << " proves " << n_expected << " there";
+      if (n_found != n_expected)
       {
-        PetscScalar value_re = 0, value_im = 0;
-        SQUEAL_PETSC(PEPGetEigenpair(pep, j, &value_re, &value_im, re, im));
-        result.reached = std::max(result.reached, scale * std::hypot(value_re, value_im));
-        if (value_im < 0)
-          continue; // the conjugate spans the same real subspace
-        result.lambda.emplace_back(shift + scale * value_re, scale * value_im);
-        for (Vec vector : {re, im})
-        {
-          if (vector == im && value_im == 0)
-            continue;
-          Block column(rows, 1);
-          const PetscScalar *values = nullptr;
-          SQUEAL_PETSC(VecGetArrayRead(vector, &values));
-          std::copy_n(values, rows.n_local(), column.data());
-          SQUEAL_PETSC(VecRestoreArrayRead(vector, &values));
-          if (result.vectors.n_columns() == 0)
-            result.vectors = Block(rows, 0);
-          result.vectors.append(column);
-        }
+        Search again               = search(task, 1);
+        const unsigned int n_again = count_in_disc(again.lambda);
+        text << "; a second search from another start vector found " << n_again;
+        if (n_again != n_found)
+          throw SolverError("Two Krylov searches of the same window found " +
+                            std::to_string(n_found) + " and " + std::to_string(n_again) +
+                            " modes, the reference problem has " + std::to_string(n_expected) +
+                            ": modes are missing. Try a smaller Eigenproblem/Tolerance.");
+        found.vectors.append(again.vectors);
+        found.n_solves += again.n_solves;
       }
-      SQUEAL_PETSC(VecDestroy(&re));
-      SQUEAL_PETSC(VecDestroy(&im));
-      if (result.vectors.n_columns() == 0)
-        result.vectors = Block(rows, 0);
-      return result;
+      completeness = text.str();
+      return found;
     }
 
-    Modes Krylov::solve(const QuadraticEigenproblem &problem,
-                        const EigensolverOptions &options) const
+    /// The pairs as they are, if they are good enough.
+    bool accept(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
+                Pairs &pairs, Modes &modes)
+    {
+      if (pairs.lambda.empty())
+        return false;
+      modes.backward_error = BackwardError(problem)(pairs.lambda, pairs.re, pairs.im).errors;
+      if (*std::max_element(modes.backward_error.begin(), modes.backward_error.end()) >
+          options.tolerance)
+        return false;
+      modes.lambda = std::move(pairs.lambda);
+      modes.re     = std::move(pairs.re);
+      modes.im     = std::move(pairs.im);
+      return true;
+    }
+
+    Modes ShiftInvertSolver::solve(const QuadraticEigenproblem &problem,
+                                   const EigensolverOptions &options, const Modes *nearby) const
     {
       const double radius = search_radius(options.max_imaginary);
 
@@ -325,79 +356,33 @@ namespace squeal
                               {{1., problem.Q}, {shift, problem.P}, {shift * shift, problem.M}});
       const Factorization factorization(shift == 0 ? problem.Q : shifted, Factorization::Kind::lu,
                                         "the position matrix (for shift-invert)");
-      const double reach = std::hypot(radius, shift);
+      const Task task{problem, options, factorization, shift, radius, n_expected, n_rigid};
 
-      const auto in_disc = [&](const Complex &l)
-      { return std::abs(l) <= radius && std::abs(l) > rigid_body_limit(options.max_imaginary); };
-      const auto count_in_disc = [&](const std::vector<Complex> &lambda)
+      std::string completeness;
+      Search found = search_all(task, completeness);
+      Modes modes;
+      if (!accept(problem, options, found.pairs, modes))
       {
-        return std::count_if(lambda.begin(), lambda.end(),
-                             [&](const Complex &l) { return in_disc(l) && l.imag() > 0; });
-      };
-
-      // Modes come nearest first, so all of the disc are found once one outside of it is.
-      unsigned int n_wanted =
-          std::min(2 * (n_expected + n_rigid) + 4, 2 * (problem.rows.size - problem.n_constraints));
-      const unsigned int n_all = 2 * (problem.rows.size - problem.n_constraints);
-      Search found;
-      for (unsigned int attempt = 0;; ++attempt)
-      {
-        found = search(problem, factorization, shift, options.max_imaginary, n_wanted, 0, options);
-        if (found.reached > reach || n_wanted >= n_all)
-          break;
-        if (attempt == 8)
-          throw SolverError("The Krylov search did not reach the end of the window after " +
-                            std::to_string(n_wanted) +
-                            " eigenvalues. Try a smaller "
-                            "Eigenproblem/Maximum frequency.");
-        n_wanted = std::min(n_all, n_wanted + n_wanted / 2 + 8);
+        std::vector<Complex> inside;
+        for (const Complex &l : found.lambda)
+          if (task.in_disc(l))
+            inside.push_back(l);
+        modes = polish(problem, ShiftInvert(factorization, shift), std::move(found.vectors), inside,
+                       radius, false, options);
       }
-
-      // The completeness check. Friction and damping move eigenvalues, so near the rim the numbers
-      // of the problem and of its reference may differ without anything missing: then an
-      // independent search from another start vector decides.
-      std::ostringstream completeness;
-      const unsigned int n_found  = count_in_disc(found.lambda);
-      const std::string reference = problem.reference
-                                        ? problem.reference_name
-                                        : std::string("the problem itself (it is symmetric)");
-      completeness << n_found << " modes with |l| <= 2 pi " << radius / (2 * M_PI)
-                   << " Hz; the inertia of " << reference << " proves " << n_expected << " there";
-      if (n_found != n_expected)
-      {
-        Search again =
-            search(problem, factorization, shift, options.max_imaginary, n_wanted, 1, options);
-        const unsigned int n_again = count_in_disc(again.lambda);
-        completeness << "; a second search from another start vector found " << n_again;
-        if (n_again > n_found)
-          std::swap(found, again);
-        Block both = found.vectors;
-        both.append(again.vectors);
-        found.vectors = both;
-        if (n_again != n_found)
-          throw SolverError("Two Krylov searches of the same window found " +
-                            std::to_string(n_found) + " and " + std::to_string(n_again) +
-                            " modes, the reference problem has " + std::to_string(n_expected) +
-                            ": modes are missing. Try a smaller Eigenproblem/Tolerance.");
-      }
-
-      std::vector<Complex> inside;
-      for (const Complex &l : found.lambda)
-        if (in_disc(l))
-          inside.push_back(l);
-      Modes modes = polish(problem, ShiftInvert(factorization, shift), found.vectors, inside,
-                           radius, false, options);
+      modes.n_solves += found.n_solves;
       modes.n_rigid_body_modes = n_rigid;
       modes.factor_memory_mib  = factorization.memory_mib();
-      modes.completeness       = completeness.str();
-      modes                    = in_window(problem, options, std::move(modes));
-      add_left_vectors(problem, factorization, shift, radius, options, modes, nullptr);
+      modes.completeness       = completeness;
+      add_left(task, modes);
+      remember(task, nearby, modes);
+      modes = in_window(problem, options, std::move(modes));
       normalise(problem, modes);
       return modes;
     }
 
-    unsigned int Krylov::count_reference(const QuadraticEigenproblem &problem,
-                                         const double radius) const
+    unsigned int ShiftInvertSolver::count_reference(const QuadraticEigenproblem &problem,
+                                                    const double radius) const
     {
       Block vector(problem.rows, 1);
       for (unsigned int i = 0; i < vector.n_local(); ++i)
@@ -415,43 +400,40 @@ namespace squeal
       return counted;
     }
 
-    Modes Krylov::follow(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
-                         const Modes &nearby) const
+    Modes BlockKrylov::follow(const QuadraticEigenproblem &problem,
+                              const EigensolverOptions &options, const Modes &nearby) const
     {
+      // What the present problem cannot take from its neighbours is solved for, and makes the bases
+      // richer.
       const double radius           = search_radius(options.max_imaginary);
       const unsigned int n_expected = count_reference(problem, radius);
-      if (problem.may_move_rigidly || options.shift != 0 || nearby.disc_lambda.empty() ||
-          n_expected != nearby.disc_lambda.size())
+      const bool may_follow         = !problem.may_move_rigidly && options.shift == 0 &&
+                              nearby.right_basis.n_columns() > 0 &&
+                              n_expected == nearby.disc_lambda.size();
+      if (!may_follow)
         return solve(problem, options);
-      try
       {
         const Factorization factorization(problem.Q, Factorization::Kind::lu,
                                           "the position matrix (for shift-invert)");
-        Modes modes = polish(problem, ShiftInvert(factorization, 0), nearby.disc_vectors,
-                             nearby.disc_lambda, radius, false, options);
-        modes.factor_memory_mib = factorization.memory_mib();
-        modes.completeness      = std::to_string(n_expected) + " modes with |l| <= 2 pi " +
-                             std::to_string(radius / (2 * M_PI)) +
-                             " Hz, as many as the inertia of " +
-                             (problem.reference ? problem.reference_name : "the problem itself") +
-                             " proves; followed from a point nearby";
-        modes = in_window(problem, options, std::move(modes));
-        add_left_vectors(problem, factorization, 0, radius, options, modes, &nearby);
-        normalise(problem, modes);
-        // Two problems in a row span an extrapolation to the third.
-        const unsigned int n = 2 * nearby.disc_lambda.size();
-        Block older(problem.rows, n);
-        std::copy_n(nearby.disc_vectors.data(), std::size_t(older.n_local()) * n, older.data());
-        modes.disc_vectors.append(older);
-        modes.older_left = nearby.left_re;
-        modes.older_left.append(nearby.left_im);
-        return modes;
+        if (std::optional<Modes> modes =
+                solve_in_basis(problem, {nearby.right_basis, nearby.left_basis}, factorization,
+                               radius, n_expected, options))
+        {
+          modes->completeness =
+              std::to_string(n_expected) + " modes with |l| <= 2 pi " +
+              std::to_string(radius / (2 * M_PI)) + " Hz, as many as the inertia of " +
+              (problem.reference ? problem.reference_name : "the problem itself") +
+              " proves; followed from points nearby";
+          modes->factor_memory_mib = factorization.memory_mib();
+          modes->right_basis = add_snapshot(problem, nearby.right_basis, modes->re, modes->im);
+          modes->left_basis =
+              add_snapshot(problem, nearby.left_basis, modes->left_re, modes->left_im);
+          *modes = in_window(problem, options, std::move(*modes));
+          normalise(problem, *modes);
+          return std::move(*modes);
+        }
       }
-      catch (const SolverError &)
-      {
-        // A mode has left the disc, or the step was too large.
-        return solve(problem, options);
-      }
+      return solve(problem, options, &nearby);
     }
 
     /// LAPACK on the whole problem; the oracle of the other solvers.
@@ -485,8 +467,8 @@ namespace squeal
             throw SolverError("The dense solver's backward error is " + std::to_string(error) +
                               ". Try a larger Eigenproblem/Tolerance.");
         modes.completeness = "all eigenvalues were computed";
-        modes              = in_window(problem, options, std::move(modes));
         add_left_vectors(problem, identity, shift, radius, modes);
+        modes = in_window(problem, options, std::move(modes));
         normalise(problem, modes);
         return modes;
       }
@@ -495,10 +477,13 @@ namespace squeal
 
   std::unique_ptr<Eigensolver> make_eigensolver(const std::string &name)
   {
+    if (name == "block_krylov")
+      return std::make_unique<BlockKrylov>();
     if (name == "krylov")
       return std::make_unique<Krylov>();
     if (name == "dense")
       return std::make_unique<Dense>();
-    throw InputError("Eigenproblem/Solver = " + name + ": allowed are krylov and dense.");
+    throw InputError("Eigenproblem/Solver = " + name +
+                     ": allowed are block_krylov, krylov and dense.");
   }
 } // namespace squeal

@@ -26,7 +26,10 @@ namespace squeal
           embedded(n + i, j)                      = matrix[i + n * j].imag();
           embedded(i, n + j)                      = -matrix[i + n * j].imag();
         }
-      const std::vector<Complex> roots = eigenvalues(embedded);
+      const DenseEigenpairs pairs = general_eigen(std::move(embedded));
+      std::vector<Complex> roots;
+      for (unsigned int j = 0; j < 2 * n; ++j)
+        roots.emplace_back(pairs.re[j], pairs.im[j]);
       std::vector<std::vector<double>> costs(n);
       for (unsigned int j = 0; j < n; ++j)
         for (const Complex &root : roots)

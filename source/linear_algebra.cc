@@ -179,6 +179,13 @@ namespace squeal
     n_columns_ += other.n_columns_;
   }
 
+  Block Block::columns(const unsigned int first, const unsigned int n) const
+  {
+    Block result(rows, n);
+    std::copy_n(column(first), std::size_t(n_local()) * n, result.data());
+    return result;
+  }
+
   namespace
   {
     /// A PETSc dense matrix that borrows the memory of a block.
@@ -290,6 +297,15 @@ namespace squeal
     return result;
   }
 
+  void subtract_combination(Block &b, const Block &a, const std::vector<double> &coefficients)
+  {
+    const PetscBLASInt m = a.n_local(), n = b.n_columns(), k = a.n_columns(), ld = std::max(1, m);
+    const double minus_one = -1, one = 1;
+    if (m > 0 && n > 0 && k > 0)
+      BLASgemm_("N", "N", &m, &n, &k, &minus_one, a.data(), &ld, coefficients.data(), &k, &one,
+                b.data(), &ld);
+  }
+
   namespace
   {
     DenseMatrix gram_matrix(const Block &block)
@@ -317,9 +333,7 @@ namespace squeal
     {
       if (basis.n_columns() == 0)
         return;
-      const Block parallel = combine(basis, inner_products(basis, block), block.n_columns());
-      for (std::size_t i = 0; i < std::size_t(block.n_local()) * block.n_columns(); ++i)
-        block.data()[i] -= parallel.data()[i];
+      subtract_combination(block, basis, inner_products(basis, block));
     }
   } // namespace
 

@@ -345,9 +345,10 @@ namespace squeal
                         positive());
       prm.add_parameter(
           "Solver", solver,
-          "krylov: SLEPc's PEP (TOAR), shift-invert with MUMPS. dense: LAPACK, for small "
-          "problems.",
-          Patterns::Selection("krylov|dense"));
+          "block_krylov: block second-order Arnoldi, shift-invert with MUMPS on blocks of "
+          "right-hand sides. krylov: SLEPc's PEP (TOAR) with the same factorisation, one vector at "
+          "a time: slower, an independent check. dense: LAPACK, for small problems.",
+          Patterns::Selection("block_krylov|krylov|dense"));
       prm.add_parameter("Tolerance", tolerance,
                         "Backward error that every reported mode reaches, -.",
                         Patterns::Double(1e-15, 1e-2));

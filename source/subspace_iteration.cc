@@ -68,78 +68,75 @@ namespace squeal
     return partners;
   }
 
-  namespace
+  void inverse_iteration(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                         Pairs &pairs)
   {
-    /// One step of inverse iteration with the factorisation at the shift s: with m = l - s,
-    ///     x := -Q(s)^{-1} (m^2 M + m Q'(s)) x  =  x - Q(s)^{-1} Q(l) x.
-    /// It damps what is far outside of the window, and gives multipliers that belong to the
-    /// displacements.
-    void inverse_iteration(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
-                           Pairs &pairs)
+    const double shift         = shift_invert.shift;
+    const unsigned int n_pairs = pairs.lambda.size(), n = problem.rows.n_local();
+    const Block m_re = multiply(problem.M, pairs.re), m_im = multiply(problem.M, pairs.im);
+    const Block p_re = multiply(problem.P, pairs.re), p_im = multiply(problem.P, pairs.im);
+    Block right(problem.rows, 2 * n_pairs);
+    for (unsigned int j = 0; j < n_pairs; ++j)
     {
-      const double shift         = shift_invert.shift;
-      const unsigned int n_pairs = pairs.lambda.size(), n = problem.rows.n_local();
-      const Block m_re = multiply(problem.M, pairs.re), m_im = multiply(problem.M, pairs.im);
-      const Block p_re = multiply(problem.P, pairs.re), p_im = multiply(problem.P, pairs.im);
-      Block right(problem.rows, 2 * n_pairs);
-      for (unsigned int j = 0; j < n_pairs; ++j)
+      // m^2 M + m (P + 2 s M) = (l^2 - s^2) M + m P
+      const Complex c_m = pairs.lambda[j] * pairs.lambda[j] - shift * shift,
+                    c_p = pairs.lambda[j] - shift;
+      for (unsigned int i = 0; i < n; ++i)
       {
-        // m^2 M + m (P + 2 s M) = (l^2 - s^2) M + m P
-        const Complex c_m = pairs.lambda[j] * pairs.lambda[j] - shift * shift,
-                      c_p = pairs.lambda[j] - shift;
-        for (unsigned int i = 0; i < n; ++i)
-        {
-          const Complex r = -c_m * Complex(m_re.column(j)[i], m_im.column(j)[i]) -
-                            c_p * Complex(p_re.column(j)[i], p_im.column(j)[i]);
-          right.column(2 * j)[i]     = r.real();
-          right.column(2 * j + 1)[i] = r.imag();
-        }
-      }
-      const Block x = shift_invert.solve(right);
-      for (unsigned int j = 0; j < n_pairs; ++j)
-      {
-        std::copy_n(x.column(2 * j), n, pairs.re.column(j));
-        std::copy_n(x.column(2 * j + 1), n, pairs.im.column(j));
+        const Complex r = -c_m * Complex(m_re.column(j)[i], m_im.column(j)[i]) -
+                          c_p * Complex(p_re.column(j)[i], p_im.column(j)[i]);
+        right.column(2 * j)[i]     = r.real();
+        right.column(2 * j + 1)[i] = r.imag();
       }
     }
+    const Block x = shift_invert.solve(right);
+    for (unsigned int j = 0; j < n_pairs; ++j)
+    {
+      std::copy_n(x.column(2 * j), n, pairs.re.column(j));
+      std::copy_n(x.column(2 * j + 1), n, pairs.im.column(j));
+    }
+  }
 
+  Pairs select(const Pairs &pairs, const std::vector<unsigned int> &numbers)
+  {
+    Pairs result{{},
+                 Block(pairs.re.row_range(), numbers.size()),
+                 Block(pairs.re.row_range(), numbers.size())};
+    for (unsigned int k = 0; k < numbers.size(); ++k)
+    {
+      result.lambda.push_back(pairs.lambda[numbers[k]]);
+      std::copy_n(pairs.re.column(numbers[k]), pairs.re.n_local(), result.re.column(k));
+      std::copy_n(pairs.im.column(numbers[k]), pairs.im.n_local(), result.im.column(k));
+    }
+    return result;
+  }
+
+  double largest_change(const std::vector<Complex> &lambda, const std::vector<Complex> &previous)
+  {
+    if (lambda.size() != previous.size())
+      return 1;
+    double change                            = 0;
+    const std::vector<unsigned int> partners = nearest_partners(lambda, previous);
+    for (unsigned int k = 0; k < lambda.size(); ++k)
+      change = std::max(change, std::abs(previous[partners[k]] - lambda[k]) / std::abs(lambda[k]));
+    return change;
+  }
+
+  void clear_pressures(const QuadraticEigenproblem &problem, Block &block)
+  {
+    for (unsigned int k = 0; k < block.n_columns(); ++k)
+      std::fill_n(block.column(k) + problem.rows.n_local() - problem.n_local_constraints,
+                  problem.n_local_constraints, 0.);
+  }
+
+  namespace
+  {
     /// Multipliers are no part of a subspace: they follow from the displacements. Those of a
     /// compliant contact do so within the subspace already.
     void clear_multipliers(const QuadraticEigenproblem &problem, Block &block)
     {
-      if (problem.compliant)
-        return;
-      for (unsigned int k = 0; k < block.n_columns(); ++k)
-        std::fill_n(block.column(k) + problem.rows.n_local() - problem.n_local_constraints,
-                    problem.n_local_constraints, 0.);
-    }
-
-    /// The pairs of the given numbers.
-    Pairs select(const Pairs &pairs, const std::vector<unsigned int> &numbers)
-    {
-      Pairs result{{},
-                   Block(pairs.re.row_range(), numbers.size()),
-                   Block(pairs.re.row_range(), numbers.size())};
-      for (unsigned int k = 0; k < numbers.size(); ++k)
-      {
-        result.lambda.push_back(pairs.lambda[numbers[k]]);
-        std::copy_n(pairs.re.column(numbers[k]), pairs.re.n_local(), result.re.column(k));
-        std::copy_n(pairs.im.column(numbers[k]), pairs.im.n_local(), result.im.column(k));
-      }
-      return result;
-    }
-
-    /// The largest relative change of an eigenvalue; 1 if their number has changed.
-    double largest_change(const std::vector<Complex> &lambda, const std::vector<Complex> &previous)
-    {
-      if (lambda.size() != previous.size())
-        return 1;
-      double change                            = 0;
-      const std::vector<unsigned int> partners = nearest_partners(lambda, previous);
-      for (unsigned int k = 0; k < lambda.size(); ++k)
-        change =
-            std::max(change, std::abs(previous[partners[k]] - lambda[k]) / std::abs(lambda[k]));
-      return change;
+      if (!problem.compliant)
+        clear_pressures(problem, block);
     }
   } // namespace
 
@@ -298,21 +295,27 @@ namespace squeal
     return block;
   }
 
-  Block krylov_basis(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
-                     const unsigned int n_columns, const unsigned int seed)
+  Block scattered_numbers(const RowRange &rows, const unsigned int n_columns,
+                          const unsigned int seed)
   {
-    constexpr unsigned int block_size = 8;
-    // Scattered numbers that do not depend on the number of ranks.
-    Block block(problem.rows, block_size);
-    for (unsigned int j = 0; j < block_size; ++j)
+    Block block(rows, n_columns);
+    for (unsigned int j = 0; j < n_columns; ++j)
       for (unsigned int i = 0; i < block.n_local(); ++i)
       {
-        std::uint64_t state = 0x9e3779b97f4a7c15u * (problem.rows.begin + i + 1) +
+        std::uint64_t state = 0x9e3779b97f4a7c15u * (rows.begin + i + 1) +
                               0xbf58476d1ce4e5b9u * (j + 1) + 0x94d049bb133111ebu * (seed + 1);
         state              = (state ^ (state >> 30)) * 0xbf58476d1ce4e5b9u;
         state              = (state ^ (state >> 27)) * 0x94d049bb133111ebu;
         block.column(j)[i] = static_cast<double>(state >> 11) / (1ull << 52) - 1;
       }
+    return block;
+  }
+
+  Block krylov_basis(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                     const unsigned int n_columns, const unsigned int seed)
+  {
+    constexpr unsigned int block_size = 8;
+    Block block                       = scattered_numbers(problem.rows, block_size, seed);
     Block basis(problem.rows, 0);
     while (basis.n_columns() < n_columns)
     {
@@ -352,188 +355,5 @@ namespace squeal
       for (std::size_t i = 0; i < lambda_z.size(); ++i, ++k)
         form[k] = (lambda_z[i] + lambda_x[j]) * form[k] + of_p[k];
     return form;
-  }
-
-  namespace
-  {
-    Matrix share(const Matrix &matrix)
-    {
-      if (matrix)
-        SQUEAL_PETSC(PetscObjectReference(reinterpret_cast<PetscObject>(static_cast<Mat>(matrix))));
-      return Matrix(static_cast<Mat>(matrix));
-    }
-
-    /// Columns of the solution X of A X = B, complex, by Gaussian elimination with pivoting; false
-    /// if A is singular to rounding. Column-major, n x n.
-    bool solve_in_place(std::vector<Complex> a, std::vector<Complex> &b, const unsigned int n)
-    {
-      double size = 0;
-      for (const Complex &entry : a)
-        size = std::max(size, std::abs(entry));
-      for (unsigned int k = 0; k < n; ++k)
-      {
-        unsigned int pivot = k;
-        for (unsigned int i = k + 1; i < n; ++i)
-          if (std::abs(a[i + n * k]) > std::abs(a[pivot + n * k]))
-            pivot = i;
-        if (std::abs(a[pivot + n * k]) <= 1e-10 * size)
-          return false;
-        for (unsigned int j = 0; j < n; ++j)
-        {
-          std::swap(a[k + n * j], a[pivot + n * j]);
-          std::swap(b[k + n * j], b[pivot + n * j]);
-        }
-        for (unsigned int i = 0; i < n; ++i)
-          if (i != k)
-          {
-            const Complex factor = a[i + n * k] / a[k + n * k];
-            for (unsigned int j = 0; j < n; ++j)
-            {
-              a[i + n * j] -= factor * a[k + n * j];
-              b[i + n * j] -= factor * b[k + n * j];
-            }
-          }
-      }
-      for (unsigned int i = 0; i < n; ++i)
-        for (unsigned int j = 0; j < n; ++j)
-          b[i + n * j] /= a[i + n * i];
-      return true;
-    }
-
-    /// Makes the left vectors of (almost) equal eigenvalues biorthogonal to the right ones: with
-    /// C = Z^H [2 l M + P] X of a cluster, Z := Z C^{-H}. A defective cluster, singular C, is left
-    /// alone: its condition is infinite.
-    void biorthogonalise_clusters(const QuadraticEigenproblem &problem, Modes &modes)
-    {
-      const unsigned int n = modes.lambda.size(), n_local = problem.rows.n_local();
-      const auto form = biorthogonality(problem, modes.lambda, modes.left_re, modes.left_im,
-                                        modes.lambda, modes.re, modes.im);
-      std::vector<bool> done(n, false);
-      for (unsigned int first = 0; first < n; ++first)
-      {
-        std::vector<unsigned int> cluster;
-        for (unsigned int j = first; j < n; ++j)
-          if (!done[j] && std::abs(modes.lambda[j] - modes.lambda[first]) <=
-                              1e-7 * std::abs(modes.lambda[first]))
-            cluster.push_back(j);
-        for (const unsigned int j : cluster)
-          done[j] = true;
-        const unsigned int m = cluster.size();
-        if (m < 2)
-          continue;
-        // X C^H = I for the coefficients X^H of the new left vectors
-        std::vector<Complex> c_adjoint(m * m), coefficients(m * m);
-        for (unsigned int a = 0; a < m; ++a)
-        {
-          coefficients[a + m * a] = 1;
-          for (unsigned int b = 0; b < m; ++b)
-            c_adjoint[a + m * b] = std::conj(form[cluster[b] + n * cluster[a]]);
-        }
-        if (!solve_in_place(c_adjoint, coefficients, m))
-          continue;
-        std::vector<Complex> row(m);
-        for (unsigned int i = 0; i < n_local; ++i)
-        {
-          for (unsigned int a = 0; a < m; ++a)
-          {
-            row[a] = 0;
-            for (unsigned int b = 0; b < m; ++b)
-              row[a] += coefficients[b + m * a] * Complex(modes.left_re.column(cluster[b])[i],
-                                                          modes.left_im.column(cluster[b])[i]);
-          }
-          for (unsigned int a = 0; a < m; ++a)
-          {
-            modes.left_re.column(cluster[a])[i] = row[a].real();
-            modes.left_im.column(cluster[a])[i] = row[a].imag();
-          }
-        }
-      }
-    }
-
-    QuadraticEigenproblem adjoint_of(const QuadraticEigenproblem &problem)
-    {
-      QuadraticEigenproblem adjoint;
-      adjoint.rows                = problem.rows;
-      adjoint.M                   = share(problem.M);
-      adjoint.P                   = transpose(problem.P);
-      adjoint.Q                   = transpose(problem.Q);
-      adjoint.reference           = share(problem.reference);
-      adjoint.n_constraints       = problem.n_constraints;
-      adjoint.compliant           = problem.compliant;
-      adjoint.n_local_constraints = problem.n_local_constraints;
-      return adjoint;
-    }
-
-    /// Gives each mode its left vector out of the adjoint problem's pairs: Q(l)^T y = 0 with the
-    /// same l, z = conj(y). Partners are the nearest eigenvalues.
-    void attach_left_vectors(const QuadraticEigenproblem &problem, const Pairs &adjoint_pairs,
-                             const std::vector<double> &errors, Modes &modes)
-    {
-      const unsigned int n = modes.lambda.size();
-      if (adjoint_pairs.lambda.size() < n)
-        throw SolverError(
-            "The transposed problem has " + std::to_string(adjoint_pairs.lambda.size()) +
-            " eigenvalues where the problem has " + std::to_string(n) +
-            ": left vectors are missing. Try another Eigenproblem/Maximum frequency.");
-      const auto partners = nearest_partners(modes.lambda, adjoint_pairs.lambda);
-      Pairs chosen        = select(adjoint_pairs, partners);
-      modes.left_re       = std::move(chosen.re);
-      modes.left_im       = std::move(chosen.im);
-      for (std::size_t i = 0; i < std::size_t(modes.left_im.n_local()) * n; ++i)
-        modes.left_im.data()[i] *= -1;
-      modes.left_backward_error.clear();
-      for (const unsigned int k : partners)
-        modes.left_backward_error.push_back(errors[k]);
-      biorthogonalise_clusters(problem, modes);
-    }
-  } // namespace
-
-  void add_left_vectors(const QuadraticEigenproblem &problem, const Factorization &factorization,
-                        const double shift, const double radius, const EigensolverOptions &options,
-                        Modes &modes, const Modes *nearby)
-  {
-    if (modes.lambda.empty())
-    {
-      modes.left_re = modes.left_im = Block(problem.rows, 0);
-      return;
-    }
-    if (!problem.reference) // self-adjoint: z = x
-    {
-      modes.left_re             = modes.re;
-      modes.left_im             = modes.im;
-      modes.left_backward_error = modes.backward_error;
-      biorthogonalise_clusters(problem, modes);
-      return;
-    }
-    options.progress("  left vectors");
-    const QuadraticEigenproblem adjoint = adjoint_of(problem);
-    const ShiftInvert transposed(factorization, shift, true);
-    Block start;
-    if (nearby && nearby->left_re.n_columns() >= modes.lambda.size())
-    {
-      start = nearby->left_re;
-      start.append(nearby->left_im);
-      if (nearby->older_left.n_columns() > 0)
-        start.append(nearby->older_left);
-    }
-    else
-    {
-      start = krylov_basis(adjoint, transposed, 5 * modes.lambda.size() + 40, 2);
-      modes.n_solves += start.n_columns();
-    }
-    Modes raw = polish(adjoint, transposed, std::move(start), modes.lambda, radius, true, options);
-    modes.n_solves += raw.n_solves;
-    attach_left_vectors(problem, {raw.lambda, std::move(raw.re), std::move(raw.im)},
-                        raw.backward_error, modes);
-  }
-
-  void add_left_vectors(const QuadraticEigenproblem &problem, const Block &basis,
-                        const double shift, const double radius, Modes &modes)
-  {
-    const QuadraticEigenproblem adjoint = adjoint_of(problem);
-    // A little further: rounding must not lose a partner at the rim.
-    const Pairs pairs = rayleigh_ritz(adjoint, basis, basis, radius * (1 + 1e-6), shift);
-    attach_left_vectors(problem, pairs,
-                        BackwardError(adjoint)(pairs.lambda, pairs.re, pairs.im).errors, modes);
   }
 } // namespace squeal

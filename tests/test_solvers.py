@@ -4,7 +4,7 @@ import unittest
 
 import squeal_testing as st
 
-SOLVERS = ["krylov"]
+SOLVERS = ["block_krylov", "krylov"]
 
 # 888 unknowns: the dense solver needs the eigenvalues of a matrix of twice that size.
 TINY_BRAKE = {

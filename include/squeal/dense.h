@@ -42,8 +42,23 @@ namespace squeal
   /// vectors.
   std::vector<double> symmetric_eigen(DenseMatrix &a);
 
-  /// The eigenvalues of a real matrix. Throws SolverError.
-  std::vector<std::complex<double>> eigenvalues(DenseMatrix a);
+  struct DenseEigenpairs
+  {
+    std::vector<double> re, im;
+    DenseMatrix vectors; ///< LAPACK's packing: a complex pair as two columns, Re and Im
+  };
+
+  /// LAPACK dgeev; of each complex pair the eigenvalue with positive imaginary part comes first.
+  DenseEigenpairs general_eigen(DenseMatrix a);
+
+  /// The roots l with Im l >= 0 that come with an eigenvalue l^2 and, if it is complex, with its
+  /// conjugate: of the four +-l, +-conj(l) two. The vector of the second is the conjugate one then.
+  struct SquareRoot
+  {
+    std::complex<double> value;
+    bool conjugate;
+  };
+  std::vector<SquareRoot> upper_square_roots(std::complex<double> square);
 
   /// One eigenpair of a small quadratic problem; vector has the size of the problem.
   struct DensePair

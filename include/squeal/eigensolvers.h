@@ -24,6 +24,7 @@ namespace squeal
     }
   };
 
-  /// The solver of that name: krylov or dense. To add one: a class and a row in the table.
+  /// The solver of that name: block_krylov, krylov or dense. To add one: a class and a row in the
+  /// table.
   std::unique_ptr<Eigensolver> make_eigensolver(const std::string &name);
 } // namespace squeal

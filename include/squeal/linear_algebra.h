@@ -149,6 +149,9 @@ namespace squeal
     /// [this, other].
     void append(const Block &other);
 
+    /// n columns from the first on.
+    Block columns(unsigned int first, unsigned int n) const;
+
   private:
     RowRange rows;
     unsigned int n_columns_ = 0;
@@ -171,6 +174,9 @@ namespace squeal
 
   /// A C with a small dense C, column-major, of n_columns columns.
   Block combine(const Block &a, const std::vector<double> &coefficients, unsigned int n_columns);
+
+  /// B := B - A C with a small dense C, column-major.
+  void subtract_combination(Block &b, const Block &a, const std::vector<double> &coefficients);
 
   /// An orthonormal basis of the span of the columns; only directions that are linear combinations
   /// of the others up to rounding are dropped. Level-3 operations throughout: SVQB (Stathopoulos

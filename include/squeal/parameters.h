@@ -168,7 +168,7 @@ namespace squeal
     struct Eigenproblem
     {
       double maximum_frequency = 6000;
-      std::string solver       = "krylov";
+      std::string solver       = "block_krylov";
       double tolerance         = 1e-9;
       double shift             = 0;
       bool error_bars          = true;

@@ -26,10 +26,10 @@ namespace squeal
     /// of M, to first order.
     std::vector<double> condition;
 
-    /// All pairs of the searched disc, of which the window is a part: a start for nearby problems.
+    /// All eigenvalues of the searched disc, of which the window is a part.
     std::vector<std::complex<double>> disc_lambda;
-    Block disc_vectors; ///< their Re and Im, then those of the problem they were followed from
-    Block older_left;   ///< Re and Im of the left vectors of that problem
+    /// Bases for nearby problems (add_snapshot), empty if the solver has none.
+    Block right_basis, left_basis;
 
     /// What the completeness check found, as a sentence for the log.
     std::string completeness;
@@ -112,11 +112,31 @@ namespace squeal
   std::vector<unsigned int> nearest_partners(const std::vector<std::complex<double>> &lambda,
                                              const std::vector<std::complex<double>> &others);
 
+  /// The largest relative change of an eigenvalue; 1 if their number has changed.
+  double largest_change(const std::vector<std::complex<double>> &lambda,
+                        const std::vector<std::complex<double>> &previous);
+
   /// Rayleigh-Ritz on the span of an orthonormal real basis U, tested with Z: all Ritz pairs
   ///     (l^2 Z^T M U + l Z^T P U + Z^T Q U) c = 0,   x = U c,
   /// with Im l >= 0 and |l| <= radius.
   Pairs rayleigh_ritz(const QuadraticEigenproblem &problem, const Block &trial, const Block &test,
                       double radius, double shift);
+
+  /// The pairs of the given numbers.
+  Pairs select(const Pairs &pairs, const std::vector<unsigned int> &numbers);
+
+  /// One step of inverse iteration with the factorisation at the shift s: with m = l - s,
+  ///     x := -Q(s)^{-1} (m^2 M + m Q'(s)) x  =  x - Q(s)^{-1} Q(l) x.
+  /// It damps what is far outside of the window, and gives multipliers that belong to the
+  /// displacements.
+  void inverse_iteration(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                         Pairs &pairs);
+
+  /// Sets the contact pressures to zero.
+  void clear_pressures(const QuadraticEigenproblem &problem, Block &block);
+
+  /// Numbers in [-1, 1] that depend on row, column and seed, not on the number of ranks.
+  Block scattered_numbers(const RowRange &rows, unsigned int n_columns, unsigned int seed);
 
   /// An orthonormal basis of what the block adds to the span of an orthonormal basis.
   Block orthonormal_complement(const Block &basis, Block block);
@@ -157,15 +177,4 @@ namespace squeal
                   const std::vector<std::complex<double>> &lambda_z, const Block &z_re,
                   const Block &z_im, const std::vector<std::complex<double>> &lambda_x,
                   const Block &x_re, const Block &x_im);
-
-  /// Adds the left vectors to modes: those of the transposed problem, out of a block Krylov space
-  /// of the transposed factorisation. Left vectors of equal eigenvalues are chosen biorthogonal to
-  /// the right ones. Throws SolverError if they do not converge.
-  void add_left_vectors(const QuadraticEigenproblem &problem, const Factorization &factorization,
-                        double shift, double radius, const EigensolverOptions &options,
-                        Modes &modes, const Modes *nearby);
-
-  /// The same by one Rayleigh-Ritz step of the transposed problem on a basis of the whole space.
-  void add_left_vectors(const QuadraticEigenproblem &problem, const Block &basis, double shift,
-                        double radius, Modes &modes);
 } // namespace squeal

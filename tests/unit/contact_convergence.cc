@@ -143,7 +143,7 @@ namespace
     {
       EigensolverOptions options;
       options.max_imaginary = 2 * M_PI * 42000;
-      const Modes modes     = make_eigensolver("krylov")->solve(problem, options);
+      const Modes modes     = make_eigensolver("block_krylov")->solve(problem, options);
       std::vector<double> result;
       for (unsigned int i = 0; i < 8; ++i)
         result.push_back(modes.lambda.at(i).imag());

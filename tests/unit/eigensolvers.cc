@@ -145,7 +145,7 @@ namespace
     return nothing;
   }
 
-  const std::vector<std::string> solvers = {"krylov", "dense"};
+  const std::vector<std::string> solvers = {"block_krylov", "krylov", "dense"};
 } // namespace
 
 TEST_CASE("eigensolvers: a chain with fixed ends")
@@ -196,6 +196,12 @@ TEST_CASE("eigensolvers: a chain that is free to move, dense")
 TEST_CASE("eigensolvers: a chain that is free to move, krylov")
 {
   check_free_chain("krylov", 0);
+}
+
+TEST_CASE("eigensolvers: a chain that is free to move, block_krylov")
+{
+  for (const double shift : {0., 0.3})
+    check_free_chain("block_krylov", shift);
 }
 
 TEST_CASE("eigensolvers: a shift of the user's choice changes nothing")
@@ -303,9 +309,13 @@ TEST_CASE("eigensolvers: damping, gyroscopic and circulatory terms together; bot
   for (const double shift : {0., 0.2})
   {
     CAPTURE(shift);
-    const Modes krylov = solve("krylov", problem, window(0.6, shift));
-    check_set(krylov.lambda, dense.lambda, 1e-9);
-    check_form(problem, krylov);
+    for (const std::string name : {"block_krylov", "krylov"})
+    {
+      CAPTURE(name);
+      const Modes modes = solve(name, problem, window(0.6, shift));
+      check_set(modes.lambda, dense.lambda, 1e-9);
+      check_form(problem, modes);
+    }
   }
 }
 
@@ -465,6 +475,7 @@ TEST_CASE("eigensolvers: constraints")
   QuadraticEigenproblem problem = constrained_chain(0);
   problem.reference             = sum_of(problem.rows, {{1., problem.Q}});
   check_constrained_chain("krylov", std::move(problem));
+  check_constrained_chain("block_krylov", constrained_chain(0));
 }
 
 // Known defect: without a reference problem polish() tests with the trial vectors themselves. Among
@@ -485,12 +496,16 @@ TEST_CASE("eigensolvers: constraints with friction; both solvers agree")
   {
     CAPTURE(mu);
     const auto problem = constrained_chain(mu);
-    const Modes krylov = solve("krylov", problem, window(0.6));
     const Modes dense  = solve("dense", problem, window(0.6));
     CHECK(dense.lambda.size() >= 8);
-    check_set(krylov.lambda, dense.lambda, 1e-9);
-    check_form(problem, krylov);
     check_form(problem, dense);
+    for (const std::string name : {"block_krylov", "krylov"})
+    {
+      CAPTURE(name);
+      const Modes modes = solve(name, problem, window(0.6));
+      check_set(modes.lambda, dense.lambda, 1e-9);
+      check_form(problem, modes);
+    }
   }
 }
 

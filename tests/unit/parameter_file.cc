@@ -111,7 +111,7 @@ TEST_CASE("parameter_file: the defaults are those that interface.md promises")
   CHECK(p.refinement.tolerance == 1e-3);
   CHECK(p.refinement.maximum_unknowns == 500000);
   CHECK(p.eigenproblem.maximum_frequency == 6000);
-  CHECK(p.eigenproblem.solver == "krylov");
+  CHECK(p.eigenproblem.solver == "block_krylov");
   CHECK(p.eigenproblem.tolerance == 1e-9);
   CHECK(p.sweep.parameter == "none");
   CHECK(p.sweep.values == "");
@@ -204,7 +204,7 @@ TEST_CASE(
   check_error("subsection Discretization\n  set Rotor cells = 5, 36\nend\n", {},
               {"FILE:2", "Discretization/Rotor cells = 5, 36"});
   check_error("", {"Eigenproblem/Solver=magic"},
-              {"--set", "Eigenproblem/Solver = magic", "krylov", "dense"});
+              {"--set", "Eigenproblem/Solver = magic", "block_krylov", "krylov", "dense"});
 }
 
 TEST_CASE("parameter_file: malformed lines name their line")

@@ -95,7 +95,7 @@ TEST_CASE("stability: numbers of a row")
 TEST_CASE("stability: Rayleigh coefficients reproduce the eigenvalues")
 {
   // u^H M u = 1: l^2 + (d + i g) l + (k + i n) = 0, exactly one of the two roots (31).
-  for (const std::string solver : {"krylov", "dense"})
+  for (const std::string solver : {"block_krylov", "krylov", "dense"})
     for (const auto &[d, g, n] :
          {std::make_tuple(0., 0., 0.), std::make_tuple(0.05, 0., 0.), std::make_tuple(0., 0.1, 0.),
           std::make_tuple(0., 0., 0.02), std::make_tuple(0.01, 0.1, 0.02)})

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <squeal/subspace_iteration.h>
+
+namespace squeal
+{
+  /// What a block Krylov search found.
+  struct BlockSearch
+  {
+    Pairs pairs;                ///< all with Im l >= 0 and |l| <= radius, converged
+    unsigned int n_solves  = 0; ///< right-hand sides solved
+    unsigned int n_spanned = 0; ///< dimension of the Krylov space
+    bool whole_space       = false;
+  };
+
+  struct BlockSearchOptions
+  {
+    double radius           = 0;     ///< every eigenvalue with |l| <= radius is looked for, 1/s
+    double max_imaginary    = 0;     ///< those with Im l <= max_imaginary to the tolerance ...
+    double tolerance        = 1e-11; ///< ... a relative residual of S, others to its root
+    unsigned int n_expected = 0; ///< pairs with |l| <= radius, as far as known: when to look first
+    unsigned int block_size = 8;
+    unsigned int seed       = 0;
+  };
+
+  /// Block Krylov search of (l^2 M + l P + Q) x = 0 with shift-invert at the real shift s, in real
+  /// arithmetic. With l = s + c/theta, theta is an eigenvalue of
+  ///     S (a, b) = (-Q(s)^{-1} (c Q'(s) a + c^2 M b), a),      a = theta b, x = b,
+  /// and, without a velocity term, of S b = c^2 Q(s)^{-1} M b, l^2 = s^2 - c^2/theta. Each step
+  /// is one solve with a block of right-hand sides, which costs a fraction of as many single
+  /// solves.
+  ///
+  /// The Krylov vectors are kept as (U g_1, U g_2) with one orthonormal basis U of vectors of the
+  /// problem's size and small orthonormal (g_1, g_2) (two-level orthogonal Arnoldi: Lu, Su and Bai,
+  /// 2016), half of the memory and of the work of vectors of twice that size.
+  ///
+  /// S does not see the contact pressures. The eigenvectors returned are images S v, with the
+  /// pressures that belong to them. Throws SolverError if the space grows too large.
+  BlockSearch block_krylov_search(const QuadraticEigenproblem &problem,
+                                  const ShiftInvert &shift_invert,
+                                  const BlockSearchOptions &options,
+                                  const std::function<void(const std::string &)> &progress);
+} // namespace squeal

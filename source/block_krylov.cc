@@ -1,0 +1,457 @@
+#include <squeal/block_krylov.h>
+#include <squeal/dense.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace squeal
+{
+  using Complex = std::complex<double>;
+
+  namespace
+  {
+    constexpr double rounding = 1e-13; ///< a direction shorter than this, relatively, is noise
+
+    /// Contact pressures are carried along scaled by this, so that no inner product sees them.
+    constexpr double invisible = 1e-140;
+
+    DenseMatrix gram_matrix(const Block &block)
+    {
+      return {block.n_columns(), block.n_columns(), inner_products(block, block)};
+    }
+
+    /// Orthonormal columns after one more projection: those that it did not hurt, made orthonormal
+    /// again. Others were noise.
+    Block repair(const Block &block)
+    {
+      const unsigned int n          = block.n_columns();
+      DenseMatrix vectors           = gram_matrix(block);
+      const std::vector<double> eig = symmetric_eigen(vectors);
+      std::vector<double> coefficients;
+      for (unsigned int j = 0; j < n; ++j)
+        if (eig[j] > 0.5)
+          for (unsigned int i = 0; i < n; ++i)
+            coefficients.push_back(vectors(i, j) / std::sqrt(eig[j]));
+      return combine(block, coefficients, coefficients.size() / n);
+    }
+
+    /// The first rows of a with zeros below.
+    DenseMatrix with_rows(const DenseMatrix &a, const unsigned int n_rows)
+    {
+      DenseMatrix result(n_rows, a.n_columns);
+      for (unsigned int j = 0; j < a.n_columns; ++j)
+        std::copy_n(&a.values[std::size_t(j) * a.n_rows], std::min(n_rows, a.n_rows),
+                    &result.values[std::size_t(j) * n_rows]);
+      return result;
+    }
+
+    /// Columns first ... first + n of a.
+    DenseMatrix columns_of(const DenseMatrix &a, const unsigned int first, const unsigned int n)
+    {
+      const auto begin = a.values.begin() + std::size_t(first) * a.n_rows;
+      return {a.n_rows, n, std::vector<double>(begin, begin + std::size_t(n) * a.n_rows)};
+    }
+
+    void append(DenseMatrix &a, const DenseMatrix &b)
+    {
+      if (b.n_columns == 0)
+        return;
+      a.values.insert(a.values.end(), b.values.begin(), b.values.end());
+      a.n_rows = b.n_rows;
+      a.n_columns += b.n_columns;
+    }
+
+    /// A Krylov decomposition  S V = V_all H  that grows by blocks: V are the first n_columns() of
+    /// the orthonormal V_all.
+    class Arnoldi
+    {
+    public:
+      Arnoldi(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert, const double c,
+              const unsigned int block_size, const unsigned int seed)
+          : problem(problem), shift_invert(shift_invert), c(c), quadratic(bool(problem.P)),
+            basis(problem.rows, 0)
+      {
+        start(block_size, seed);
+      }
+
+      void step();
+
+      unsigned int n_columns() const
+      {
+        return hessenberg_columns.size();
+      }
+      unsigned int n_new() const ///< in the block that comes next; 0: the space is invariant
+      {
+        return small.n_columns - n_columns();
+      }
+      unsigned int n_solves() const
+      {
+        return solves;
+      }
+      /// (n_columns + n_new) x n_columns.
+      DenseMatrix hessenberg() const;
+      /// The first halves of S V C, with their contact pressures.
+      Block images(const DenseMatrix &coefficients) const;
+
+    private:
+      void start(unsigned int block_size, unsigned int seed);
+      /// Coefficients of a block in U, which it may enlarge.
+      DenseMatrix expand(Block block);
+      /// Coefficients of small vectors in the small basis, which they may enlarge.
+      DenseMatrix expand_small(DenseMatrix block);
+      void scale_pressures(Block &block, double factor) const;
+
+      const QuadraticEigenproblem &problem;
+      const ShiftInvert &shift_invert;
+      const double c;
+      const bool quadratic;
+      Block basis;       ///< U
+      DenseMatrix small; ///< the (g_1, g_2) of V_all; only g_1 = I without a velocity term
+      std::vector<std::vector<double>> hessenberg_columns;
+      unsigned int solves = 0;
+    };
+
+    void Arnoldi::scale_pressures(Block &block, const double factor) const
+    {
+      for (unsigned int k = 0; k < block.n_columns(); ++k)
+        for (unsigned int i = block.n_local() - problem.n_local_constraints; i < block.n_local();
+             ++i)
+          block.column(k)[i] *= factor;
+    }
+
+    DenseMatrix Arnoldi::expand(Block block)
+    {
+      const unsigned int n_old = basis.n_columns(), n_block = block.n_columns();
+      const DenseMatrix before = gram_matrix(block),
+                        old(n_old, n_block, inner_products(basis, block));
+      subtract_combination(block, basis, old.values);
+      const DenseMatrix after = gram_matrix(block);
+      Block rest(problem.rows, 0);
+      for (unsigned int k = 0; k < n_block; ++k)
+        if (after(k, k) > rounding * rounding * before(k, k))
+        {
+          Block column(problem.rows, 1);
+          std::copy_n(block.column(k), block.n_local(), column.data());
+          rest.append(column);
+        }
+      // Twice is enough (Kahan).
+      rest = orthonormalize(std::move(rest));
+      if (rest.n_columns() > 0)
+      {
+        subtract_combination(rest, basis, inner_products(basis, rest));
+        rest = repair(rest);
+      }
+      const DenseMatrix added(rest.n_columns(), n_block, inner_products(rest, block));
+      basis.append(rest);
+
+      DenseMatrix coefficients(basis.n_columns(), n_block);
+      for (unsigned int j = 0; j < n_block; ++j)
+      {
+        for (unsigned int i = 0; i < n_old; ++i)
+          coefficients(i, j) = old(i, j);
+        for (unsigned int i = 0; i < added.n_rows; ++i)
+          coefficients(n_old + i, j) = added(i, j);
+      }
+      return coefficients;
+    }
+
+    DenseMatrix Arnoldi::expand_small(DenseMatrix block)
+    {
+      const unsigned int n_rows = block.n_rows, n_old = small.n_columns;
+      DenseMatrix coefficients(n_old, block.n_columns);
+      std::vector<double> before(block.n_columns);
+      const auto norm = [&](const DenseMatrix &a, const unsigned int j)
+      {
+        double square = 0;
+        for (unsigned int i = 0; i < n_rows; ++i)
+          square += a(i, j) * a(i, j);
+        return std::sqrt(square);
+      };
+      for (unsigned int j = 0; j < block.n_columns; ++j)
+        before[j] = norm(block, j);
+      for (unsigned int pass = 0; pass < 2; ++pass)
+      {
+        DenseMatrix part(n_old, block.n_columns);
+        gemm(true, 1, small, block, 0, part);
+        gemm(false, -1, small, part, 1, block);
+        for (std::size_t k = 0; k < part.values.size(); ++k)
+          coefficients.values[k] += part.values[k];
+      }
+      // Modified Gram-Schmidt, twice, of the few columns of the block.
+      DenseMatrix added(n_rows, 0);
+      std::vector<std::vector<double>> more(block.n_columns);
+      for (unsigned int j = 0; j < block.n_columns; ++j)
+      {
+        more[j].assign(added.n_columns, 0.);
+        for (unsigned int pass = 0; pass < 2; ++pass)
+          for (unsigned int k = 0; k < added.n_columns; ++k)
+          {
+            double product = 0;
+            for (unsigned int i = 0; i < n_rows; ++i)
+              product += added(i, k) * block(i, j);
+            for (unsigned int i = 0; i < n_rows; ++i)
+              block(i, j) -= product * added(i, k);
+            more[j][k] += product;
+          }
+        const double length = norm(block, j);
+        if (length > rounding * before[j])
+        {
+          DenseMatrix column = columns_of(block, j, 1);
+          for (double &value : column.values)
+            value /= length;
+          append(added, column);
+          more[j].push_back(length);
+        }
+      }
+      append(small, added);
+      coefficients = with_rows(coefficients, small.n_columns);
+      for (unsigned int j = 0; j < block.n_columns; ++j)
+        for (unsigned int k = 0; k < more[j].size(); ++k)
+          coefficients(n_old + k, j) = more[j][k];
+      return coefficients;
+    }
+
+    /// (u, l) with both parts filled up to n rows.
+    DenseMatrix stack(const DenseMatrix &upper, const DenseMatrix &lower, const unsigned int n)
+    {
+      DenseMatrix result(2 * n, upper.n_columns);
+      for (unsigned int j = 0; j < upper.n_columns; ++j)
+      {
+        for (unsigned int i = 0; i < upper.n_rows; ++i)
+          result(i, j) = upper(i, j);
+        for (unsigned int i = 0; i < lower.n_rows; ++i)
+          result(n + i, j) = lower(i, j);
+      }
+      return result;
+    }
+
+    DenseMatrix part_of(const DenseMatrix &stacked, const unsigned int half)
+    {
+      const unsigned int n = stacked.n_rows / 2;
+      DenseMatrix result(n, stacked.n_columns);
+      for (unsigned int j = 0; j < stacked.n_columns; ++j)
+        for (unsigned int i = 0; i < n; ++i)
+          result(i, j) = stacked(half * n + i, j);
+      return result;
+    }
+
+    void Arnoldi::start(const unsigned int block_size, const unsigned int seed)
+    {
+      const unsigned int n = quadratic ? 2 * block_size : block_size;
+      Block block =
+          shift_invert.solve(multiply(problem.M, scattered_numbers(problem.rows, n, seed)));
+      solves += n;
+      scale_pressures(block, invisible);
+      basis                = orthonormalize(std::move(block));
+      const unsigned int d = basis.n_columns();
+      DenseMatrix identity(d, d);
+      for (unsigned int i = 0; i < d; ++i)
+        identity(i, i) = 1;
+      if (!quadratic)
+        small = identity;
+      else
+      {
+        // Half of the columns begin as a, the others as b.
+        const unsigned int half = (d + 1) / 2;
+        DenseMatrix a           = columns_of(identity, 0, half), b(d, half);
+        for (unsigned int j = 0; half + j < d; ++j)
+          b(half + j, j) = 1;
+        for (unsigned int j = 0; half + j < d; ++j)
+          a(j, j) = b(half + j, j) = std::sqrt(0.5);
+        small = stack(a, b, d);
+      }
+    }
+
+    void Arnoldi::step()
+    {
+      const double s         = shift_invert.shift;
+      const unsigned int n   = n_new();
+      const DenseMatrix last = columns_of(small, n_columns(), n);
+      const DenseMatrix a    = quadratic ? part_of(last, 0) : DenseMatrix(),
+                        b    = quadratic ? part_of(last, 1) : last;
+      // -c (P + 2 s M) a - c^2 M b, and + c^2 M b without a velocity term
+      DenseMatrix factors = b;
+      for (std::size_t k = 0; k < factors.values.size(); ++k)
+        factors.values[k] =
+            quadratic ? -c * c * b.values[k] - 2 * s * c * a.values[k] : c * c * b.values[k];
+      append(factors, a);
+      const Block vectors = combine(basis, factors.values, factors.n_columns);
+      Block right         = multiply(problem.M, vectors.columns(0, n));
+      if (quadratic)
+      {
+        const Block of_p = multiply(problem.P, vectors.columns(n, n));
+        for (std::size_t i = 0; i < std::size_t(right.n_local()) * n; ++i)
+          right.data()[i] -= c * of_p.data()[i];
+      }
+      Block solution = shift_invert.solve(right);
+      scale_pressures(solution, invisible);
+      DenseMatrix image    = expand(std::move(solution));
+      const unsigned int d = basis.n_columns();
+      solves += n;
+      if (quadratic)
+      {
+        small = stack(part_of(small, 0), part_of(small, 1), d);
+        image = stack(image, a, d);
+      }
+      else
+        small = with_rows(small, d);
+      const DenseMatrix columns = expand_small(std::move(image));
+      for (unsigned int j = 0; j < n; ++j)
+        hessenberg_columns.push_back(columns_of(columns, j, 1).values);
+    }
+
+    DenseMatrix Arnoldi::hessenberg() const
+    {
+      DenseMatrix result(small.n_columns, n_columns());
+      for (unsigned int j = 0; j < n_columns(); ++j)
+        std::copy(hessenberg_columns[j].begin(), hessenberg_columns[j].end(),
+                  &result.values[std::size_t(j) * result.n_rows]);
+      return result;
+    }
+
+    Block Arnoldi::images(const DenseMatrix &coefficients) const
+    {
+      const DenseMatrix all = hessenberg();
+      DenseMatrix in_small(all.n_rows, coefficients.n_columns);
+      gemm(false, 1, all, coefficients, 0, in_small);
+      const DenseMatrix upper = quadratic ? part_of(small, 0) : small;
+      DenseMatrix in_basis(upper.n_rows, coefficients.n_columns);
+      gemm(false, 1, upper, in_small, 0, in_basis);
+      Block result = combine(basis, in_basis.values, coefficients.n_columns);
+      scale_pressures(result, 1 / invisible);
+      return result;
+    }
+
+    /// The Ritz pairs inside the radius.
+    struct Ritz
+    {
+      std::vector<Complex> lambda;
+      std::vector<double> residual; ///< |S v - theta v| / |theta|
+      DenseMatrix re, im;           ///< in V
+    };
+
+    Ritz ritz_pairs(const DenseMatrix &h, const double shift, const double c, const bool quadratic,
+                    const double radius)
+    {
+      const unsigned int m    = h.n_columns;
+      const DenseEigenpairs e = general_eigen(with_rows(h, m));
+      Ritz result;
+      result.re = result.im = DenseMatrix(m, 0);
+      for (unsigned int j = 0; j < m; ++j)
+      {
+        const Complex theta(e.re[j], e.im[j]);
+        const bool complex_pair = e.im[j] != 0;
+        const DenseMatrix re    = columns_of(e.vectors, j, 1);
+        DenseMatrix im(m, 1);
+        if (complex_pair)
+          im = columns_of(e.vectors, j + 1, 1);
+        double square = 0;
+        for (unsigned int i = m; i < h.n_rows; ++i)
+        {
+          Complex r = 0;
+          for (unsigned int k = 0; k < m; ++k)
+            r += h(i, k) * Complex(re.values[k], im.values[k]);
+          square += std::norm(r);
+        }
+        const auto add = [&](const Complex lambda, const double sign)
+        {
+          if (std::abs(lambda) > radius)
+            return;
+          result.lambda.push_back(lambda);
+          result.residual.push_back(std::sqrt(square) / std::abs(theta));
+          append(result.re, re);
+          DenseMatrix signed_im = im;
+          for (double &value : signed_im.values)
+            value *= sign;
+          append(result.im, signed_im);
+        };
+        if (std::abs(theta) > 0)
+        {
+          if (quadratic)
+            add(shift + c / std::conj(theta), -1); // conj(theta): Im l >= 0
+          else
+            for (const SquareRoot &root : upper_square_roots(shift * shift - c * c / theta))
+              add(root.value, root.conjugate ? -1 : 1);
+        }
+        j += complex_pair;
+      }
+      return result;
+    }
+
+    Pairs select_pairs(const Arnoldi &arnoldi, const Ritz &ritz, const double radius)
+    {
+      Pairs pairs;
+      DenseMatrix re(ritz.re.n_rows, 0), im(ritz.im.n_rows, 0);
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+        if (std::abs(ritz.lambda[j]) <= radius)
+        {
+          pairs.lambda.push_back(ritz.lambda[j]);
+          append(re, columns_of(ritz.re, j, 1));
+          append(im, columns_of(ritz.im, j, 1));
+        }
+      pairs.re = arnoldi.images(re);
+      pairs.im = arnoldi.images(im);
+      return pairs;
+    }
+  } // namespace
+
+  BlockSearch block_krylov_search(const QuadraticEigenproblem &problem,
+                                  const ShiftInvert &shift_invert,
+                                  const BlockSearchOptions &options,
+                                  const std::function<void(const std::string &)> &progress)
+  {
+    const bool quadratic          = bool(problem.P);
+    const double c                = options.radius;
+    const unsigned int n_unknowns = problem.rows.size - problem.n_constraints;
+    Arnoldi arnoldi(problem, shift_invert, c, std::min(options.block_size, n_unknowns),
+                    options.seed);
+    BlockSearch result;
+    const unsigned int per_mode = quadratic ? 2 : 1;
+    unsigned int next_check     = per_mode * (3 * options.n_expected / 2 + 2 * options.block_size);
+    const unsigned int largest  = per_mode * (20 * options.n_expected + 40 * options.block_size);
+    for (;;)
+    {
+      if (arnoldi.n_new() > 0)
+        arnoldi.step();
+      const unsigned int m = arnoldi.n_columns();
+      if (m < next_check && arnoldi.n_new() > 0)
+        continue;
+      next_check = m + 2 * options.block_size;
+      const Ritz ritz =
+          ritz_pairs(arnoldi.hessenberg(), shift_invert.shift, c, quadratic, 1.05 * options.radius);
+      unsigned int n_inside = 0, n_converged = 0;
+      bool done = true;
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+      {
+        // In the window to the tolerance, in the rest of the disc to its root, and a little
+        // further nothing may be on its way in.
+        const bool inside  = std::abs(ritz.lambda[j]) <= options.radius;
+        const double bound = ritz.lambda[j].imag() <= options.max_imaginary
+                                 ? options.tolerance
+                                 : std::sqrt(options.tolerance);
+        n_inside += inside;
+        n_converged += inside && ritz.residual[j] <= bound;
+        done = done && (ritz.residual[j] <= bound || (!inside && ritz.residual[j] <= 1e-3));
+      }
+      progress("  block_krylov: " + std::to_string(n_converged) + " of " +
+               std::to_string(n_inside) + " eigenvalues converged, subspace of " +
+               std::to_string(m));
+      if ((done && n_inside >= options.n_expected) || arnoldi.n_new() == 0)
+      {
+        result.pairs = select_pairs(arnoldi, ritz, options.radius);
+        break;
+      }
+      if (m >= largest)
+        throw SolverError("The block Krylov search did not converge in a space of " +
+                          std::to_string(m) + " vectors: " + std::to_string(n_converged) + " of " +
+                          std::to_string(n_inside) +
+                          " eigenvalues. Try a smaller Eigenproblem/Maximum frequency, or another "
+                          "Eigenproblem/Solver.");
+    }
+    result.whole_space = arnoldi.n_new() == 0;
+    result.n_spanned   = arnoldi.n_columns();
+    result.n_solves    = arnoldi.n_solves();
+    return result;
+  }
+} // namespace squeal
