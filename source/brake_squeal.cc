@@ -109,11 +109,14 @@ namespace squeal
 
   void Analysis::find_modes(const Model &model, const unsigned int cycle)
   {
-    PhaseTimer::Scope scope(timer, "eigenproblem");
-    const QuadraticEigenproblem problem = model.problem();
-    const EigensolverOptions options    = eigensolver_options();
-    modes                     = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
-    std::vector<ModeRow> rows = analyse(problem, modes, cycle, options.tolerance);
+    std::vector<ModeRow> rows;
+    {
+      PhaseTimer::Scope scope(timer, "eigenproblem");
+      const QuadraticEigenproblem problem = model.problem();
+      const EigensolverOptions options    = eigensolver_options();
+      modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
+      rows  = analyse(problem, modes, cycle, options.tolerance);
+    }
     estimate(rows);
     for (const ModeRow &row : rows)
       modes_csv->add(modes_fields(row));
@@ -130,6 +133,7 @@ namespace squeal
     log.line("\n" + std::to_string(rows.size()) + " modes up to " +
              number(prm.eigenproblem.maximum_frequency) + " Hz, " + std::to_string(n_unstable) +
              " unstable (marked >).");
+    PhaseTimer::Scope scope(timer, "eigenproblem");
     explain_modes(model, rows, cycle);
   }
 
