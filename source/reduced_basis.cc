@@ -51,6 +51,8 @@ namespace squeal
   Block add_snapshot(const QuadraticEigenproblem &problem, const Block &basis, const Block &re,
                      const Block &im)
   {
+    if (re.n_columns() == 0)
+      return basis;
     Block all = re;
     all.append(im);
     const unsigned int n_modes = re.n_columns();
