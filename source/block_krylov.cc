@@ -238,29 +238,15 @@ namespace squeal
 
     void Arnoldi::start(const unsigned int block_size, const unsigned int seed)
     {
-      const unsigned int n = quadratic ? 2 * block_size : block_size;
-      Block block =
-          shift_invert.solve(multiply(problem.M, scattered_numbers(problem.rows, n, seed)));
-      solves += n;
+      Block block = shift_invert.solve(
+          multiply(problem.M, scattered_numbers(problem.rows, block_size, seed)));
+      solves += block_size;
       scale_pressures(block, invisible);
       basis                = orthonormalize(std::move(block));
       const unsigned int d = basis.n_columns();
-      DenseMatrix identity(d, d);
+      small                = DenseMatrix(quadratic ? 2 * d : d, d); // a = U, b = 0
       for (unsigned int i = 0; i < d; ++i)
-        identity(i, i) = 1;
-      if (!quadratic)
-        small = identity;
-      else
-      {
-        // Half of the columns begin as a, the others as b.
-        const unsigned int half = (d + 1) / 2;
-        DenseMatrix a           = columns_of(identity, 0, half), b(d, half);
-        for (unsigned int j = 0; half + j < d; ++j)
-          b(half + j, j) = 1;
-        for (unsigned int j = 0; half + j < d; ++j)
-          a(j, j) = b(half + j, j) = std::sqrt(0.5);
-        small = stack(a, b, d);
-      }
+        small(i, i) = 1;
     }
 
     void Arnoldi::step()
@@ -449,9 +435,7 @@ namespace squeal
                           " eigenvalues. Try a smaller Eigenproblem/Maximum frequency, or another "
                           "Eigenproblem/Solver.");
     }
-    result.whole_space = arnoldi.n_new() == 0;
-    result.n_spanned   = arnoldi.n_columns();
-    result.n_solves    = arnoldi.n_solves();
+    result.n_solves = arnoldi.n_solves();
     return result;
   }
 } // namespace squeal

@@ -123,6 +123,16 @@ namespace squeal
     rows_of_cycle.push_back(rows);
 
     log.line("Completeness: " + modes.completeness + ".");
+    if (modes.seconds.factorization > 0)
+    {
+      char text[200];
+      std::snprintf(text, sizeof(text),
+                    "Eigenproblem, processor seconds: counting %.2f, factorisation %.2f, right "
+                    "vectors %.2f, left vectors %.2f; %u right-hand sides.",
+                    modes.seconds.counting, modes.seconds.factorization, modes.seconds.right,
+                    modes.seconds.left, modes.n_solves);
+      log.line(text);
+    }
     if (modes.n_rigid_body_modes > 0)
       log.line("Not listed: " + std::to_string(modes.n_rigid_body_modes) +
                " rigid-body modes at zero frequency.");

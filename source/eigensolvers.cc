@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ctime>
 #include <optional>
 #include <sstream>
 
@@ -272,7 +273,7 @@ namespace squeal
       void add_left(const Task &task, Modes &modes) const override
       {
         BlockSearchOptions options = search_options(task, 2);
-        options.tolerance          = 1e-9; // of vectors, their eigenvalues are known
+        options.tolerance          = 1e-8; // of vectors, their eigenvalues are known
         options.n_expected         = modes.lambda.size() + task.n_rigid;
         search_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
                             options, task.options, modes);
@@ -325,6 +326,21 @@ namespace squeal
       return found;
     }
 
+    /// Processor seconds since the last call.
+    class Stopwatch
+    {
+    public:
+      double lap()
+      {
+        const std::clock_t before = start;
+        start                     = std::clock();
+        return double(start - before) / CLOCKS_PER_SEC;
+      }
+
+    private:
+      std::clock_t start = std::clock();
+    };
+
     /// The pairs as they are, if they are good enough.
     bool accept(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
                 Pairs &pairs, Modes &modes)
@@ -345,17 +361,21 @@ namespace squeal
                                    const EigensolverOptions &options, const Modes *nearby) const
     {
       const double radius = search_radius(options.max_imaginary);
+      Stopwatch watch;
+      Modes::Seconds seconds;
 
       // At shift 0 the position matrix itself is factorised; a rigid body makes it singular.
       const unsigned int n_rigid    = count_rigid_body_modes(problem, options);
       const unsigned int n_expected = count_reference(problem, radius) - n_rigid;
       const double shift            = shift_of(options, n_rigid > 0);
+      seconds.counting              = watch.lap();
       const Matrix shifted =
           shift == 0 ? Matrix()
                      : sum_of(problem.rows,
                               {{1., problem.Q}, {shift, problem.P}, {shift * shift, problem.M}});
       const Factorization factorization(shift == 0 ? problem.Q : shifted, Factorization::Kind::lu,
                                         "the position matrix (for shift-invert)");
+      seconds.factorization = watch.lap();
       const Task task{problem, options, factorization, shift, radius, n_expected, n_rigid};
 
       std::string completeness;
@@ -374,7 +394,10 @@ namespace squeal
       modes.n_rigid_body_modes = n_rigid;
       modes.factor_memory_mib  = factorization.memory_mib();
       modes.completeness       = completeness;
+      seconds.right            = watch.lap();
       add_left(task, modes);
+      seconds.left  = watch.lap();
+      modes.seconds = seconds;
       remember(task, nearby, modes);
       modes = in_window(problem, options, std::move(modes));
       normalise(problem, modes);

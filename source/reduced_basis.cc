@@ -51,6 +51,8 @@ namespace squeal
   Block add_snapshot(const QuadraticEigenproblem &problem, const Block &basis, const Block &re,
                      const Block &im)
   {
+    if (re.n_columns() == 0)
+      return basis;
     Block all = re;
     all.append(im);
     const unsigned int n_modes = re.n_columns();
@@ -187,15 +189,26 @@ namespace squeal
   {
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
     const ShiftInvert forward(factorization, 0), transposed(factorization, 0, true);
-    TwoSided pairs{
-        ritz_pairs(problem, adjoint, forward, transposed, bases.right, radius, n_expected),
-        ritz_pairs(adjoint, problem, transposed, forward, bases.left, radius, n_expected)};
-    if (pairs.right.lambda.size() < n_expected || pairs.left.lambda.size() < n_expected)
-      return std::nullopt;
-    pairs.left = select(pairs.left, nearest_partners(pairs.right.lambda, pairs.left.lambda));
-    std::optional<Modes> modes = accept(problem, adjoint, pairs, options);
-    if (modes) // two for the constraints and one for each vector, on both sides
-      modes->n_solves = 2 * (bases.right.n_columns() + bases.left.n_columns()) + 4 * n_expected;
-    return modes;
+    Block right = bases.right, left = bases.left;
+    unsigned int n_solves = 0;
+    for (unsigned int step = 0; step < 2; ++step)
+    {
+      // Two solves for the constraints and one for each vector, on both sides
+      n_solves += 2 * (right.n_columns() + left.n_columns()) + 4 * n_expected;
+      TwoSided pairs{ritz_pairs(problem, adjoint, forward, transposed, right, radius, n_expected),
+                     ritz_pairs(adjoint, problem, transposed, forward, left, radius, n_expected)};
+      if (pairs.right.lambda.size() < n_expected || pairs.left.lambda.size() < n_expected)
+        break;
+      pairs.left = select(pairs.left, nearest_partners(pairs.right.lambda, pairs.left.lambda));
+      if (std::optional<Modes> modes = accept(problem, adjoint, pairs, options))
+      {
+        modes->n_solves = n_solves;
+        return modes;
+      }
+      const Block nothing(problem.rows, 0);
+      right = add_snapshot(problem, nothing, pairs.right.re, pairs.right.im);
+      left  = add_snapshot(problem, nothing, pairs.left.re, pairs.left.im);
+    }
+    return std::nullopt;
   }
 } // namespace squeal

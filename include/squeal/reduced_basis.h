@@ -20,9 +20,9 @@ namespace squeal
 
   /// All modes with |l| <= radius by projection on the bases of right and left vectors,
   ///     (l^2 W^T M V + l W^T P V + W^T Q V) c = 0,   x = V c,
-  /// and, with the factors of Q, steps of inverse iteration of both. The error of l is of the order
-  /// of the product of the errors of x and z, so one step is enough if the bases are good. Nothing
-  /// if it does not converge to n_expected pairs at once.
+  /// and, with the factors of Q, steps of inverse iteration on both sides. The error of l is of the
+  /// order of the product of the errors of x and z, so one step is enough if the bases are good.
+  /// Nothing if it does not converge to n_expected pairs at once.
   std::optional<Modes> solve_in_basis(const QuadraticEigenproblem &problem, const Bases &bases,
                                       const Factorization &factorization, double radius,
                                       unsigned int n_expected, const EigensolverOptions &options);

@@ -34,8 +34,14 @@ namespace squeal
     /// What the completeness check found, as a sentence for the log.
     std::string completeness;
     unsigned int n_rigid_body_modes = 0; ///< zero eigenvalues, not listed
-    unsigned int n_solves           = 0;
+    unsigned int n_solves           = 0; ///< right-hand sides
     double factor_memory_mib        = 0;
+
+    /// Processor seconds of this rank.
+    struct Seconds
+    {
+      double counting = 0, factorization = 0, right = 0, left = 0;
+    } seconds;
   };
 
   struct EigensolverOptions

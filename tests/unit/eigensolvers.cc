@@ -246,6 +246,25 @@ TEST_CASE("eigensolvers: degenerate pairs")
   }
 }
 
+TEST_CASE("eigensolvers: eigenvalues of a multiplicity larger than the block")
+{
+  // Nine equal chains with damping c M: -c/2 + i sqrt(omega_j^2 - c^2/4), each nine times.
+  const unsigned int n_chains = 9, n = 20;
+  const double c = 0.01;
+  std::vector<Entry> stiffness;
+  for (unsigned int k = 0; k < n_chains; ++k)
+    stiffness = stiffness + chain(n, true, k, n_chains);
+  const auto problem = problem_of(n * n_chains, diagonal(n * n_chains, 1),
+                                  diagonal(n * n_chains, c), stiffness, true);
+  std::vector<Complex> expected;
+  for (unsigned int j = 1; j <= 3; ++j)
+    expected.insert(expected.end(), n_chains,
+                    Complex(-c / 2, std::sqrt(std::pow(fixed_chain(n, j), 2) - c * c / 4)));
+  const Modes modes = solve("block_krylov", problem, window(0.5));
+  check_set(modes.lambda, expected, 1e-9);
+  check_form(problem, modes);
+}
+
 TEST_CASE("eigensolvers: a gyroscopic conservative system has no growth")
 {
   // Pairs (x, y) of a chain in a frame turning at Omega: with z = x + i y, z'' + 2 i Omega z' +
@@ -507,6 +526,30 @@ TEST_CASE("eigensolvers: constraints with friction; both solvers agree")
       check_form(problem, modes);
     }
   }
+}
+
+TEST_CASE("eigensolvers: followed modes are those of the problem itself")
+{
+  // A weak step of friction each time: the first points are solved, later ones come out of the
+  // reduced basis. The dense solver is the oracle.
+  const auto solver = make_eigensolver("block_krylov");
+  Modes last;
+  bool reduced = false;
+  for (const double mu : {0.1, 0.101, 0.102, 0.103})
+  {
+    CAPTURE(mu);
+    auto problem             = constrained_chain(mu);
+    problem.may_move_rigidly = false;
+    last                     = mu == 0.1 ? solver->solve(problem, window(0.6))
+                                         : solver->follow(problem, window(0.6), last);
+    const Modes dense        = solve("dense", problem, window(0.6));
+    check_set(last.lambda, dense.lambda, 1e-9);
+    check_form(problem, last);
+    for (unsigned int j = 0; j < last.lambda.size(); ++j)
+      CHECK(last.left_backward_error[j] <= 1e-9);
+    reduced = reduced || contains(last.completeness, "followed");
+  }
+  CHECK(reduced);
 }
 
 TEST_CASE("eigensolvers: the backward error")
