@@ -4,6 +4,7 @@
 
 #include <deal.II/base/convergence_table.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -238,17 +239,44 @@ namespace squeal
             row.corrected ? number(std::abs(row.corrected->imag()) / (2 * M_PI)) : ""};
   }
 
+  namespace
+  {
+    /// A bar beside a value with @p n_decimals decimals: two digits of a small one, never more
+    /// decimals than make sense.
+    std::string with_bar(const double value, const int n_decimals, const int width,
+                         const std::optional<double> &bar)
+    {
+      char text[80];
+      std::snprintf(text, sizeof(text), "%*.*f", width, n_decimals, value);
+      std::string field = text;
+      if (!bar)
+        return field;
+      std::snprintf(text, sizeof(text), *bar >= 10 ? "%.0f" : "%.2g", *bar);
+      const std::string padded = std::string(text) + std::string(8, ' ');
+      return field + " +- " + padded.substr(0, std::max<std::size_t>(8, std::string(text).size()));
+    }
+  } // namespace
+
   std::string modes_table(const std::vector<ModeRow> &rows)
   {
+    const bool bars = std::any_of(rows.begin(), rows.end(),
+                                  [](const ModeRow &row)
+                                  { return row.growth_rate_error || row.frequency_error; });
     std::string text =
-        "  mode   frequency, Hz   growth rate, 1/s   damping ratio   backward error   condition   "
-        "verdict\n";
+        bars ? "  mode   frequency, Hz +- bar      growth rate, 1/s +- bar      damping ratio   "
+               "backw. error   condition   verdict\n"
+             : "  mode   frequency, Hz   growth rate, 1/s   damping ratio   backward error   "
+               "condition   verdict\n";
     for (const ModeRow &row : rows)
     {
       const bool unstable = row.verdict == "flutter" || row.verdict == "divergence";
-      char line[200];
-      std::snprintf(line, sizeof(line), "%s %4u   %13.4f   %16.5f   %13.3e   %14.1e   %9.2e   %s\n",
-                    unstable ? ">" : " ", row.mode, row.frequency(), row.growth_rate(),
+      char line[240];
+      std::snprintf(line, sizeof(line),
+                    bars ? "%s %4u   %s   %s   %13.3e   %12.1e   %9.2e   %s\n"
+                         : "%s %4u   %s   %s   %13.3e   %14.1e   %9.2e   %s\n",
+                    unstable ? ">" : " ", row.mode,
+                    with_bar(row.frequency(), 4, bars ? 11 : 13, row.frequency_error).c_str(),
+                    with_bar(row.growth_rate(), 5, bars ? 14 : 16, row.growth_rate_error).c_str(),
                     row.damping_ratio(), row.backward_error, row.condition_number.value_or(0),
                     row.verdict.c_str());
       text += line;
