@@ -2,8 +2,6 @@
 #include <squeal/log.h>
 #include <squeal/output.h>
 
-#include <deal.II/base/convergence_table.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -73,7 +71,7 @@ namespace squeal
           if (extension == ".vtu" || extension == ".pvtu" || extension == ".pvd" ||
               name == "modes.csv" || name == "contributions.csv" || name == "sensitivities.csv" ||
               name == "cycles.csv" || name == "static.csv" || name == "log.txt" ||
-              name == "ladder.csv" ||
+              name == "ladder.csv" || name == "convergence.csv" || name == "convergence.tex" ||
               (!resumable && (name == "sweep.csv" || name == "critical.csv" || name == "map.csv" ||
                               name == "border.csv" || extension == ".state")))
             std::filesystem::remove(entry.path());
@@ -110,6 +108,12 @@ namespace squeal
     out << line << '\n' << std::flush;
     if (!out)
       throw std::runtime_error("The file " + filename + " cannot be written; is the disk full?");
+  }
+
+  void write_text(const std::string &filename, const std::string &text, const MPI_Comm comm)
+  {
+    if (is_rank_zero(comm))
+      write_file(filename, text);
   }
 
   const char *modes_header =
@@ -282,47 +286,5 @@ namespace squeal
       text += line;
     }
     return text;
-  }
-
-  std::string convergence_table(const std::vector<std::vector<ModeRow>> &cycles,
-                                const std::vector<unsigned int> &dofs)
-  {
-    dealii::ConvergenceTable table;
-    const auto &finest = cycles.back();
-    std::vector<std::vector<int>> match;
-    for (const auto &cycle : cycles)
-      match.push_back(match_modes(finest, cycle));
-    for (unsigned int m = 0; m < finest.size(); ++m)
-      for (unsigned int c = 0; c < cycles.size(); ++c)
-      {
-        if (match[c][m] < 0)
-          continue;
-        const ModeRow &row = cycles[c][match[c][m]];
-        table.add_value("mode", m + 1);
-        table.add_value("cycle", c);
-        table.add_value("unknowns", dofs[c]);
-        table.add_value("frequency, Hz", row.frequency());
-        table.add_value("growth rate, 1/s", row.growth_rate());
-        // |l_c - l_(c-1)| / |l| and its rate: both need earlier meshes.
-        std::string change = "-", rate = "-";
-        if (c >= 1 && match[c - 1][m] >= 0)
-        {
-          const double d = std::abs(row.lambda - cycles[c - 1][match[c - 1][m]].lambda);
-          change         = formatted("%.2e", d / std::abs(row.lambda));
-          if (c >= 2 && match[c - 2][m] >= 0)
-            rate = formatted("%.2f", std::log2(std::abs(cycles[c - 1][match[c - 1][m]].lambda -
-                                                        cycles[c - 2][match[c - 2][m]].lambda) /
-                                               d));
-        }
-        table.add_value("change", change);
-        table.add_value("rate", rate);
-      }
-    if (finest.empty())
-      return "";
-    table.set_precision("frequency, Hz", 5);
-    table.set_precision("growth rate, 1/s", 5);
-    std::ostringstream text;
-    table.write_text(text, dealii::TableHandler::org_mode_table);
-    return text.str();
   }
 } // namespace squeal
