@@ -1,6 +1,7 @@
 #include <squeal/brake_model.h>
 #include <squeal/brake_squeal.h>
 #include <squeal/contact_fields.h>
+#include <squeal/convergence.h>
 #include <squeal/error_estimators.h>
 #include <squeal/fields.h>
 #include <squeal/matrix_model.h>
@@ -283,9 +284,7 @@ namespace squeal
           finish_cycle(cycle, model.spaces().triangulation.n_global_active_cells(),
                        model.spaces().rows.size, model.spaces().n_multipliers);
         }
-        if (rows_of_cycle.size() > 1)
-          log.print("\nConvergence (change: |l - l of the mesh before| / |l|)\n" +
-                    convergence_table(rows_of_cycle, dofs_of_cycle));
+        report_convergence();
         log.line("\nResults: " + directory);
       }
 
@@ -315,6 +314,8 @@ namespace squeal
       }
       void report_static(unsigned int cycle);
       void write_fields(unsigned int cycle);
+      /// Writes convergence.csv and convergence.tex if there are several meshes or a reference.
+      void report_convergence();
 
       BrakeModel<dim> model;
       Table static_csv;
@@ -512,6 +513,29 @@ namespace squeal
           write_friction_work(spaces, *model.contact(), model.friction_work(modes, j), directory,
                               cycle, rows[j].mode);
       }
+    }
+
+    template <int dim>
+    void BrakeSqueal<dim>::report_convergence()
+    {
+      const auto reference = prm.refinement.reference_eigenvalues();
+      if (rows_of_cycle.size() < 2 && (rows_of_cycle.empty() || reference.empty()))
+        return;
+      // Adaptive meshes have no one size of cells: what counts is the number of unknowns.
+      std::vector<double> sizes;
+      for (unsigned int c = 0; c < dofs_of_cycle.size(); ++c)
+        sizes.push_back(prm.refinement.strategy == "adaptive"
+                            ? std::pow(dofs_of_cycle[c], -1. / dim)
+                            : std::pow(0.5, c));
+      const std::vector<ConvergenceRow> rows = convergence_rows(
+          rows_of_cycle, dofs_of_cycle, sizes, prm.discretization.degree, reference);
+      Table csv(directory + "/convergence.csv", convergence_header, comm);
+      for (const ConvergenceRow &row : rows)
+        csv.add(convergence_fields(row));
+      write_text(directory + "/convergence.tex", convergence_tex(rows), comm);
+      if (rows_of_cycle.size() > 1)
+        log.print("\nConvergence (change: |l - l of the mesh before| / |l|)\n" +
+                  convergence_table(rows));
     }
 
     /// Matrix Market files in, modes out; no mesh.

@@ -2,8 +2,7 @@
 #include <squeal/log.h>
 #include <squeal/output.h>
 
-#include <deal.II/base/convergence_table.h>
-
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -72,7 +71,7 @@ namespace squeal
           if (extension == ".vtu" || extension == ".pvtu" || extension == ".pvd" ||
               name == "modes.csv" || name == "contributions.csv" || name == "sensitivities.csv" ||
               name == "cycles.csv" || name == "static.csv" || name == "log.txt" ||
-              name == "ladder.csv" ||
+              name == "ladder.csv" || name == "convergence.csv" || name == "convergence.tex" ||
               (!resumable && (name == "sweep.csv" || name == "critical.csv" || name == "map.csv" ||
                               name == "border.csv" || extension == ".state")))
             std::filesystem::remove(entry.path());
@@ -109,6 +108,12 @@ namespace squeal
     out << line << '\n' << std::flush;
     if (!out)
       throw std::runtime_error("The file " + filename + " cannot be written; is the disk full?");
+  }
+
+  void write_text(const std::string &filename, const std::string &text, const MPI_Comm comm)
+  {
+    if (is_rank_zero(comm))
+      write_file(filename, text);
   }
 
   const char *modes_header =
@@ -238,63 +243,48 @@ namespace squeal
             row.corrected ? number(std::abs(row.corrected->imag()) / (2 * M_PI)) : ""};
   }
 
+  namespace
+  {
+    /// A bar beside a value with @p n_decimals decimals: two digits of a small one, never more
+    /// decimals than make sense.
+    std::string with_bar(const double value, const int n_decimals, const int width,
+                         const std::optional<double> &bar)
+    {
+      char text[80];
+      std::snprintf(text, sizeof(text), "%*.*f", width, n_decimals, value);
+      std::string field = text;
+      if (!bar)
+        return field;
+      std::snprintf(text, sizeof(text), *bar >= 10 ? "%.0f" : "%.2g", *bar);
+      const std::string padded = std::string(text) + std::string(8, ' ');
+      return field + " +- " + padded.substr(0, std::max<std::size_t>(8, std::string(text).size()));
+    }
+  } // namespace
+
   std::string modes_table(const std::vector<ModeRow> &rows)
   {
+    const bool bars = std::any_of(rows.begin(), rows.end(),
+                                  [](const ModeRow &row)
+                                  { return row.growth_rate_error || row.frequency_error; });
     std::string text =
-        "  mode   frequency, Hz   growth rate, 1/s   damping ratio   backward error   condition   "
-        "verdict\n";
+        bars ? "  mode   frequency, Hz +- bar      growth rate, 1/s +- bar      damping ratio   "
+               "backw. error   condition   verdict\n"
+             : "  mode   frequency, Hz   growth rate, 1/s   damping ratio   backward error   "
+               "condition   verdict\n";
     for (const ModeRow &row : rows)
     {
       const bool unstable = row.verdict == "flutter" || row.verdict == "divergence";
-      char line[200];
-      std::snprintf(line, sizeof(line), "%s %4u   %13.4f   %16.5f   %13.3e   %14.1e   %9.2e   %s\n",
-                    unstable ? ">" : " ", row.mode, row.frequency(), row.growth_rate(),
+      char line[240];
+      std::snprintf(line, sizeof(line),
+                    bars ? "%s %4u   %s   %s   %13.3e   %12.1e   %9.2e   %s\n"
+                         : "%s %4u   %s   %s   %13.3e   %14.1e   %9.2e   %s\n",
+                    unstable ? ">" : " ", row.mode,
+                    with_bar(row.frequency(), 4, bars ? 11 : 13, row.frequency_error).c_str(),
+                    with_bar(row.growth_rate(), 5, bars ? 14 : 16, row.growth_rate_error).c_str(),
                     row.damping_ratio(), row.backward_error, row.condition_number.value_or(0),
                     row.verdict.c_str());
       text += line;
     }
     return text;
-  }
-
-  std::string convergence_table(const std::vector<std::vector<ModeRow>> &cycles,
-                                const std::vector<unsigned int> &dofs)
-  {
-    dealii::ConvergenceTable table;
-    const auto &finest = cycles.back();
-    std::vector<std::vector<int>> match;
-    for (const auto &cycle : cycles)
-      match.push_back(match_modes(finest, cycle));
-    for (unsigned int m = 0; m < finest.size(); ++m)
-      for (unsigned int c = 0; c < cycles.size(); ++c)
-      {
-        if (match[c][m] < 0)
-          continue;
-        const ModeRow &row = cycles[c][match[c][m]];
-        table.add_value("mode", m + 1);
-        table.add_value("cycle", c);
-        table.add_value("unknowns", dofs[c]);
-        table.add_value("frequency, Hz", row.frequency());
-        table.add_value("growth rate, 1/s", row.growth_rate());
-        // |l_c - l_(c-1)| / |l| and its rate: both need earlier meshes.
-        std::string change = "-", rate = "-";
-        if (c >= 1 && match[c - 1][m] >= 0)
-        {
-          const double d = std::abs(row.lambda - cycles[c - 1][match[c - 1][m]].lambda);
-          change         = formatted("%.2e", d / std::abs(row.lambda));
-          if (c >= 2 && match[c - 2][m] >= 0)
-            rate = formatted("%.2f", std::log2(std::abs(cycles[c - 1][match[c - 1][m]].lambda -
-                                                        cycles[c - 2][match[c - 2][m]].lambda) /
-                                               d));
-        }
-        table.add_value("change", change);
-        table.add_value("rate", rate);
-      }
-    if (finest.empty())
-      return "";
-    table.set_precision("frequency, Hz", 5);
-    table.set_precision("growth rate, 1/s", 5);
-    std::ostringstream text;
-    table.write_text(text, dealii::TableHandler::org_mode_table);
-    return text.str();
   }
 } // namespace squeal

@@ -318,25 +318,6 @@ namespace squeal
              "at least 3 cells are needed in the circumferential direction.");
     }
 
-    void Refinement::declare(ParameterHandler &prm)
-    {
-      prm.enter_subsection("Refinement");
-      prm.add_parameter("Strategy", strategy,
-                        "none: one mesh. uniform: every cell is refined from cycle to cycle. "
-                        "adaptive: the cells that contribute most to the estimated errors of modes "
-                        "whose error bar exceeds Tolerance (or whose verdict is undecided).",
-                        Patterns::Selection("none|uniform|adaptive"));
-      prm.add_parameter("Cycles", cycles, "At most so many meshes.", Patterns::Integer(1, 100));
-      prm.add_parameter(
-          "Tolerance", tolerance,
-          "Strategy adaptive: wanted relative error |dl|/|l| of every mode in the window, "
-          "-; 0: only the verdicts decide.",
-          not_negative());
-      prm.add_parameter("Maximum unknowns", maximum_unknowns,
-                        "A mesh with more unknowns is not begun.", Patterns::Integer(1));
-      prm.leave_subsection();
-    }
-
     void Eigenproblem::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Eigenproblem");
@@ -469,6 +450,12 @@ namespace squeal
         throw InputError("Scene = " + scene +
                          ": this version has the scenes brake, strip and matrices.");
       sweep.check();
+      refinement.check();
+      if (!refinement.reference.empty() &&
+          (sweep.active() || stage_name == "ladder" || scene == "matrices"))
+        throw InputError("Refinement/Reference = " + refinement.reference +
+                         ": the modes of one scene with a mesh are compared; not in a sweep, in "
+                         "Stage = ladder or in Scene = matrices.");
       if (refinement.strategy == "adaptive" && !eigenproblem.error_bars)
         throw InputError(
             "Refinement/Strategy = adaptive: it needs Eigenproblem/Error bars = true.");

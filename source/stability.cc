@@ -187,7 +187,9 @@ namespace squeal
     std::vector<std::vector<double>> costs(fine.size());
     for (unsigned int i = 0; i < fine.size(); ++i)
       for (const ModeRow &row : coarse)
-        costs[i].push_back(std::norm(fine[i].lambda - row.lambda));
+        costs[i].push_back(fine[i].corrected && row.corrected
+                               ? std::norm(*fine[i].corrected - *row.corrected)
+                               : std::norm(fine[i].lambda - row.lambda));
     return assign(costs, coarse.size());
   }
 

@@ -33,6 +33,9 @@ namespace squeal
     const bool writes;
   };
 
+  /// Rank 0 writes a whole file.
+  void write_text(const std::string &filename, const std::string &text, MPI_Comm comm);
+
   /// The header of modes.csv, as the first columns that users rely on, and one line of it.
   extern const char *modes_header;
   std::vector<std::string> modes_fields(const ModeRow &row);
@@ -53,11 +56,6 @@ namespace squeal
   std::string contributions_table(const std::vector<Contribution> &contributions,
                                   const std::vector<unsigned int> &modes);
 
-  /// The table of modes as the screen shows it.
+  /// The table of modes as the screen shows it, with error bars where there are any.
   std::string modes_table(const std::vector<ModeRow> &rows);
-
-  /// Frequencies and growth rates of the modes of the finest mesh over the meshes, with observed
-  /// rates of convergence of the eigenvalue (log2 of the ratio of successive changes).
-  std::string convergence_table(const std::vector<std::vector<ModeRow>> &cycles,
-                                const std::vector<unsigned int> &dofs);
 } // namespace squeal

@@ -6,6 +6,7 @@
 #include <deal.II/base/parameter_handler.h>
 
 #include <array>
+#include <complex>
 #include <string>
 #include <vector>
 
@@ -156,13 +157,17 @@ namespace squeal
       unsigned int cycles           = 1;
       double tolerance              = 1e-3;
       unsigned int maximum_unknowns = 500000;
+      std::string reference         = "";
 
       /// The number of meshes a run may use.
       unsigned int n_cycles() const
       {
         return strategy == "none" ? 1 : cycles;
       }
+      /// The eigenvalues of the file @p reference; none if there is no file. Throws InputError.
+      std::vector<std::complex<double>> reference_eigenvalues() const;
       void declare(dealii::ParameterHandler &prm);
+      void check() const;
     };
 
     struct Eigenproblem

@@ -87,9 +87,9 @@ namespace squeal
   std::vector<int> assign(const std::vector<std::vector<double>> &costs, unsigned int n_columns);
 
   /// For every mode of @p fine the index of the mode of @p coarse that belongs to it, or -1 if
-  /// there is none left: the assignment with the least sum of squared distances of the eigenvalues.
-  /// (A common shift of all modes by the mesh does not confuse it, as it would a search for the
-  /// nearest.)
+  /// there is none left: the assignment with the least sum of squared distances of the eigenvalues,
+  /// or of the corrected ones where both are known. (A common shift of all modes by the mesh does
+  /// not confuse it, as it would a search for the nearest.)
   std::vector<int> match_modes(const std::vector<ModeRow> &fine,
                                const std::vector<ModeRow> &coarse);
 } // namespace squeal
