@@ -103,11 +103,11 @@ namespace squeal
 
     /// The modes, their eigenvalues corrected to second order in the vectors' errors by
     ///     dl = - y^T Q(l) x / (y^T Q'(l) x),
-    /// if their backward errors and this last change are small enough: what remains is of the order
-    /// of its square.
+    /// if their backward errors, the @p worst of which is returned, and this last change are small
+    /// enough: what remains is of the order of its square.
     std::optional<Modes> accept(const QuadraticEigenproblem &problem,
                                 const QuadraticEigenproblem &adjoint, TwoSided &pairs,
-                                const EigensolverOptions &options)
+                                const EigensolverOptions &options, double &worst)
     {
       const Pairs &x                 = pairs.right;
       BackwardError::Result residual = BackwardError(problem)(x.lambda, x.re, x.im);
@@ -116,7 +116,8 @@ namespace squeal
       const auto of_q = products(pairs.left, residual.re, residual.im),
                  of_m = products(pairs.left, multiply(problem.M, x.re), multiply(problem.M, x.im)),
                  of_p = products(pairs.left, multiply(problem.P, x.re), multiply(problem.P, x.im));
-      double worst = 0, change = 0;
+      double change   = 0;
+      worst           = 0;
       for (unsigned int j = 0; j < of_q.size(); ++j)
       {
         const Complex d_lambda = -of_q[j] / (2. * x.lambda[j] * of_m[j] + of_p[j]);
@@ -199,12 +200,15 @@ namespace squeal
                      ritz_pairs(adjoint, problem, transposed, forward, left, radius, n_expected)};
       if (pairs.right.lambda.size() < n_expected || pairs.left.lambda.size() < n_expected)
         break;
-      pairs.left = select(pairs.left, nearest_partners(pairs.right.lambda, pairs.left.lambda));
-      if (std::optional<Modes> modes = accept(problem, adjoint, pairs, options))
+      pairs.left   = select(pairs.left, nearest_partners(pairs.right.lambda, pairs.left.lambda));
+      double worst = 0;
+      if (std::optional<Modes> modes = accept(problem, adjoint, pairs, options, worst))
       {
         modes->n_solves = n_solves;
         return modes;
       }
+      if (worst > 20 * options.tolerance) // a second step gains a digit
+        break;
       const Block nothing(problem.rows, 0);
       right = add_snapshot(problem, nothing, pairs.right.re, pairs.right.im);
       left  = add_snapshot(problem, nothing, pairs.left.re, pairs.left.im);
