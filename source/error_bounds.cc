@@ -110,8 +110,7 @@ namespace squeal
         re = std::max(re, std::abs(change.real()));
         im = std::max(im, std::abs(change.imag()));
       }
-      // Parts of the growth rate cancel over the mesh; what is not seen may cancel less.
-      bounds.growth_rate.push_back(re + 0.05 * whole * growth_rate_parts[k]);
+      bounds.growth_rate.push_back(re + 0.02 * whole * growth_rate_parts[k]);
       bounds.imaginary.push_back(im);
     }
     return bounds;

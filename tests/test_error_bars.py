@@ -38,19 +38,8 @@ class AgainstReference(st.TestCase):
         s = es.statistics(self.comparisons)
         for quantity in ["frequency", "growth"]:
             self.assertGreaterEqual(s.covered[quantity], 0.95 * s.modes, f"{quantity}: too many bars are too short")
-        self.assertLessEqual(s.wide["frequency"], 0.2 * s.modes, "too many bars of frequencies are too long")
+            self.assertLessEqual(s.wide[quantity], 0.2 * s.modes, f"{quantity}: too many bars are too long")
         self.assertGreaterEqual(s.improved, 0.9 * s.modes)
-
-    def test_growth_rate_bars_are_sharp_when_refined(self):
-        refined = [c for c in self.comparisons if c.cycle > 0]
-        self.assertLessEqual(es.statistics(refined).wide["growth"], 0.2 * len(refined))
-
-    @unittest.expectedFailure
-    def test_growth_rate_bars_are_sharp(self):
-        """Not reached: on the coarse mesh of degree 2, 68 % of the bars of growth rates are more than 5 times as long
-        as the true error (refined once: 15 %), so 40 % of all. They are long, not wrong."""
-        s = es.statistics(self.comparisons)
-        self.assertLessEqual(s.wide["growth"], 0.2 * s.modes)
 
     def test_verdicts(self):
         wrong = [c for c in self.comparisons if c.is_contradicted]

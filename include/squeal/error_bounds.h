@@ -22,7 +22,9 @@ namespace squeal
   /// of the eigenvalue falls like p^(-4a), r^a being the displacement, and a >= 1/2 at edges of
   /// contact and clamps. So the bounds take the part that is seen for 1 - (p/(p+1))^2 of the whole,
   /// with a margin of one fifth. Modes that are close to each other may have different parts: each
-  /// one's is varied between what is seen and the whole, the others' held at either.
+  /// one's is varied between what is seen and the whole, the others' held at either. Parts of a
+  /// growth rate cancel over the mesh; a fiftieth of their moduli is added for those that are not
+  /// seen and may cancel less.
   ErrorBounds bound_errors(const std::vector<std::complex<double>> &lambda,
                            const std::vector<std::complex<double>> &f,
                            const std::vector<double> &growth_rate_parts, unsigned int degree);
