@@ -154,7 +154,7 @@ class Sweeps(st.TestCase):
         for formulation in [st.MORTAR, st.PENALTY]:
             gain = {}
             for mu in [0.5, 1]:
-                directory = self.analyse({**strip, **formulation, FRICTION: mu})
+                directory = self.analyse({**strip, **formulation, FRICTION: mu, "Contact/Self-locking check": "true"})
                 gain[mu] = st.read_table(directory / "static.csv")[0]["self_energising_gain"]
             self.assertGreater(gain[1], 0)
             self.assertLess(abs(gain[1] - 2 * gain[0.5]), 1e-4 * gain[1])
@@ -164,7 +164,7 @@ class Sweeps(st.TestCase):
             found = [row["value"] for row in st.read_table(directory / "critical.csv") if "divergence" in row["kind"]]
             self.assertEqual(len(found), 1)
             self.assertLess(abs(found[0] - mu), 1e-4 * mu)
-            beyond = self.analyse({**strip, **formulation, FRICTION: repr(1.003 * mu)})
+            beyond = self.analyse({**strip, **formulation, FRICTION: repr(1.003 * mu), "Contact/Self-locking check": "true"})
             self.assertIn("Warning, self-locking", (beyond / "log.txt").read_text())
 
     def test_self_locking_equilibrium(self):
