@@ -396,6 +396,8 @@ namespace squeal
     const unsigned int per_mode = quadratic ? 2 : 1;
     unsigned int next_check     = per_mode * (3 * options.n_expected / 2 + 2 * options.block_size);
     const unsigned int largest  = per_mode * (20 * options.n_expected + 40 * options.block_size);
+    constexpr unsigned int none = std::numeric_limits<unsigned int>::max() / 4;
+    unsigned int done_since     = none;
     for (;;)
     {
       if (arnoldi.n_new() > 0)
@@ -423,7 +425,11 @@ namespace squeal
       progress("  block_krylov: " + std::to_string(n_converged) + " of " +
                std::to_string(n_inside) + " eigenvalues converged, subspace of " +
                std::to_string(m));
-      if ((done && n_inside >= options.n_expected) || arnoldi.n_new() == 0)
+      // Friction may have moved a mode out of the disc: fewer than expected are all if a space half
+      // as large again shows no more.
+      done_since = done ? std::min(done_since, m) : none;
+      if ((done && (n_inside >= options.n_expected || 2 * m >= 3 * done_since)) ||
+          arnoldi.n_new() == 0)
       {
         result.pairs = select_pairs(arnoldi, ritz, options.radius);
         break;
