@@ -6,6 +6,7 @@
 #include <squeal/fields.h>
 #include <squeal/matrix_model.h>
 #include <squeal/stability_map.h>
+#include <squeal/static_report.h>
 #include <squeal/sweep.h>
 
 #include <deal.II/distributed/grid_refinement.h>
@@ -231,23 +232,6 @@ namespace squeal
 
   namespace
   {
-    std::string iteration_table(const std::vector<StaticIteration> &iterations, const bool mortar)
-    {
-      std::string text = std::string("Static equilibrium, active set:\n  step   active ") +
-                         (mortar ? "multipliers" : "points     ") +
-                         "   changes   tension, Pa   penetration, m   pressure change\n";
-      for (unsigned int i = 0; i < iterations.size(); ++i)
-      {
-        char line[160];
-        std::snprintf(line, sizeof(line), "  %4u   %18u   %7u   %11.3e   %14.3e   %15.3e\n", i,
-                      iterations[i].n_active, iterations[i].n_changed,
-                      iterations[i].largest_tension, iterations[i].largest_penetration,
-                      iterations[i].pressure_change);
-        text += line;
-      }
-      return text;
-    }
-
     /// Bodies meshed by finite elements, on a sequence of meshes.
     template <int dim>
     class BrakeSqueal : public Analysis

@@ -23,7 +23,7 @@ FLOORS = [
     ["stability", "divergence", "brake_model", "matrix_model"],
     ["brake_derivatives", "branches", "error_bounds"],
     ["error_estimators"],
-    ["output"],
+    ["output", "static_report"],
     ["sweep", "convergence"],
     ["stability_map"],
     ["brake_squeal"],
