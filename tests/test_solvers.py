@@ -11,6 +11,7 @@ TINY_BRAKE = {
     "Discretization/Degree": 2,
     "Discretization/Rotor cells": "2, 9, 1",
     "Discretization/Pad cells": "1, 2, 1",
+    "Discretization/Clamp layers": 0,
     "Output/Fields": "none",
 }
 
