@@ -37,6 +37,12 @@ namespace squeal
     return terms;
   }
 
+  bool needs_transport(const std::vector<BodyTerm> &terms)
+  {
+    return std::any_of(terms.begin(), terms.end(),
+                       [](const BodyTerm &term) { return term.matrix == BodyTerm::Kind::G; });
+  }
+
   template <int dim>
   BrakeModel<dim>::BrakeModel(const Geometry<dim> &geometry, const Parameters::All &parameters,
                               const MPI_Comm comm, Log &log, PhaseTimer &timer)
@@ -89,10 +95,8 @@ namespace squeal
         continue;
       const Material &material           = prm.material(rotor);
       const std::vector<BodyTerm> wanted = body_terms(prm, rotor);
-      const bool moves =
-          std::any_of(wanted.begin(), wanted.end(),
-                      [](const BodyTerm &term) { return term.matrix == BodyTerm::Kind::G; });
-      AssembledBody &body = bodies[rotor];
+      const bool moves                   = needs_transport(wanted);
+      AssembledBody &body                = bodies[rotor];
       if (!body.matrices.M || body.material.poisson_ratio != material.poisson_ratio ||
           (moves && !body.matrices.G))
         body = {assemble_body(spaces_, bodies_of(rotor), material, moves), material};

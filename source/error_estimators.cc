@@ -47,6 +47,9 @@ namespace squeal
     private:
       using CellIterator = typename DoFHandler<dim>::active_cell_iterator;
       void find_contact_terms();
+      /// The unknowns of a cell in the space of one degree more, which also go to @p result.
+      DenseMatrix lift_cell(unsigned int number, const std::vector<Column> &columns,
+                            Block &result) const;
       void add_bodies();
       void integrate(const CellIterator &cell, const DenseMatrix &u, DenseMatrix &r,
                      DenseMatrix &stiffness);
@@ -83,9 +86,11 @@ namespace squeal
       std::vector<Column> residuals;        ///< of the columns
       std::vector<DenseMatrix> stiffnesses; ///< of the cells' complements
       std::vector<std::vector<int>> unknowns;
-      std::array<std::vector<Complex>, 2> by_body; ///< factors of K at each eigenvalue; pads, rotor
-      std::vector<bool> in_rotor;                  ///< by cell
-      DenseMatrix t_re, t_im;                      ///< T
+      /// The factors of a body's matrices at each eigenvalue.
+      std::array<std::vector<std::array<Complex, 4>>, 2> factors; ///< pads, rotor
+      bool rotor_moves = false;
+      std::vector<bool> in_rotor; ///< by cell
+      DenseMatrix t_re, t_im;     ///< T
     };
 
     template <int dim>
@@ -102,11 +107,7 @@ namespace squeal
     void Estimator<dim>::integrate(const CellIterator &cell, const DenseMatrix &u, DenseMatrix &r,
                                    DenseMatrix &stiffness)
     {
-      const bool rotor                  = cell->material_id() == rotor_body;
-      const std::vector<BodyTerm> terms = body_terms(prm, rotor);
-      const bool moves =
-          std::any_of(terms.begin(), terms.end(),
-                      [](const BodyTerm &term) { return term.matrix == BodyTerm::Kind::G; });
+      const bool rotor = cell->material_id() == rotor_body, moves = rotor && rotor_moves;
       CellIntegrals<dim> &integrals = moves ? moving : resting;
       integrals.reinit(cell);
       const Material &material = prm.material(rotor);
@@ -148,7 +149,7 @@ namespace squeal
       std::fill(r.values.begin(), r.values.end(), 0.);
       for (unsigned int j = 0; j < m; ++j)
       {
-        const auto c = coefficients_at(terms, modes.lambda[j]);
+        const std::array<Complex, 4> &c = factors[rotor][j];
         for (unsigned int kind = 0; kind < 4; ++kind)
           if (products[kind].n_rows > 0)
           {
@@ -196,32 +197,40 @@ namespace squeal
     }
 
     template <int dim>
+    DenseMatrix Estimator<dim>::lift_cell(const unsigned int number,
+                                          const std::vector<Column> &columns, Block &result) const
+    {
+      const unsigned int n_base = base.fe.n_dofs_per_cell(), n_columns = columns.size(),
+                         n_wide = (dim + 1) * n_columns;
+      DenseMatrix coarse((dim + 1) * n_base, n_columns), fine(n, n_wide);
+      base_map->gather(number, columns, coarse);
+      // The same for every component: the columns read as n x ((dim + 1) n_columns).
+      gemm(false, 1, lift, DenseMatrix(n_base, n_wide, std::move(coarse.values)), 0, fine);
+      DenseMatrix unknowns_of_cell((dim + 1) * n, n_columns, std::move(fine.values));
+      for (const auto &entry : map->cells[number])
+        if (entry.direct && entry.index < result.n_local())
+          for (unsigned int j = 0; j < n_columns; ++j)
+            result.column(j)[entry.index] = unknowns_of_cell(entry.unknown, j);
+      return unknowns_of_cell;
+    }
+
+    template <int dim>
     void Estimator<dim>::add_bodies()
     {
       const std::vector<Column> columns = base_map->import(columns_of(modes));
-      const unsigned int n_base         = base.fe.n_dofs_per_cell();
-      DenseMatrix coarse((dim + 1) * n_base, 4 * m), u(dim * n, 4 * m), r(dim * n, 4 * m),
-          stiffness(dim * n, dim * n);
+      DenseMatrix u(dim * n, 4 * m), r(dim * n, 4 * m), stiffness(dim * n, dim * n);
       for (const bool rotor : {false, true})
         for (const Complex &l : modes.lambda)
-          by_body[rotor].push_back(coefficients_at(
-              body_terms(prm, rotor), l)[static_cast<unsigned int>(BodyTerm::Kind::K)]);
+          factors[rotor].push_back(coefficients_at(body_terms(prm, rotor), l));
+      rotor_moves         = needs_transport(body_terms(prm, true));
       unsigned int number = 0;
       for (const auto &cell : spaces.nodes.active_cell_iterators())
         if (cell->is_locally_owned())
         {
-          base_map->gather(number, columns, coarse);
-          DenseMatrix wide(n_base, (dim + 1) * 4 * m, coarse.values), fine(n, (dim + 1) * 4 * m);
-          gemm(false, 1, lift, wide, 0, fine);
-          const DenseMatrix all((dim + 1) * n, 4 * m, std::move(fine.values));
+          const DenseMatrix all = lift_cell(number, columns, lifted);
           for (unsigned int j = 0; j < 4 * m; ++j)
             std::copy_n(&all.values[std::size_t(j) * all.n_rows], dim * n,
                         &u.values[std::size_t(j) * u.n_rows]);
-          for (const auto &entry : map->cells[number])
-            if (entry.direct && entry.index < lifted.n_local())
-              for (unsigned int j = 0; j < 4 * m; ++j)
-                lifted.column(j)[entry.index] = all(entry.unknown, j);
-
           integrate(cell, u, r, stiffness);
           for (const auto &entry : map->cells[number])
             if (entry.unknown < dim * n)
@@ -249,17 +258,8 @@ namespace squeal
       {
         const std::vector<Column> state = base_map->import(model.equilibrium()->state);
         Block fine_state(spaces.rows, 1);
-        const unsigned int n_base = base.fe.n_dofs_per_cell();
-        DenseMatrix coarse((dim + 1) * n_base, 1);
         for (unsigned int number = 0; number < map->cells.size(); ++number)
-        {
-          base_map->gather(number, state, coarse);
-          DenseMatrix wide(n_base, dim + 1, coarse.values), fine(n, dim + 1);
-          gemm(false, 1, lift, wide, 0, fine);
-          for (const auto &entry : map->cells[number])
-            if (entry.direct && entry.index < fine_state.n_local())
-              fine_state.data()[entry.index] = fine.values[entry.unknown];
-        }
+          lift_cell(number, state, fine_state);
         contact->update_active_set(fine_state);
         pressure = contact->pressure_of(fine_state);
       }
@@ -324,14 +324,17 @@ namespace squeal
         count.compress(VectorOperation::add);
         count.update_ghost_values();
       }
+      std::vector<double> shares(lifted.n_local());
+      for (unsigned int i = 0; i < shares.size(); ++i)
+      {
+        const double direct = counts[0].local_element(i),
+                     all    = direct + (counts[1].local_element(i) > 0);
+        shares[i]           = std::sqrt(std::max(1., direct * all));
+      }
       for (Column &residual : residuals)
       {
-        for (unsigned int i = 0; i < lifted.n_local(); ++i)
-        {
-          const double direct = counts[0].local_element(i),
-                       all    = direct + (counts[1].local_element(i) > 0);
-          residual.local_element(i) /= std::sqrt(std::max(1., direct * all));
-        }
+        for (unsigned int i = 0; i < shares.size(); ++i)
+          residual.local_element(i) /= shares[i];
         residual.update_ghost_values();
       }
     }
@@ -506,7 +509,9 @@ namespace squeal
           for (unsigned int i = 0; i < m; ++i)
           {
             // Damping makes the stiffness complex.
-            const Complex e = Complex(e_re(i, j), e_im(i, j)) / by_body[in_rotor[number]][j];
+            const Complex e =
+                Complex(e_re(i, j), e_im(i, j)) /
+                factors[in_rotor[number]][j][static_cast<unsigned int>(BodyTerm::Kind::K)];
             t_re(i, j) -= e.real();
             t_im(i, j) -= e.imag();
             if (i == j)

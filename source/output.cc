@@ -110,6 +110,31 @@ namespace squeal
       throw std::runtime_error("The file " + filename + " cannot be written; is the disk full?");
   }
 
+  std::vector<std::uintmax_t> file_sizes(const std::string &directory,
+                                         const std::vector<std::string> &names)
+  {
+    std::vector<std::uintmax_t> sizes;
+    for (const std::string &name : names)
+    {
+      const std::string file = directory + "/" + name;
+      sizes.push_back(std::filesystem::exists(file) ? std::filesystem::file_size(file) : 0);
+    }
+    return sizes;
+  }
+
+  void cut_files(const std::string &directory, const std::vector<std::string> &names,
+                 const std::vector<std::uintmax_t> &sizes, const MPI_Comm comm)
+  {
+    if (is_rank_zero(comm))
+      for (unsigned int k = 0; k < names.size(); ++k)
+      {
+        const std::string file = directory + "/" + names[k];
+        if (std::filesystem::exists(file))
+          std::filesystem::resize_file(file, sizes[k]);
+      }
+    MPI_Barrier(comm);
+  }
+
   void write_text(const std::string &filename, const std::string &text, const MPI_Comm comm)
   {
     if (is_rank_zero(comm))

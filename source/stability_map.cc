@@ -10,6 +10,11 @@ namespace squeal
 {
   using Complex = std::complex<double>;
 
+  namespace
+  {
+    const std::vector<std::string> tables = {"map.csv", "border.csv"};
+  }
+
   StabilityMap::StabilityMap(ParameterFile &file, Model &model, const EigensolverOptions &options,
                              const std::string &directory, const MPI_Comm comm, Log &log)
       : file(file), model(model), parameters{{file.parameters().sweep.parameter,
@@ -513,18 +518,14 @@ namespace squeal
       numbers.insert(numbers.end(), {point.at[0], point.at[1], point.lambda.imag(), point.accuracy,
                                      double(point.divergence), double(point.done)});
     MPI_Barrier(comm);
-    std::vector<std::uintmax_t> tables;
-    for (const char *name : {"/map.csv", "/border.csv"})
-      tables.push_back(std::filesystem::exists(directory + name)
-                           ? std::filesystem::file_size(directory + name)
-                           : 0);
+    std::vector<std::uintmax_t> sizes = file_sizes(directory, tables);
     for (const double number : numbers)
     {
       std::uint64_t bits = 0;
       std::memcpy(&bits, &number, sizeof(bits));
-      tables.push_back(bits);
+      sizes.push_back(bits);
     }
-    last.save(state_file(), tables);
+    last.save(state_file(), sizes);
     MPI_Barrier(comm);
   }
 
@@ -535,16 +536,16 @@ namespace squeal
     if (!good)
       return false;
     assemble({{0, 0}});
-    std::vector<std::uintmax_t> tables;
+    std::vector<std::uintmax_t> sizes;
     good = last.load(
-               state_file(), [&](double) { return problem.rows; }, tables) &&
-           tables.size() > 4;
+               state_file(), [&](double) { return problem.rows; }, sizes) &&
+           sizes.size() > 4;
     MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm);
     if (!good)
       return false;
-    std::vector<double> numbers(tables.size() - 2);
+    std::vector<double> numbers(sizes.size() - 2);
     for (unsigned int i = 0; i < numbers.size(); ++i)
-      std::memcpy(&numbers[i], &tables[i + 2], sizeof(double));
+      std::memcpy(&numbers[i], &sizes[i + 2], sizeof(double));
     auto at  = numbers.begin();
     n_curves = *at++;
     eigenvalues.resize(*at++);
@@ -559,14 +560,7 @@ namespace squeal
     }
     for (; at != numbers.end(); at += 6)
       crossings.push_back({{{at[0], at[1]}}, {0, at[2]}, at[3], at[4] != 0, at[5] != 0});
-    if (is_rank_zero(comm)) // a line may have been cut
-      for (unsigned int k = 0; k < 2; ++k)
-      {
-        const std::string name = directory + (k == 0 ? "/map.csv" : "/border.csv");
-        if (std::filesystem::exists(name))
-          std::filesystem::resize_file(name, tables[k]);
-      }
-    MPI_Barrier(comm);
+    cut_files(directory, tables, sizes, comm);
     log.line("Resumed after " + std::to_string(eigenvalues.size()) + " points and " +
              std::to_string(n_curves) + " curves.");
     return true;

@@ -11,6 +11,8 @@ namespace squeal
 
   namespace
   {
+    const std::vector<std::string> tables = {"sweep.csv", "critical.csv"};
+
     bool begins_with_one_of(const std::string &path, const std::vector<std::string> &starts)
     {
       return std::any_of(starts.begin(), starts.end(),
@@ -172,13 +174,8 @@ namespace squeal
 
   void Sweep::save(const BranchPoint &point) const
   {
-    std::vector<std::uintmax_t> sizes;
     MPI_Barrier(comm);
-    for (const char *name : {"/sweep.csv", "/critical.csv"})
-      sizes.push_back(std::filesystem::exists(directory + name)
-                          ? std::filesystem::file_size(directory + name)
-                          : 0);
-    point.save(state_file(), sizes);
+    point.save(state_file(), file_sizes(directory, tables));
     MPI_Barrier(comm);
   }
 
@@ -208,14 +205,7 @@ namespace squeal
     if (!good)
       return false;
     n_done = at - points.begin() + 1;
-    if (is_rank_zero(comm)) // a line may have been cut
-      for (unsigned int k = 0; k < 2; ++k)
-      {
-        const std::string name = directory + (k == 0 ? "/sweep.csv" : "/critical.csv");
-        if (std::filesystem::exists(name))
-          std::filesystem::resize_file(name, sizes[k]);
-      }
-    MPI_Barrier(comm);
+    cut_files(directory, tables, sizes, comm);
     log.line("Resumed after " + std::to_string(n_done) + " of " + std::to_string(points.size()) +
              " values: " + parameter + " = " + number(last.value) + ".");
     return true;

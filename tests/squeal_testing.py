@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 PROJECT = pathlib.Path(__file__).resolve().parent.parent
@@ -122,6 +123,26 @@ class TestCase(unittest.TestCase):
         result = run(file.name, ranks=ranks, directory=self.directory, executable=executable, timeout=timeout)
         self.assertEqual(result.returncode, 0, f"{settings}\n{result.stdout}{result.stderr}")
         return self.directory / "output" / file.stem
+
+    def kill(self, settings, is_time):
+        """Starts an analysis, killed.prm, and kills it once is_time(directory of its results); returns the directory."""
+        file = self.write("killed.prm", settings)
+        results = self.directory / "output" / file.stem
+        shutil.rmtree(results, ignore_errors=True)
+        process = subprocess.Popen([str(SQUEAL), file.name], cwd=self.directory, env=ENVIRONMENT,
+                                   stdout=subprocess.DEVNULL)
+        deadline = time.monotonic() + 120
+        while not is_time(results) and time.monotonic() < deadline:
+            time.sleep(0.005)
+        process.kill()
+        process.wait()
+        return results
+
+    def resume(self):
+        """Goes on with what was killed; it must succeed and say that it does not begin anew."""
+        result = run("killed.prm", directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("Resumed after", result.stdout)
 
     def modes(self, settings, **options):
         """The modes (lines of modes.csv) of an analysis that must succeed, of its last mesh."""

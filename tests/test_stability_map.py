@@ -8,10 +8,6 @@ velocity terms vanish at l = 0.
 """
 
 import math
-import shutil
-import signal
-import subprocess
-import time
 import unittest
 
 import squeal_testing as st
@@ -110,22 +106,10 @@ class StabilityMaps(st.TestCase):
         n_grid = 1 + 3 * 3
         for n_lines in [4, n_grid]:  # on the grid; while the border is traced
             with self.subTest(killed_after=n_lines):
-                file = self.write("killed.prm", STRIP_MAP)
-                shutil.rmtree(self.directory / "output/killed", ignore_errors=True)
-                process = subprocess.Popen([str(st.SQUEAL), file.name], cwd=self.directory, env=st.ENVIRONMENT,
-                                           stdout=subprocess.DEVNULL)
-                results = self.directory / "output/killed"
-                deadline = time.monotonic() + 120
-                lines = 0
-                while lines < n_lines and time.monotonic() < deadline:
-                    time.sleep(0.005)
-                    lines = (results / "map.csv").read_text().count("\n") if (results / "map.csv").exists() else 0
-                process.send_signal(signal.SIGKILL)
-                process.wait()
+                results = self.kill(STRIP_MAP, lambda results: (results / "map.csv").exists() and
+                                    (results / "map.csv").read_text().count("\n") >= n_lines)
                 self.assertTrue((results / "map-0.state").exists())
-                result = st.run(file.name, directory=self.directory)
-                self.assertEqual(result.returncode, 0, result.stderr)
-                self.assertIn("Resumed after", result.stdout)
+                self.resume()
                 for name in ["map.csv", "border.csv"]:
                     self.assertEqual((whole / name).read_text(), (results / name).read_text())
                 self.assertFalse((results / "map-0.state").exists())

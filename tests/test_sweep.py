@@ -6,9 +6,6 @@ near it the growth rate follows the square root, Re l = c sqrt(mu - mu_c).
 """
 
 import math
-import signal
-import subprocess
-import time
 import unittest
 
 import squeal_testing as st
@@ -85,22 +82,12 @@ class Sweeps(st.TestCase):
         settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 2000, "Sweep/Parameter": FRICTION,
                     "Sweep/Values": "0.1 : 0.4 : 7", "Sweep/Critical values": "true"}
         whole = self.analyse(settings)
-        file = self.write("killed.prm", settings)
-        process = subprocess.Popen([str(st.SQUEAL), file.name], cwd=self.directory, env=st.ENVIRONMENT,
-                                   stdout=subprocess.DEVNULL)
-        table = self.directory / "output/killed/sweep.csv"
-        state = self.directory / "output/killed/sweep-0.state"
-        deadline = time.monotonic() + 120
-        while not state.exists() and time.monotonic() < deadline:
-            time.sleep(0.01)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+        results = self.kill(settings, lambda results: (results / "sweep-0.state").exists())
+        table, state = results / "sweep.csv", results / "sweep-0.state"
         self.assertTrue(state.exists())
         with open(table, "a") as half:  # a line that was cut
             half.write("0.3,2,0,1")
-        result = st.run(file.name, directory=self.directory)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("Resumed after", result.stdout)
+        self.resume()
         for name in ["sweep.csv", "critical.csv"]:
             self.assertEqual((whole / name).read_text(), (table.parent / name).read_text())
         self.assertFalse(state.exists())
@@ -207,18 +194,8 @@ class Sweeps(st.TestCase):
         settings = {**st.SMALL_BRAKE, "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 2500,
                     "Sweep/Parameter": "Pads/Sector angle", "Sweep/Values": "40 : 50 : 6"}
         whole = self.analyse(settings)
-        file = self.write("killed.prm", settings)
-        process = subprocess.Popen([str(st.SQUEAL), file.name], cwd=self.directory, env=st.ENVIRONMENT,
-                                   stdout=subprocess.DEVNULL)
-        results = self.directory / "output/killed"
-        deadline = time.monotonic() + 60
-        while not (results / "sweep-0.state").exists() and time.monotonic() < deadline:
-            time.sleep(0.005)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        result = st.run(file.name, directory=self.directory)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("Resumed after", result.stdout)
+        results = self.kill(settings, lambda results: (results / "sweep-0.state").exists())
+        self.resume()
         self.assertEqual((whole / "sweep.csv").read_text(), (results / "sweep.csv").read_text())
 
     def test_bad_sweeps(self):

@@ -31,6 +31,9 @@ namespace squeal
   /// has it, for the rotor or for a pad.
   std::vector<BodyTerm> body_terms(const Parameters::All &parameters, bool rotor);
 
+  /// Whether one of the terms is of the transport, so that G and M* are needed.
+  bool needs_transport(const std::vector<BodyTerm> &terms);
+
   /// Rotor and pads on a mesh: their equations of motion, linearised about the static sliding
   /// equilibrium (theory.md, sections 2 and 3).
   template <int dim>

@@ -36,6 +36,16 @@ namespace squeal
   /// Rank 0 writes a whole file.
   void write_text(const std::string &filename, const std::string &text, MPI_Comm comm);
 
+  /// The sizes of files of a directory, zero for those that do not exist: what a run that is
+  /// interrupted may come back to.
+  std::vector<std::uintmax_t> file_sizes(const std::string &directory,
+                                         const std::vector<std::string> &names);
+
+  /// Takes off what an interrupted run wrote after the files had these sizes: a line may have been
+  /// cut. Collective.
+  void cut_files(const std::string &directory, const std::vector<std::string> &names,
+                 const std::vector<std::uintmax_t> &sizes, MPI_Comm comm);
+
   /// The header of modes.csv, as the first columns that users rely on, and one line of it.
   extern const char *modes_header;
   std::vector<std::string> modes_fields(const ModeRow &row);
