@@ -258,22 +258,6 @@ namespace squeal
     return all;
   }
 
-  Block multiply(const Matrix &matrix, const Block &block)
-  {
-    Block result(block.row_range(), block.n_columns());
-    if (!matrix || block.n_columns() == 0)
-      return result;
-    // PETSc's sparse-dense product reads the matrix once for several columns, which is what limits
-    // the speed.
-    const Matrix dense = view(block);
-    Matrix product     = view(result);
-    Mat raw            = nullptr;
-    SQUEAL_PETSC(MatMatMult(matrix, dense, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &raw));
-    const Matrix owner(raw);
-    SQUEAL_PETSC(MatCopy(owner, product, SAME_NONZERO_PATTERN));
-    return result;
-  }
-
   std::vector<double> inner_products(const Block &a, const Block &b)
   {
     const PetscBLASInt m = a.n_columns(), n = b.n_columns(), k = a.n_local(), ld = std::max(1, k);

@@ -10,7 +10,7 @@ FLOORS = [
     ["errors", "materials", "friction_laws", "log"],
     ["expressions", "dense"],
     ["parameters", "linear_algebra"],
-    ["parameter_file", "sweep_parameters", "refinement_parameters", "geometry", "matrix_market", "eigenproblem", "mortar", "self_locking"],
+    ["sparse_products", "parameter_file", "sweep_parameters", "refinement_parameters", "geometry", "matrix_market", "eigenproblem", "mortar", "self_locking"],
     ["spaces"],
     ["cell_operators", "cell_map", "contact_pairs", "fields", "prestress"],
     ["body_operators"],

@@ -1,0 +1,169 @@
+#include <squeal/linear_algebra.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+namespace squeal
+{
+  namespace
+  {
+    /// So many columns share one pass over the matrix, which is what limits the speed.
+    constexpr unsigned int width = 8;
+    using Chunk                  = std::array<double, width>;
+
+    /// Columns first ... first + width of a block, row by row; zeros beyond the last.
+    std::vector<Chunk> gather(const double *data, const unsigned int n_rows,
+                              const unsigned int n_columns, const unsigned int first)
+    {
+      std::vector<Chunk> rows(n_rows, Chunk{});
+      for (unsigned int c = 0; c < width && first + c < n_columns; ++c)
+        for (unsigned int i = 0; i < n_rows; ++i)
+          rows[i][c] = data[std::size_t(first + c) * n_rows + i];
+      return rows;
+    }
+
+    /// A sequential AIJ matrix, read only.
+    class Csr
+    {
+    public:
+      explicit Csr(Mat mat) : mat(mat)
+      {
+        PetscBool done = PETSC_FALSE;
+        SQUEAL_PETSC(
+            MatGetRowIJ(mat, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done));
+        SQUEAL_PETSC(MatSeqAIJGetArrayRead(mat, &values));
+      }
+      ~Csr()
+      {
+        PetscBool done = PETSC_FALSE;
+        MatSeqAIJRestoreArrayRead(mat, &values);
+        MatRestoreRowIJ(mat, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done);
+      }
+      Csr(const Csr &)            = delete;
+      Csr &operator=(const Csr &) = delete;
+
+      void add_product(const Chunk *x, Chunk *y) const
+      {
+        add_product(n_rows, begins, columns, values, x, y);
+      }
+
+    private:
+      /// y += A x. Compiled for wider registers too; the loader takes what the processor has.
+      __attribute__((target_clones("default", "arch=haswell", "arch=skylake-avx512"))) static void
+      add_product(PetscInt n_rows, const PetscInt *begins, const PetscInt *columns,
+                  const PetscScalar *values, const Chunk *x, Chunk *y);
+
+      Mat mat;
+      PetscInt n_rows        = 0;
+      const PetscInt *begins = nullptr, *columns = nullptr;
+      const PetscScalar *values = nullptr;
+    };
+
+    void Csr::add_product(const PetscInt n_rows, const PetscInt *begins, const PetscInt *columns,
+                          const PetscScalar *values, const Chunk *x, Chunk *y)
+    {
+      for (PetscInt i = 0; i < n_rows; ++i)
+      {
+        Chunk sum = y[i];
+        for (PetscInt k = begins[i]; k < begins[i + 1]; ++k)
+        {
+          const double a    = values[k];
+          const Chunk &of_x = x[columns[k]];
+          for (unsigned int c = 0; c < width; ++c)
+            sum[c] += a * of_x[c];
+        }
+        y[i] = sum;
+      }
+    }
+
+    /// Rows of a block that other ranks own.
+    class GhostRows
+    {
+    public:
+      /// @p wanted are ascending global numbers. Collective.
+      GhostRows(const RowRange &rows, const PetscInt *wanted, const PetscInt n_wanted) : rows(rows)
+      {
+        int n_ranks = 0;
+        MPI_Comm_size(rows.comm, &n_ranks);
+        std::vector<unsigned int> ends(n_ranks);
+        MPI_Allgather(&rows.end, 1, MPI_UNSIGNED, ends.data(), 1, MPI_UNSIGNED, rows.comm);
+        n_received.assign(n_ranks, 0);
+        n_sent.assign(n_ranks, 0);
+        for (PetscInt i = 0; i < n_wanted; ++i)
+          ++n_received[std::upper_bound(ends.begin(), ends.end(), (unsigned int)(wanted[i])) -
+                       ends.begin()];
+        MPI_Alltoall(n_received.data(), 1, MPI_INT, n_sent.data(), 1, MPI_INT, rows.comm);
+        sent.resize(std::accumulate(n_sent.begin(), n_sent.end(), 0));
+        MPI_Alltoallv(wanted, n_received.data(), offsets(n_received).data(), MPIU_INT, sent.data(),
+                      n_sent.data(), offsets(n_sent).data(), MPIU_INT, rows.comm);
+      }
+
+      std::vector<Chunk> operator()(const std::vector<Chunk> &own) const
+      {
+        std::vector<Chunk> outgoing,
+            incoming(std::accumulate(n_received.begin(), n_received.end(), 0));
+        for (const PetscInt row : sent)
+          outgoing.push_back(own[row - rows.begin]);
+        const auto numbers = [](std::vector<int> counts)
+        {
+          for (int &count : counts)
+            count *= width;
+          return counts;
+        };
+        const std::vector<int> send = numbers(n_sent), receive = numbers(n_received);
+        MPI_Alltoallv(outgoing.data(), send.data(), offsets(send).data(), MPI_DOUBLE,
+                      incoming.data(), receive.data(), offsets(receive).data(), MPI_DOUBLE,
+                      rows.comm);
+        return incoming;
+      }
+
+    private:
+      static std::vector<int> offsets(const std::vector<int> &counts)
+      {
+        std::vector<int> result(counts.size(), 0);
+        std::partial_sum(counts.begin(), counts.end() - 1, result.begin() + 1);
+        return result;
+      }
+
+      const RowRange rows;
+      std::vector<int> n_received, n_sent;
+      std::vector<PetscInt> sent;
+    };
+  } // namespace
+
+  Block multiply(const Matrix &matrix, const Block &block)
+  {
+    const unsigned int n_rows = block.n_local(), n_columns = block.n_columns();
+    Block result(block.row_range(), n_columns);
+    if (!matrix || n_columns == 0)
+      return result;
+    PetscBool is_parallel = PETSC_FALSE;
+    SQUEAL_PETSC(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(Mat(matrix)), MATMPIAIJ,
+                                        &is_parallel));
+    Mat own = matrix, coupling = nullptr;
+    const PetscInt *ghosts = nullptr;
+    PetscInt n_ghosts      = 0;
+    if (is_parallel)
+    {
+      SQUEAL_PETSC(MatMPIAIJGetSeqAIJ(matrix, &own, &coupling, &ghosts));
+      SQUEAL_PETSC(MatGetSize(coupling, nullptr, &n_ghosts));
+    }
+    const Csr own_rows(own);
+    const std::unique_ptr<Csr> coupled = coupling ? std::make_unique<Csr>(coupling) : nullptr;
+    const std::unique_ptr<GhostRows> ghost_rows =
+        coupling ? std::make_unique<GhostRows>(block.row_range(), ghosts, n_ghosts) : nullptr;
+    for (unsigned int first = 0; first < n_columns; first += width)
+    {
+      const std::vector<Chunk> x = gather(block.data(), n_rows, n_columns, first);
+      std::vector<Chunk> y(n_rows, Chunk{});
+      own_rows.add_product(x.data(), y.data());
+      if (coupled)
+        coupled->add_product((*ghost_rows)(x).data(), y.data());
+      for (unsigned int c = 0; c < width && first + c < n_columns; ++c)
+        for (unsigned int i = 0; i < n_rows; ++i)
+          result.column(first + c)[i] = y[i][c];
+    }
+    return result;
+  }
+} // namespace squeal
