@@ -1,4 +1,5 @@
 #include <squeal/brake_model.h>
+#include <squeal/gmres.h>
 #include <squeal/prestress.h>
 
 #include <algorithm>
@@ -108,17 +109,13 @@ namespace squeal
     if (slides)
       add(1, multiply(contact.friction(pressure_), x));
     add(-1, contact.load(pressure_, slides));
-    // The load is proportional to the applied pressure.
-    if (prm.pads.pressure != 0)
-      add(-parameters.pads.pressure / prm.pads.pressure, assemble_pressure_load(spaces_));
-    if (prm.prestress.centrifugal_load)
-      add(-1, assemble_centrifugal_load(spaces_, parameters.rotor.material,
-                                        parameters.operation.angular_velocity));
+    add(-1, static_load(parameters));
     return residual;
   }
 
   template <int dim>
-  Block BrakeModel<dim>::state_derivatives(const std::vector<Parameter> &parameters) const
+  Block BrakeModel<dim>::state_derivatives(const std::vector<Parameter> &parameters,
+                                           const Factorization *nearby) const
   {
     // A x' = -(d/dp) r(x_0; p) at fixed active set, r the static residual, A = dr/dx.
     const RowRange &rows = spaces_.rows;
@@ -150,12 +147,29 @@ namespace squeal
       if (is_body_term(term))
         body_terms.push_back(term);
     const Matrix A = static_tangent(rows, body_terms, *contact_, pressure_, prm.terms().friction);
+    if (nearby)
+    {
+      Block result(rows, 0);
+      for (unsigned int k = 0; k < parameters.size(); ++k)
+      {
+        const Block right_hand_side = right.columns(k, 1);
+        Block column                = nearby->solve(right_hand_side);
+        if (!gmres([&](const Block &x) { return multiply(A, x); },
+                   [&](const Block &x) { return nearby->solve(x); }, right_hand_side, column, 1e-12,
+                   60))
+          break;
+        result.append(column);
+      }
+      if (result.n_columns() == parameters.size())
+        return result;
+    }
     return Factorization(A, Factorization::Kind::lu, "the tangent of the static equilibrium")
         .solve(right);
   }
 
   template <int dim>
-  std::vector<ParameterDerivative> BrakeModel<dim>::derivatives(const std::string &only) const
+  std::vector<ParameterDerivative>
+  BrakeModel<dim>::derivatives(const std::string &only, const Factorization *nearby) const
   {
     std::vector<Parameter> parameters = differentiable_parameters();
     parameters.erase(std::remove_if(parameters.begin(), parameters.end(),
@@ -168,7 +182,7 @@ namespace squeal
     // Only friction and prestress depend on the steady state.
     const bool state_matters = equilibrium_ && (stage.friction || prm.prestress.needs_state() ||
                                                 prm.prestress.turning_contact);
-    const Block x_p     = state_matters ? state_derivatives(parameters) : Block(spaces_.rows, 0);
+    const Block x_p     = state_matters ? state_derivatives(parameters, nearby) : Block(spaces_.rows, 0);
     const bool has_pads = !geometry.interfaces.empty();
 
     std::vector<ParameterDerivative> result;
@@ -221,6 +235,8 @@ namespace squeal
     return result;
   }
 
-  template std::vector<ParameterDerivative> BrakeModel<2>::derivatives(const std::string &) const;
-  template std::vector<ParameterDerivative> BrakeModel<3>::derivatives(const std::string &) const;
+  template std::vector<ParameterDerivative>
+  BrakeModel<2>::derivatives(const std::string &, const Factorization *) const;
+  template std::vector<ParameterDerivative>
+  BrakeModel<3>::derivatives(const std::string &, const Factorization *) const;
 } // namespace squeal

@@ -49,7 +49,7 @@ namespace squeal
       : geometry(geometry), comm(comm), log(log), timer(timer),
         spaces_(this->geometry, parameters.discretization.degree, parameters.contact.mortar(),
                 comm),
-        prm(parameters)
+        geometry_pressure(parameters.pads.pressure), prm(parameters)
   {
   }
 
@@ -75,12 +75,12 @@ namespace squeal
   }
 
   template <int dim>
-  void BrakeModel<dim>::assemble(const Parameters::All &parameters)
+  void BrakeModel<dim>::assemble(const Parameters::All &parameters, const Factorization *nearby)
   {
     prm = parameters;
     terms_.clear();
     add_bodies();
-    find_steady_state();
+    find_steady_state(nearby);
     add_contact();
     add_prestress();
   }
@@ -117,25 +117,22 @@ namespace squeal
   /// decides where the pads touch, in every stage. A rotor alone has a static state only under the
   /// centrifugal load.
   template <int dim>
-  void BrakeModel<dim>::find_steady_state()
+  void BrakeModel<dim>::find_steady_state(const Factorization *nearby)
   {
-    equilibrium_.reset();
-    const bool has_pads = !geometry.interfaces.empty();
+    const std::unique_ptr<StaticEquilibrium> before = std::move(equilibrium_);
+    const bool has_pads                             = !geometry.interfaces.empty();
     if (!has_pads && !prm.prestress.needs_state())
       return;
     const bool computed = prm.contact.steady_pressure == "computed" || !has_pads;
+    const bool follows  = nearby && (before || !computed);
     {
       PhaseTimer::Scope scope(timer, "contact");
-      contact_ = std::make_unique<Contact<dim>>(spaces_, contact_model(prm));
-      if (prm.contact.mortar() && has_pads)
-      {
-        // Rows of the constraint as large as those of the stiffness.
-        double stiffness = 0;
-        for (const Term &term : terms_)
-          if (term.origin == Origin::elasticity && term.order == 0)
-            stiffness = std::max(stiffness, term.coefficient * term.matrix->infinity_norm());
-        contact_->scale_constraints(stiffness);
-      }
+      if (contact_)
+        contact_->set_model(contact_model(prm));
+      else
+        contact_ = std::make_unique<Contact<dim>>(spaces_, contact_model(prm));
+      if (!follows)
+        close_contact();
     }
     if (!computed)
     {
@@ -145,17 +142,50 @@ namespace squeal
 
     PhaseTimer::Scope scope(timer, "static");
     log.progress("  static equilibrium");
-    Block load = assemble_pressure_load(spaces_);
-    if (prm.prestress.centrifugal_load)
+    const Block load = static_load(prm);
+    std::optional<StaticEquilibrium> found;
+    if (follows)
     {
-      const Block centrifugal =
-          assemble_centrifugal_load(spaces_, prm.material(true), prm.operation.angular_velocity);
+      found = follow_static_equilibrium(*before, *nearby, terms_, *contact_, prm.terms().friction,
+                                        load);
+      if (!found)
+        close_contact();
+    }
+    if (!found)
+      found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load);
+    equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));
+    pressure_    = equilibrium_->pressure;
+  }
+
+  template <int dim>
+  Block BrakeModel<dim>::static_load(const Parameters::All &parameters) const
+  {
+    Block load = assemble_pressure_load(spaces_);
+    if (geometry_pressure != 0)
+      for (unsigned int i = 0; i < load.n_local(); ++i)
+        load.data()[i] *= parameters.pads.pressure / geometry_pressure;
+    if (parameters.prestress.centrifugal_load)
+    {
+      const Block centrifugal = assemble_centrifugal_load(
+          spaces_, parameters.rotor.material, parameters.operation.angular_velocity);
       for (unsigned int i = 0; i < load.n_local(); ++i)
         load.data()[i] += centrifugal.data()[i];
     }
-    equilibrium_ = std::make_unique<StaticEquilibrium>(
-        solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load));
-    pressure_ = equilibrium_->pressure;
+    return load;
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::close_contact()
+  {
+    contact_->close();
+    if (!prm.contact.mortar() || geometry.interfaces.empty())
+      return;
+    // Rows of the constraint as large as those of the stiffness.
+    double stiffness = 0;
+    for (const Term &term : terms_)
+      if (term.origin == Origin::elasticity && term.order == 0)
+        stiffness = std::max(stiffness, term.coefficient * term.matrix->infinity_norm());
+    contact_->scale_constraints(stiffness);
   }
 
   template <int dim>
@@ -279,12 +309,9 @@ namespace squeal
     for (const Term &term : terms_)
       if (term.order == 0)
       {
-        const bool conservative =
-            term.origin == Origin::elasticity || term.origin == Origin::contact ||
-            term.origin == Origin::transport || term.origin == Origin::prestress;
-        if (conservative)
+        if (is_conservative(term.origin))
           symmetric.push_back(term);
-        is_reference &= conservative;
+        is_reference &= is_conservative(term.origin);
       }
     if (!is_reference)
       problem.reference = sum_of(rows, symmetric, 0);

@@ -8,53 +8,14 @@
 
 namespace squeal
 {
-  namespace
-  {
-    template <typename Number>
-    void write_numbers(std::ostream &out, const Number *numbers, const std::size_t n)
-    {
-      const std::uint64_t size = n;
-      out.write(reinterpret_cast<const char *>(&size), sizeof(size));
-      out.write(reinterpret_cast<const char *>(numbers), n * sizeof(Number));
-    }
-
-    template <typename Number>
-    bool read_numbers(std::istream &in, std::vector<Number> &numbers)
-    {
-      std::uint64_t size = 0;
-      if (!in.read(reinterpret_cast<char *>(&size), sizeof(size)) || size > (1ull << 40))
-        return false;
-      numbers.resize(size);
-      return bool(in.read(reinterpret_cast<char *>(numbers.data()), size * sizeof(Number)));
-    }
-
-    constexpr std::array<Block Modes::*, 6> blocks = {{&Modes::re, &Modes::im, &Modes::left_re,
-                                                       &Modes::left_im, &Modes::right_basis,
-                                                       &Modes::left_basis}};
-    constexpr std::array<std::vector<double> Modes::*, 3> lists = {
-        {&Modes::backward_error, &Modes::left_backward_error, &Modes::condition}};
-  } // namespace
-
-  void BranchPoint::save(const std::string &filename,
-                         const std::vector<std::uintmax_t> &tables) const
+  void save_numbers(const std::string &filename, const std::vector<double> &numbers)
   {
     const std::string unfinished = filename + ".part";
     {
       std::ofstream out(unfinished, std::ios::binary);
-      const RowRange &rows        = modes.re.row_range();
-      const std::uint64_t range[] = {rows.begin, rows.end, rows.size, n_branches};
-      write_numbers(out, range, 4);
-      write_numbers(out, &value, 1);
-      write_numbers(out, tables.data(), tables.size());
-      write_numbers(out, branches.data(), branches.size());
-      write_numbers(out, overlaps.data(), overlaps.size());
-      write_numbers(out, modes.lambda.data(), modes.lambda.size());
-      write_numbers(out, modes.disc_lambda.data(), modes.disc_lambda.size());
-      for (const auto list : lists)
-        write_numbers(out, (modes.*list).data(), (modes.*list).size());
-      for (const auto block : blocks)
-        write_numbers(out, (modes.*block).data(),
-                      std::size_t((modes.*block).n_local()) * (modes.*block).n_columns());
+      const std::uint64_t size = numbers.size();
+      out.write(reinterpret_cast<const char *>(&size), sizeof(size));
+      out.write(reinterpret_cast<const char *>(numbers.data()), size * sizeof(double));
       if (!out.flush())
         throw std::runtime_error("The file " + unfinished +
                                  " cannot be written; is the disk full?");
@@ -62,36 +23,16 @@ namespace squeal
     std::filesystem::rename(unfinished, filename);
   }
 
-  bool BranchPoint::load(const std::string &filename,
-                         const std::function<RowRange(double value)> &rows_of,
-                         std::vector<std::uintmax_t> &tables)
+  std::optional<std::vector<double>> load_numbers(const std::string &filename)
   {
     std::ifstream in(filename, std::ios::binary);
-    std::vector<std::uint64_t> range;
-    std::vector<double> values;
-    if (!in || !read_numbers(in, range) || range.size() != 4 || !read_numbers(in, values) ||
-        values.size() != 1)
-      return false;
-    n_branches          = range[3];
-    value               = values[0];
-    const RowRange rows = rows_of(value);
-    if (range[0] != rows.begin || range[1] != rows.end || range[2] != rows.size ||
-        !read_numbers(in, tables) || !read_numbers(in, branches) || !read_numbers(in, overlaps) ||
-        !read_numbers(in, modes.lambda) || !read_numbers(in, modes.disc_lambda))
-      return false;
-    for (const auto list : lists)
-      if (!read_numbers(in, modes.*list))
-        return false;
-    for (const auto block : blocks)
-    {
-      if (!read_numbers(in, values))
-        return false;
-      if (rows.n_local() == 0 || values.size() % rows.n_local() != 0)
-        return false;
-      modes.*block = Block(rows, values.size() / rows.n_local());
-      std::copy(values.begin(), values.end(), (modes.*block).data());
-    }
-    return true;
+    std::uint64_t size = 0;
+    if (!in || !in.read(reinterpret_cast<char *>(&size), sizeof(size)) || size > (1ull << 32))
+      return std::nullopt;
+    std::vector<double> numbers(size);
+    if (!in.read(reinterpret_cast<char *>(numbers.data()), size * sizeof(double)))
+      return std::nullopt;
+    return numbers;
   }
 
   bool continue_branches(const QuadraticEigenproblem &problem, const BranchPoint &before,

@@ -10,7 +10,9 @@ namespace squeal
   template <int dim>
   Contact<dim>::Contact(const Spaces<dim> &spaces, const ContactModel<dim> &model)
       : spaces(spaces), model(model), element(spaces.fe.degree),
-        interfaces(pair_interfaces(spaces, element)), active(spaces.rows.size, true)
+        surfaces(std::make_shared<const std::vector<PairedInterface<dim>>>(
+            pair_interfaces(spaces, element))),
+        interfaces(*surfaces), active(spaces.rows.size, true)
   {
     Block mark(spaces.rows, 1);
     for (unsigned int row = spaces.first_local_multiplier; row < spaces.rows.end; ++row)
@@ -31,19 +33,46 @@ namespace squeal
       const std::function<void(unsigned int interface, const Kinematics &)> &work,
       const bool with_slopes) const
   {
-    for (unsigned int i = 0; i < interfaces.size(); ++i)
+    const auto tabulate = [&](std::vector<std::pair<unsigned int, Kinematics>> &pairs)
     {
-      unsigned int first_point = 0;
-      for (const FacePair<dim> &pair : interfaces[i].pairs)
+      for (unsigned int i = 0; i < interfaces.size(); ++i)
       {
-        Kinematics kinematics(element, interfaces[i].rotor_faces[pair.rotor_face],
-                              interfaces[i].pad_faces[pair.pad_face], pair, spaces.geometry,
-                              model.angular_velocity, with_slopes);
-        kinematics.first_point = first_point;
-        work(i, kinematics);
-        first_point += pair.points.size();
+        unsigned int first_point = 0;
+        for (const FacePair<dim> &pair : interfaces[i].pairs)
+        {
+          pairs.emplace_back(i, Kinematics(element, interfaces[i].rotor_faces[pair.rotor_face],
+                                           interfaces[i].pad_faces[pair.pad_face], pair,
+                                           spaces.geometry, model.angular_velocity, with_slopes));
+          pairs.back().second.first_point = first_point;
+          first_point += pair.points.size();
+        }
       }
+    };
+    if (with_slopes)
+    {
+      std::vector<std::pair<unsigned int, Kinematics>> pairs;
+      tabulate(pairs);
+      for (const auto &[interface, kinematics] : pairs)
+        work(interface, kinematics);
+      return;
     }
+    if (!tabulated || tabulated->angular_velocity != model.angular_velocity)
+    {
+      auto table              = std::make_shared<Tabulated>();
+      table->angular_velocity = model.angular_velocity;
+      tabulate(table->pairs);
+      tabulated = std::move(table);
+    }
+    for (const auto &[interface, kinematics] : tabulated->pairs)
+      work(interface, kinematics);
+  }
+
+  template <int dim>
+  void Contact<dim>::close()
+  {
+    std::fill(active.begin(), active.end(), true);
+    for (std::vector<bool> &points : active_points)
+      std::fill(points.begin(), points.end(), true);
   }
 
   template <int dim>

@@ -22,6 +22,17 @@ namespace squeal
               b.values.data(), &ldb, &beta, c.values.data(), &ldc);
   }
 
+  DenseMatrix outer_product(const DenseMatrix &a, const DenseMatrix &b)
+  {
+    DenseMatrix c(a.n_rows, b.n_rows);
+    const PetscBLASInt m = a.n_rows, n = b.n_rows, k = a.n_columns;
+    const double one = 1, zero = 0;
+    if (m > 0 && n > 0 && k > 0)
+      BLASgemm_("N", "T", &m, &n, &k, &one, a.values.data(), &m, b.values.data(), &n, &zero,
+                c.values.data(), &m);
+    return c;
+  }
+
   DenseMatrix solve(DenseMatrix a, DenseMatrix b)
   {
     const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;

@@ -2,7 +2,6 @@
 #include <squeal/eigensolvers.h>
 #include <squeal/left_vectors.h>
 #include <squeal/pep_search.h>
-#include <squeal/reduced_basis.h>
 
 #include <algorithm>
 #include <array>
@@ -29,13 +28,6 @@ namespace squeal
     double shift_of(const EigensolverOptions &options, const bool moves_rigidly)
     {
       return options.max_imaginary * (options.shift > 0 ? options.shift : moves_rigidly ? 0.1 : 0.);
-    }
-
-    /// |l| up to which solvers search: the window is a strip |Im l| <= w, the search region this
-    /// disc. A mode of the strip outside of it has a damping ratio above 0.4 and cannot squeal.
-    double search_radius(const double max_imaginary)
-    {
-      return 1.1 * max_imaginary;
     }
 
     /// x := f x for every column of a complex block.
@@ -168,15 +160,9 @@ namespace squeal
     {
     public:
       Modes solve(const QuadraticEigenproblem &problem,
-                  const EigensolverOptions &options) const override
-      {
-        return solve(problem, options, nullptr);
-      }
+                  const EigensolverOptions &options) const override;
 
     protected:
-      /// @p nearby: modes whose bases are to be enlarged by the new ones, or null.
-      Modes solve(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
-                  const Modes *nearby) const;
 
       /// The number of reference modes in the disc, counted again only if the reference problem is
       /// another one: the products with a fixed vector tell.
@@ -204,8 +190,11 @@ namespace squeal
       };
       virtual Search search(const Task &task, unsigned int seed) const = 0;
       virtual void add_left(const Task &task, Modes &modes) const      = 0;
-      /// Keeps what helps with problems nearby.
-      virtual void remember(const Task &, const Modes *, Modes &) const {}
+      /// Whether right and left vectors of the whole disc are computed.
+      virtual bool has_all_of_disc() const
+      {
+        return false;
+      }
 
     private:
       /// Searches twice if the inertia does not confirm the number found.
@@ -238,11 +227,6 @@ namespace squeal
     /// Block Krylov: as many right-hand sides a step as the factors serve at the cost of a few.
     class BlockKrylov : public ShiftInvertSolver
     {
-    public:
-      Modes follow(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
-                   const Modes &nearby) const override;
-
-    private:
       static BlockSearchOptions search_options(const Task &task, const unsigned int seed)
       {
         BlockSearchOptions options;
@@ -273,22 +257,17 @@ namespace squeal
       void add_left(const Task &task, Modes &modes) const override
       {
         BlockSearchOptions options = search_options(task, 2);
-        options.tolerance          = 1e-8; // of vectors, their eigenvalues are known
+        // Of vectors, their eigenvalues are known; sharp ones for problems nearby
+        options.tolerance  = task.options.keep_factors ? 1e-11 : 1e-8;
         options.n_expected         = modes.lambda.size() + task.n_rigid;
         search_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
                             options, task.options, modes);
       }
-      void remember(const Task &task, const Modes *nearby, Modes &modes) const override;
+      bool has_all_of_disc() const override
+      {
+        return true;
+      }
     };
-
-    void BlockKrylov::remember(const Task &task, const Modes *nearby, Modes &modes) const
-    {
-      const Block nothing(task.problem.rows, 0);
-      modes.right_basis =
-          add_snapshot(task.problem, nearby ? nearby->right_basis : nothing, modes.re, modes.im);
-      modes.left_basis = add_snapshot(task.problem, nearby ? nearby->left_basis : nothing,
-                                      modes.left_re, modes.left_im);
-    }
 
     ShiftInvertSolver::Search ShiftInvertSolver::search_all(const Task &task,
                                                             std::string &completeness) const
@@ -358,7 +337,7 @@ namespace squeal
     }
 
     Modes ShiftInvertSolver::solve(const QuadraticEigenproblem &problem,
-                                   const EigensolverOptions &options, const Modes *nearby) const
+                                   const EigensolverOptions &options) const
     {
       const double radius = search_radius(options.max_imaginary);
       Stopwatch watch;
@@ -373,8 +352,10 @@ namespace squeal
           shift == 0 ? Matrix()
                      : sum_of(problem.rows,
                               {{1., problem.Q}, {shift, problem.P}, {shift * shift, problem.M}});
-      const Factorization factorization(shift == 0 ? problem.Q : shifted, Factorization::Kind::lu,
-                                        "the position matrix (for shift-invert)");
+      const auto factors = std::make_shared<const Factorization>(
+          shift == 0 ? problem.Q : shifted, Factorization::Kind::lu,
+          "the position matrix (for shift-invert)");
+      const Factorization &factorization = *factors;
       seconds.factorization = watch.lap();
       const Task task{problem, options, factorization, shift, radius, n_expected, n_rigid};
 
@@ -392,13 +373,21 @@ namespace squeal
       }
       modes.n_solves += found.n_solves;
       modes.n_rigid_body_modes = n_rigid;
+      modes.n_reference        = n_expected + n_rigid;
       modes.factor_memory_mib  = factorization.memory_mib();
       modes.completeness       = completeness;
       seconds.right            = watch.lap();
       add_left(task, modes);
       seconds.left  = watch.lap();
       modes.seconds = seconds;
-      remember(task, nearby, modes);
+      if (options.keep_factors && has_all_of_disc() && shift == 0)
+      {
+        modes.factorization = factors;
+        modes.disc_right    = modes.re;
+        modes.disc_right.append(modes.im);
+        modes.disc_left = modes.left_re;
+        modes.disc_left.append(modes.left_im);
+      }
       modes = in_window(problem, options, std::move(modes));
       normalise(problem, modes);
       return modes;
@@ -421,42 +410,6 @@ namespace squeal
         counted_problem = fingerprint;
       }
       return counted;
-    }
-
-    Modes BlockKrylov::follow(const QuadraticEigenproblem &problem,
-                              const EigensolverOptions &options, const Modes &nearby) const
-    {
-      // What the present problem cannot take from its neighbours is solved for, and makes the bases
-      // richer.
-      const double radius           = search_radius(options.max_imaginary);
-      const unsigned int n_expected = count_reference(problem, radius);
-      const bool may_follow         = !problem.may_move_rigidly && options.shift == 0 &&
-                              nearby.right_basis.n_columns() > 0 &&
-                              n_expected == nearby.disc_lambda.size();
-      if (!may_follow)
-        return solve(problem, options);
-      {
-        const Factorization factorization(problem.Q, Factorization::Kind::lu,
-                                          "the position matrix (for shift-invert)");
-        if (std::optional<Modes> modes =
-                solve_in_basis(problem, {nearby.right_basis, nearby.left_basis}, factorization,
-                               radius, n_expected, options))
-        {
-          modes->completeness =
-              std::to_string(n_expected) + " modes with |l| <= 2 pi " +
-              std::to_string(radius / (2 * M_PI)) + " Hz, as many as the inertia of " +
-              (problem.reference ? problem.reference_name : "the problem itself") +
-              " proves; followed from points nearby";
-          modes->factor_memory_mib = factorization.memory_mib();
-          modes->right_basis = add_snapshot(problem, nearby.right_basis, modes->re, modes->im);
-          modes->left_basis =
-              add_snapshot(problem, nearby.left_basis, modes->left_re, modes->left_im);
-          *modes = in_window(problem, options, std::move(*modes));
-          normalise(problem, *modes);
-          return std::move(*modes);
-        }
-      }
-      return solve(problem, options, &nearby);
     }
 
     /// LAPACK on the whole problem; the oracle of the other solvers.

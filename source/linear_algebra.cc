@@ -260,11 +260,19 @@ namespace squeal
 
   std::vector<double> inner_products(const Block &a, const Block &b)
   {
-    const PetscBLASInt m = a.n_columns(), n = b.n_columns(), k = a.n_local(), ld = std::max(1, k);
+    return inner_products(a, 0, a.n_columns(), b, 0, b.n_columns());
+  }
+
+  std::vector<double> inner_products(const Block &a, const unsigned int first_a,
+                                     const unsigned int n_a, const Block &b,
+                                     const unsigned int first_b, const unsigned int n_b)
+  {
+    const PetscBLASInt m = n_a, n = n_b, k = a.n_local(), ld = std::max(1, k);
     std::vector<double> result(std::size_t(m) * n);
     const double one = 1, zero = 0;
     if (k > 0 && m > 0 && n > 0)
-      BLASgemm_("T", "N", &m, &n, &k, &one, a.data(), &ld, b.data(), &ld, &zero, result.data(), &m);
+      BLASgemm_("T", "N", &m, &n, &k, &one, a.column(first_a), &ld, b.column(first_b), &ld, &zero,
+                result.data(), &m);
     sum_over_ranks(a.row_range().comm, result);
     return result;
   }

@@ -66,7 +66,7 @@ namespace squeal
     circulatory = read(names.circulatory, "Matrices/Circulatory");
   }
 
-  void MatrixModel::assemble(const Parameters::All &parameters)
+  void MatrixModel::assemble(const Parameters::All &parameters, const Factorization *)
   {
     circulatory_factor = parameters.matrices.circulatory_factor;
     velocity_factor    = parameters.matrices.velocity_factor;
@@ -91,7 +91,8 @@ namespace squeal
     return problem;
   }
 
-  std::vector<ParameterDerivative> MatrixModel::derivatives(const std::string &only) const
+  std::vector<ParameterDerivative> MatrixModel::derivatives(const std::string &only,
+                                                            const Factorization *) const
   {
     std::vector<ParameterDerivative> all;
     if (circulatory)

@@ -48,11 +48,20 @@ namespace squeal
         add_product(n_rows, begins, columns, values, x, y);
       }
 
+      void add_transposed_product(const Chunk *x, Chunk *y) const
+      {
+        add_transposed_product(n_rows, begins, columns, values, x, y);
+      }
+
     private:
       /// y += A x. Compiled for wider registers too; the loader takes what the processor has.
       __attribute__((target_clones("default", "arch=haswell", "arch=skylake-avx512"))) static void
       add_product(PetscInt n_rows, const PetscInt *begins, const PetscInt *columns,
                   const PetscScalar *values, const Chunk *x, Chunk *y);
+      /// y += A^T x.
+      __attribute__((target_clones("default", "arch=haswell", "arch=skylake-avx512"))) static void
+      add_transposed_product(PetscInt n_rows, const PetscInt *begins, const PetscInt *columns,
+                             const PetscScalar *values, const Chunk *x, Chunk *y);
 
       Mat mat;
       PetscInt n_rows        = 0;
@@ -74,6 +83,23 @@ namespace squeal
             sum[c] += a * of_x[c];
         }
         y[i] = sum;
+      }
+    }
+
+    void Csr::add_transposed_product(const PetscInt n_rows, const PetscInt *begins,
+                                     const PetscInt *columns, const PetscScalar *values,
+                                     const Chunk *x, Chunk *y)
+    {
+      for (PetscInt i = 0; i < n_rows; ++i)
+      {
+        const Chunk of_x = x[i];
+        for (PetscInt k = begins[i]; k < begins[i + 1]; ++k)
+        {
+          const double a = values[k];
+          Chunk &of_y    = y[columns[k]];
+          for (unsigned int c = 0; c < width; ++c)
+            of_y[c] += a * of_x[c];
+        }
       }
     }
 
@@ -105,12 +131,6 @@ namespace squeal
             incoming(std::accumulate(n_received.begin(), n_received.end(), 0));
         for (const PetscInt row : sent)
           outgoing.push_back(own[row - rows.begin]);
-        const auto numbers = [](std::vector<int> counts)
-        {
-          for (int &count : counts)
-            count *= width;
-          return counts;
-        };
         const std::vector<int> send = numbers(n_sent), receive = numbers(n_received);
         MPI_Alltoallv(outgoing.data(), send.data(), offsets(send).data(), MPI_DOUBLE,
                       incoming.data(), receive.data(), offsets(receive).data(), MPI_DOUBLE,
@@ -118,7 +138,25 @@ namespace squeal
         return incoming;
       }
 
+      /// The way back: adds to the owners' rows.
+      void add_back(const std::vector<Chunk> &ghosts, std::vector<Chunk> &own) const
+      {
+        std::vector<Chunk> incoming(sent.size());
+        const std::vector<int> send = numbers(n_received), receive = numbers(n_sent);
+        MPI_Alltoallv(ghosts.data(), send.data(), offsets(send).data(), MPI_DOUBLE, incoming.data(),
+                      receive.data(), offsets(receive).data(), MPI_DOUBLE, rows.comm);
+        for (std::size_t k = 0; k < sent.size(); ++k)
+          for (unsigned int c = 0; c < width; ++c)
+            own[sent[k] - rows.begin][c] += incoming[k][c];
+      }
+
     private:
+      static std::vector<int> numbers(std::vector<int> counts)
+      {
+        for (int &count : counts)
+          count *= width;
+        return counts;
+      }
       static std::vector<int> offsets(const std::vector<int> &counts)
       {
         std::vector<int> result(counts.size(), 0);
@@ -130,40 +168,63 @@ namespace squeal
       std::vector<int> n_received, n_sent;
       std::vector<PetscInt> sent;
     };
+
+    Block product(const Matrix &matrix, const Block &block, const bool transposed)
+    {
+      const unsigned int n_rows = block.n_local(), n_columns = block.n_columns();
+      Block result(block.row_range(), n_columns);
+      if (!matrix || n_columns == 0)
+        return result;
+      PetscBool is_parallel = PETSC_FALSE;
+      SQUEAL_PETSC(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(Mat(matrix)), MATMPIAIJ,
+                                          &is_parallel));
+      Mat own = matrix, coupling = nullptr;
+      const PetscInt *ghosts = nullptr;
+      PetscInt n_ghosts      = 0;
+      if (is_parallel)
+      {
+        SQUEAL_PETSC(MatMPIAIJGetSeqAIJ(matrix, &own, &coupling, &ghosts));
+        SQUEAL_PETSC(MatGetSize(coupling, nullptr, &n_ghosts));
+      }
+      const Csr own_rows(own);
+      const std::unique_ptr<Csr> coupled = coupling ? std::make_unique<Csr>(coupling) : nullptr;
+      const std::unique_ptr<GhostRows> ghost_rows =
+          coupling ? std::make_unique<GhostRows>(block.row_range(), ghosts, n_ghosts) : nullptr;
+      for (unsigned int first = 0; first < n_columns; first += width)
+      {
+        const std::vector<Chunk> x = gather(block.data(), n_rows, n_columns, first);
+        std::vector<Chunk> y(n_rows, Chunk{});
+        if (transposed)
+        {
+          own_rows.add_transposed_product(x.data(), y.data());
+          if (coupled)
+          {
+            std::vector<Chunk> of_ghosts(n_ghosts, Chunk{});
+            coupled->add_transposed_product(x.data(), of_ghosts.data());
+            ghost_rows->add_back(of_ghosts, y);
+          }
+        }
+        else
+        {
+          own_rows.add_product(x.data(), y.data());
+          if (coupled)
+            coupled->add_product((*ghost_rows)(x).data(), y.data());
+        }
+        for (unsigned int c = 0; c < width && first + c < n_columns; ++c)
+          for (unsigned int i = 0; i < n_rows; ++i)
+            result.column(first + c)[i] = y[i][c];
+      }
+      return result;
+    }
   } // namespace
 
   Block multiply(const Matrix &matrix, const Block &block)
   {
-    const unsigned int n_rows = block.n_local(), n_columns = block.n_columns();
-    Block result(block.row_range(), n_columns);
-    if (!matrix || n_columns == 0)
-      return result;
-    PetscBool is_parallel = PETSC_FALSE;
-    SQUEAL_PETSC(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(Mat(matrix)), MATMPIAIJ,
-                                        &is_parallel));
-    Mat own = matrix, coupling = nullptr;
-    const PetscInt *ghosts = nullptr;
-    PetscInt n_ghosts      = 0;
-    if (is_parallel)
-    {
-      SQUEAL_PETSC(MatMPIAIJGetSeqAIJ(matrix, &own, &coupling, &ghosts));
-      SQUEAL_PETSC(MatGetSize(coupling, nullptr, &n_ghosts));
-    }
-    const Csr own_rows(own);
-    const std::unique_ptr<Csr> coupled = coupling ? std::make_unique<Csr>(coupling) : nullptr;
-    const std::unique_ptr<GhostRows> ghost_rows =
-        coupling ? std::make_unique<GhostRows>(block.row_range(), ghosts, n_ghosts) : nullptr;
-    for (unsigned int first = 0; first < n_columns; first += width)
-    {
-      const std::vector<Chunk> x = gather(block.data(), n_rows, n_columns, first);
-      std::vector<Chunk> y(n_rows, Chunk{});
-      own_rows.add_product(x.data(), y.data());
-      if (coupled)
-        coupled->add_product((*ghost_rows)(x).data(), y.data());
-      for (unsigned int c = 0; c < width && first + c < n_columns; ++c)
-        for (unsigned int i = 0; i < n_rows; ++i)
-          result.column(first + c)[i] = y[i][c];
-    }
-    return result;
+    return product(matrix, block, false);
+  }
+
+  Block multiply_transposed(const Matrix &matrix, const Block &block)
+  {
+    return product(matrix, block, true);
   }
 } // namespace squeal

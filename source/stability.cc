@@ -43,11 +43,16 @@ namespace squeal
   std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const Modes &modes,
                                const unsigned int cycle, const double tolerance)
   {
+    return analyse(modes, diagonal_form(modes.re, modes.im, problem.P, modes),
+                   diagonal_form(modes.re, modes.im, problem.Q, modes), cycle, tolerance);
+  }
+
+  std::vector<ModeRow> analyse(const Modes &modes, const std::vector<std::complex<double>> &of_p,
+                               const std::vector<std::complex<double>> &of_q,
+                               const unsigned int cycle, const double tolerance)
+  {
     const unsigned int n_modes = modes.lambda.size();
     std::vector<ModeRow> rows(n_modes);
-    const std::vector<Complex> of_p = diagonal_form(modes.re, modes.im, problem.P, modes),
-                               of_q = diagonal_form(modes.re, modes.im, problem.Q, modes);
-
     for (unsigned int j = 0; j < n_modes; ++j)
     {
       ModeRow &row       = rows[j];

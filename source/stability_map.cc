@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
+#include <optional>
 
 namespace squeal
 {
@@ -17,12 +17,13 @@ namespace squeal
 
   StabilityMap::StabilityMap(ParameterFile &file, Model &model, const EigensolverOptions &options,
                              const std::string &directory, const MPI_Comm comm, Log &log)
-      : file(file), model(model), parameters{{file.parameters().sweep.parameter,
+      : file(file), parameters{{file.parameters().sweep.parameter,
                                               file.parameters().sweep.second_parameter}},
         values{{file.parameters().sweep.points(), file.parameters().sweep.second_points()}},
         options(options), directory(directory), comm(comm), log(log),
-        solver(make_eigensolver(file.parameters().eigenproblem.solver))
+        follower(options, file.parameters().eigenproblem.solver)
   {
+    follower.set_model(model);
     for (unsigned int k = 0; k < 2; ++k)
     {
       file.value_of(parameters[k]);
@@ -84,33 +85,14 @@ namespace squeal
 
   // Solving.
 
-  void StabilityMap::assemble(const Position &at)
+  const Parameters::All &StabilityMap::parameters_at(const Position &at)
   {
     for (unsigned int k = 0; k < 2; ++k)
       file.vary(parameters[k], parameter_at(k, at[k]));
-    model.assemble(file.parameters());
-    problem = model.problem();
+    return file.parameters();
   }
 
-  Modes StabilityMap::solve(const Position &at, const Modes *nearby)
-  {
-    assemble(at);
-    const auto modes_with = [&](const EigensolverOptions &with)
-    { return nearby ? solver->follow(problem, with, *nearby) : solver->solve(problem, with); };
-    try
-    {
-      return modes_with(options);
-    }
-    catch (const SingularMatrix &)
-    {
-      EigensolverOptions shifted = options; // a divergence lies exactly here
-      shifted.shift              = 0.1;
-      return modes_with(shifted);
-    }
-  }
-
-  StabilityMap::Evaluation StabilityMap::evaluate(const Position &at, const Complex expected,
-                                                  const Modes *nearby)
+  StabilityMap::Evaluation StabilityMap::evaluate(const Position &at, const Complex expected)
   {
     const auto nearest = [&](const Modes &modes, const Complex l)
     {
@@ -120,15 +102,15 @@ namespace squeal
       return chosen.front();
     };
     Evaluation result;
-    result.modes            = solve(at, nearby);
-    const unsigned int mode = nearest(result.modes, expected);
-    result.lambda           = result.modes.lambda[mode];
+    const Modes modes       = follower.solve(parameters_at(at));
+    const unsigned int mode = nearest(modes, expected);
+    result.lambda           = modes.lambda[mode];
     result.value            = result.lambda.real();
     std::array<bool, 2> known{};
     for (unsigned int k = 0; k < 2; ++k)
-      for (const ParameterDerivative &derivative : model.derivatives(parameters[k]))
+      if (const auto slopes = follower.sensitivities(parameters[k], modes); !slopes.empty())
       {
-        result.slope[k] = sensitivities(derivative, result.modes)[mode] * cell_size(k, at[k]);
+        result.slope[k] = slopes[mode] * cell_size(k, at[k]);
         known[k]        = true;
       }
     for (unsigned int k = 0; k < 2; ++k)
@@ -138,8 +120,8 @@ namespace squeal
         const double h    = at[k] > 0.5 ? -1e-4 : 1e-4;
         Position shifted  = at;
         shifted[k]        = at[k] + h;
-        const Modes modes = solve(shifted, &result.modes);
-        result.slope[k]   = (modes.lambda[nearest(modes, result.lambda)] - result.lambda) / h;
+        const Modes beside = follower.solve(parameters_at(shifted));
+        result.slope[k]    = (beside.lambda[nearest(beside, result.lambda)] - result.lambda) / h;
       }
       result.gradient[k] = result.slope[k].real();
     }
@@ -149,11 +131,11 @@ namespace squeal
   StabilityMap::Evaluation StabilityMap::evaluate_divergence(const Position &at,
                                                              const StaticInstability &instability)
   {
-    assemble(at);
+    const QuadraticEigenproblem problem = follower.assemble(parameters_at(at));
     std::vector<ParameterDerivative> derivatives;
     for (const std::string &parameter : parameters)
     {
-      const auto of_parameter = model.derivatives(parameter);
+      const auto of_parameter = follower.derivatives(parameter);
       derivatives.push_back(of_parameter.empty() ? ParameterDerivative{parameter, 0, {}}
                                                  : of_parameter.front());
     }
@@ -177,7 +159,7 @@ namespace squeal
 
   void StabilityMap::write(const Position &at, const Modes &modes)
   {
-    const std::vector<ModeRow> rows = analyse(problem, modes, 0, options.tolerance);
+    const std::vector<ModeRow> rows = follower.analyse(modes);
     unsigned int n_unstable         = 0;
     for (const ModeRow &row : rows)
       n_unstable += row.verdict == "flutter" || row.verdict == "divergence";
@@ -206,8 +188,9 @@ namespace squeal
     if ((n_before + n_now) % 2 == 0)
       return;
     const Position &end = n_now > n_before ? to : from;
-    const Modes at_end  = solve(end, &modes);
-    const StaticInstability instability(problem, at_end, divergent_modes(at_end).front());
+    const Modes at_end  = follower.whole(follower.solve(parameters_at(end)));
+    const StaticInstability instability(follower.assemble(parameters_at(end)), at_end,
+                                        divergent_modes(at_end).front());
     const auto along = [&](const double t)
     {
       const Evaluation at = evaluate_divergence(between(from, to, t), instability);
@@ -225,7 +208,7 @@ namespace squeal
   }
 
   void StabilityMap::add_crossing(const unsigned int before, const unsigned int now,
-                                  const Complex l_before, const Complex l_now, const Modes &modes)
+                                  const Complex l_before, const Complex l_now)
   {
     const Position from = position_of(before), to = position_of(now);
     const auto slope_of = [&](const Evaluation &at)
@@ -242,7 +225,7 @@ namespace squeal
                                              [&](const Known &a, const Known &b)
                                              { return std::abs(a.t - t) < std::abs(b.t - t); });
       const Evaluation at = evaluate(between(from, to, t),
-                                     nearest->lambda + nearest->slope * (t - nearest->t), &modes);
+                                     nearest->lambda + nearest->slope * (t - nearest->t));
       known.push_back({t, at.lambda, slope_of(at)});
       return std::make_pair(at.value, known.back().slope.real());
     };
@@ -279,25 +262,29 @@ namespace squeal
     for (unsigned int i = 0; i < a.size(); ++i)
       if (const int j = partners[i];
           j >= 0 && a[i].imag() > 0 && b[j].imag() > 0 && grows(a[i]) != grows(b[j]))
-        add_crossing(before, now, a[i], b[j], modes);
+        add_crossing(before, now, a[i], b[j]);
     add_divergence(before, now, modes);
   }
 
-  void StabilityMap::walk_grid(BranchPoint &last)
+  void StabilityMap::walk_grid()
   {
     const unsigned int n = values[0].size(), n_points = n * values[1].size();
     for (unsigned int point = eigenvalues.size(); point < n_points; ++point)
     {
       const Position at = position_of(point);
-      Modes modes       = solve(at, point == 0 ? nullptr : &last.modes);
+      const Modes modes = follower.solve(parameters_at(at));
       write(at, modes);
       if (point % n > 0)
         find_crossings(point - 1, point, modes);
       if (point >= n) // the neighbour in the row before, which was walked the other way
         find_crossings(2 * (point / n) * n - 1 - point, point, modes);
       eigenvalues.push_back(modes.lambda);
-      last.modes = std::move(modes);
-      save(last);
+      if (follower.is_whole(modes))
+      {
+        follower.assemble_fully(parameters_at(at)); // the search for crossings went elsewhere
+        follower.anchor(modes);
+        save();
+      }
       if (point % n == n - 1)
         log.line("  " + parameters[1] + " = " + number(parameter_at(1, at[1])) + ": " +
                  std::to_string(crossings.size()) + " crossings of the border so far");
@@ -411,8 +398,7 @@ namespace squeal
     {
       return evaluate(at,
                       last.lambda + here.slope[0] * (at[0] - last.at[0]) +
-                          here.slope[1] * (at[1] - last.at[1]),
-                      &here.modes);
+                          here.slope[1] * (at[1] - last.at[1]));
     };
   }
 
@@ -427,16 +413,17 @@ namespace squeal
         const Position at = {{seed.at[0] + side[0], seed.at[1] + side[1]}};
         if (instability || !inside(at, 0))
           continue;
-        const Modes modes = solve(at, nullptr);
+        const Modes modes = follower.whole(follower.solve(parameters_at(at)));
         const auto real   = divergent_modes(modes);
         if (!real.empty())
-          instability = std::make_unique<StaticInstability>(problem, modes, real.front());
+          instability = std::make_unique<StaticInstability>(follower.assemble(parameters_at(at)),
+                                                            modes, real.front());
       }
       if (!instability)
         return {seed};
     }
     const Evaluation start         = seed.divergence ? evaluate_divergence(seed.at, *instability)
-                                                     : evaluate(seed.at, seed.lambda, nullptr);
+                                                     : evaluate(seed.at, seed.lambda);
     const unsigned int most_points = 20 * (values[0].size() + values[1].size());
     std::vector<BorderPoint> curve = {seed};
     for (const double sign : {1., -1.})
@@ -466,12 +453,14 @@ namespace squeal
     return curve;
   }
 
-  void StabilityMap::trace_border(BranchPoint &last)
+  void StabilityMap::trace_border()
   {
     for (BorderPoint &seed : crossings)
     {
       if (seed.done)
         continue;
+      // A curve depends on its seed alone, whatever was solved before.
+      follower.anchor(follower.solve_fully(parameters_at(seed.at)));
       const std::vector<BorderPoint> curve = trace(seed);
       for (const BorderPoint &point : curve)
         border_csv->add({std::to_string(n_curves), point.divergence ? "divergence" : "flutter",
@@ -492,61 +481,43 @@ namespace squeal
                            0.05 * std::abs(curve[i].lambda) +
                                2 * std::abs(curve[i + 1].lambda - curve[i].lambda);
       seed.done = true;
-      save(last);
+      save();
     }
   }
 
   // Files.
 
-  std::string StabilityMap::state_file() const
+  void StabilityMap::save() const
   {
-    int rank = 0;
-    MPI_Comm_rank(comm, &rank);
-    return directory + "/map-" + std::to_string(rank) + ".state";
-  }
-
-  void StabilityMap::save(const BranchPoint &last) const
-  {
-    std::vector<double> numbers = {double(n_curves), double(eigenvalues.size())};
+    MPI_Barrier(comm);
+    std::vector<double> state;
+    for (const std::uintmax_t size : file_sizes(directory, tables))
+      state.push_back(size);
+    state.insert(state.end(), {double(n_curves), double(eigenvalues.size())});
     for (const std::vector<Complex> &list : eigenvalues)
     {
-      numbers.push_back(list.size());
+      state.push_back(list.size());
       for (const Complex l : list)
-        numbers.insert(numbers.end(), {l.real(), l.imag()});
+        state.insert(state.end(), {l.real(), l.imag()});
     }
     for (const BorderPoint &point : crossings)
-      numbers.insert(numbers.end(), {point.at[0], point.at[1], point.lambda.imag(), point.accuracy,
-                                     double(point.divergence), double(point.done)});
-    MPI_Barrier(comm);
-    std::vector<std::uintmax_t> sizes = file_sizes(directory, tables);
-    for (const double number : numbers)
-    {
-      std::uint64_t bits = 0;
-      std::memcpy(&bits, &number, sizeof(bits));
-      sizes.push_back(bits);
-    }
-    last.save(state_file(), sizes);
+      state.insert(state.end(), {point.at[0], point.at[1], point.lambda.imag(), point.accuracy,
+                                 double(point.divergence), double(point.done)});
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    if (rank == 0)
+      save_numbers(state_file(), state);
     MPI_Barrier(comm);
   }
 
-  bool StabilityMap::resume(BranchPoint &last)
+  bool StabilityMap::resume()
   {
-    int good = std::filesystem::exists(state_file());
+    const std::optional<std::vector<double>> state = load_numbers(state_file());
+    int good                                       = state && state->size() > tables.size() + 2;
     MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm);
     if (!good)
       return false;
-    assemble({{0, 0}});
-    std::vector<std::uintmax_t> sizes;
-    good = last.load(
-               state_file(), [&](double) { return problem.rows; }, sizes) &&
-           sizes.size() > 4;
-    MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm);
-    if (!good)
-      return false;
-    std::vector<double> numbers(sizes.size() - 2);
-    for (unsigned int i = 0; i < numbers.size(); ++i)
-      std::memcpy(&numbers[i], &sizes[i + 2], sizeof(double));
-    auto at  = numbers.begin();
+    auto at  = state->begin() + tables.size();
     n_curves = *at++;
     eigenvalues.resize(*at++);
     for (std::vector<Complex> &list : eigenvalues)
@@ -558,11 +529,14 @@ namespace squeal
         at += 2;
       }
     }
-    for (; at != numbers.end(); at += 6)
+    for (; at != state->end(); at += 6)
       crossings.push_back({{{at[0], at[1]}}, {0, at[2]}, at[3], at[4] != 0, at[5] != 0});
-    cut_files(directory, tables, sizes, comm);
+    cut_files(directory, tables, {state->begin(), state->begin() + tables.size()}, comm);
     log.line("Resumed after " + std::to_string(eigenvalues.size()) + " points and " +
              std::to_string(n_curves) + " curves.");
+    const bool on_grid = eigenvalues.size() < values[0].size() * values[1].size();
+    if (on_grid)
+      follower.anchor(follower.solve_fully(parameters_at(position_of(eigenvalues.size() - 1))));
     return true;
   }
 
@@ -570,8 +544,7 @@ namespace squeal
   {
     const std::array<double, 2> original = {
         {file.value_of(parameters[0]), file.value_of(parameters[1])}};
-    BranchPoint last;
-    const bool resumed = resume(last);
+    const bool resumed = resume();
     map_csv            = std::make_unique<Table>(
         directory + "/map.csv",
         "first_value,second_value,unstable_modes,growth_rate_1_per_s,frequency_hz,verdict", comm,
@@ -582,8 +555,8 @@ namespace squeal
     log.line("\nStability map over " + parameters[0] + " and " + parameters[1] + ", " +
              std::to_string(values[0].size()) + " x " + std::to_string(values[1].size()) +
              " points");
-    walk_grid(last);
-    trace_border(last);
+    walk_grid();
+    trace_border();
     for (unsigned int k = 0; k < 2; ++k)
       file.vary(parameters[k], original[k]);
     MPI_Barrier(comm);

@@ -1,4 +1,5 @@
 #include <squeal/dense.h>
+#include <squeal/gmres.h>
 #include <squeal/static_equilibrium.h>
 
 #include <algorithm>
@@ -243,6 +244,62 @@ namespace squeal
   } // namespace
 
   template <int dim>
+  std::optional<StaticEquilibrium>
+  follow_static_equilibrium(const StaticEquilibrium &before, const Factorization &nearby,
+                            const std::vector<Term> &body_terms, Contact<dim> &contact,
+                            const bool with_friction, const Block &load)
+  {
+    const RowRange &rows = before.state.row_range();
+    const bool nonlinear = contact.contact_model().friction.kind == FrictionLaw::Kind::expression;
+    // Preconditioned residuals are relative errors of the state.
+    constexpr double tolerance              = 1e-12;
+    constexpr unsigned int most_corrections = 60, max_iterations = 10;
+    StaticEquilibrium result;
+    result.state    = before.state;
+    result.pressure = before.pressure;
+    for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
+    {
+      const Matrix normal = contact.normal(),
+                   slip   = with_friction ? contact.friction(result.pressure) : Matrix();
+      const auto tangent  = [&](const Block &x)
+      {
+        Block y        = multiply(normal, x);
+        const auto add = [&](const double factor, const Matrix &matrix)
+        {
+          if (!matrix)
+            return;
+          const Block product = multiply(matrix, x);
+          for (unsigned int i = 0; i < y.n_local(); ++i)
+            y.data()[i] += factor * product.data()[i];
+        };
+        add(1, slip);
+        for (const Term &term : body_terms)
+          if (term.order == 0 && term.matrix)
+            add(term.coefficient, *term.matrix);
+        return y;
+      };
+      Block right_hand_side = contact.load(result.pressure, with_friction);
+      for (unsigned int i = 0; i < right_hand_side.n_local(); ++i)
+        right_hand_side.data()[i] += load.data()[i];
+      if (!gmres(
+              tangent, [&](const Block &x) { return nearby.solve(x); }, right_hand_side,
+              result.state, tolerance, most_corrections))
+        return std::nullopt;
+      auto pressure       = contact.pressure_of(result.state);
+      const double change = relative_change(result.pressure, pressure, rows.comm);
+      result.pressure     = std::move(pressure);
+      const auto set      = contact.update_active_set(result.state);
+      result.iterations.push_back(
+          {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change});
+      if (set.n_changed == 0 && (!nonlinear || change < 1e-11))
+        return result;
+      if (!contact.lost_contacts().empty())
+        return std::nullopt;
+    }
+    return std::nullopt;
+  }
+
+  template <int dim>
   StaticEquilibrium
   solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
                            Contact<dim> &contact, const bool with_friction, const Block &load)
@@ -280,6 +337,12 @@ namespace squeal
                                     const Contact<3>::Pressure &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
                                                       Contact<2> &, bool, const Block &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(const StaticEquilibrium &, const Factorization &,
+                            const std::vector<Term> &, Contact<2> &, bool, const Block &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
                                                       Contact<3> &, bool, const Block &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(const StaticEquilibrium &, const Factorization &,
+                            const std::vector<Term> &, Contact<3> &, bool, const Block &);
 } // namespace squeal

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 namespace squeal
 {
@@ -36,11 +37,12 @@ namespace squeal
   Sweep::Sweep(ParameterFile &file, Model &model, const ModelFactory &make_model,
                const EigensolverOptions &options, const std::string &directory, const MPI_Comm comm,
                Log &log)
-      : file(file), model(&model), make_model(make_model),
+      : file(file), make_model(make_model),
         parameter(file.parameters().sweep.parameter), keeps_mesh(sweep_keeps_mesh(parameter)),
         options(options), directory(directory), comm(comm), log(log),
-        solver(make_eigensolver(file.parameters().eigenproblem.solver))
+        follower(options, file.parameters().eigenproblem.solver)
   {
+    follower.set_model(model);
     file.value_of(parameter);
     const bool makes_mesh =
         make_model &&
@@ -53,46 +55,28 @@ namespace squeal
           "matrices.");
   }
 
-  std::string Sweep::state_file() const
-  {
-    int rank = 0;
-    MPI_Comm_rank(comm, &rank);
-    return directory + "/sweep-" + std::to_string(rank) + ".state";
-  }
-
-  void Sweep::assemble(const double value)
+  const Parameters::All &Sweep::parameters_at(const double value)
   {
     file.vary(parameter, value);
-    if (!keeps_mesh)
-    {
-      own_model.reset(); // two meshes at a time would double the memory
-      own_model = make_model(file.parameters());
-      model     = own_model.get();
-    }
-    model->assemble(file.parameters());
-    problem = model->problem();
+    return file.parameters();
   }
 
-  void Sweep::solve(const double value, const BranchPoint *before, BranchPoint &point)
+  void Sweep::make_mesh(const double value)
   {
-    assemble(value);
-    point.value         = value;
-    const auto modes_at = [&](const EigensolverOptions &with)
-    {
-      return before && keeps_mesh ? solver->follow(problem, with, before->modes)
-                                  : solver->solve(problem, with);
-    };
-    try
-    {
-      point.modes = modes_at(options);
-    }
-    catch (const SingularMatrix &)
-    {
-      // A divergence lies exactly on the value: another shift than zero.
-      EigensolverOptions shifted = options;
-      shifted.shift              = 0.1;
-      point.modes                = modes_at(shifted);
-    }
+    own_model.reset(); // two meshes at a time would double the memory
+    own_model = make_model(parameters_at(value));
+    follower.set_model(*own_model);
+  }
+
+  bool Sweep::solve(const double value, const BranchPoint *before, BranchPoint &point)
+  {
+    point.value  = value;
+    point.modes  = follower.solve(parameters_at(value));
+    point.rows   = follower.analyse(point.modes);
+    bool certain = true;
+    if (before)
+      certain = follower.continue_branches(*before, point);
+    return certain;
   }
 
   BranchPoint Sweep::advance(const BranchPoint &from, const double value,
@@ -101,8 +85,7 @@ namespace squeal
     if (!keeps_mesh)
       return advance_on_new_mesh(from, value);
     BranchPoint to;
-    solve(value, &from, to);
-    const bool certain = continue_branches(problem, from, options.max_imaginary, to);
+    const bool certain = solve(value, &from, to);
     if (!certain && n_halvings < max_halvings)
     {
       const BranchPoint middle = advance(from, (from.value + value) / 2, n_halvings + 1);
@@ -121,12 +104,13 @@ namespace squeal
   BranchPoint Sweep::advance_on_new_mesh(const BranchPoint &from, const double value)
   {
     BranchPoint to;
+    make_mesh(value);
     solve(value, nullptr, to);
-    const RowRange &old_rows = from.modes.re.row_range(), &new_rows = problem.rows;
+    const RowRange &old_rows = from.modes.re.row_range(), &new_rows = to.modes.re.row_range();
     int same = old_rows.begin == new_rows.begin && old_rows.end == new_rows.end &&
                old_rows.size == new_rows.size;
     MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, comm);
-    const bool certain = same && continue_branches(problem, from, options.max_imaginary, to);
+    const bool certain = same && follower.continue_branches(from, to);
     if (!same)
       continue_by_eigenvalues(from, to);
     if (!certain)
@@ -149,8 +133,8 @@ namespace squeal
 
   void Sweep::write(const BranchPoint &point)
   {
-    const std::vector<ModeRow> rows = analyse(problem, point.modes, 0, options.tolerance);
-    unsigned int n_unstable         = 0;
+    const std::vector<ModeRow> &rows = point.rows;
+    unsigned int n_unstable          = 0;
     for (unsigned int j = 0; j < rows.size(); ++j)
     {
       std::vector<std::string> fields = {number(point.value), std::to_string(point.branches[j])};
@@ -172,40 +156,57 @@ namespace squeal
     log.line(text);
   }
 
-  void Sweep::save(const BranchPoint &point) const
+  void Sweep::settle(const BranchPoint &point)
   {
+    if (!follower.is_whole(point.modes))
+      return;
+    if (keeps_mesh)
+    {
+      // The search for critical values went elsewhere.
+      if (critical_csv)
+        follower.assemble_fully(parameters_at(point.value));
+      follower.anchor(point.modes);
+    }
     MPI_Barrier(comm);
-    point.save(state_file(), file_sizes(directory, tables));
+    std::vector<double> state = {point.value, double(point.n_branches)};
+    for (const std::uintmax_t size : file_sizes(directory, tables))
+      state.push_back(size);
+    for (unsigned int j = 0; j < point.branches.size(); ++j)
+      state.insert(state.end(), {double(point.branches[j]), point.overlaps[j]});
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    if (rank == 0)
+      save_numbers(state_file(), state);
     MPI_Barrier(comm);
   }
 
   bool Sweep::resume(BranchPoint &last, unsigned int &n_done)
   {
-    const std::vector<double> points = file.parameters().sweep.points();
-    std::vector<std::uintmax_t> sizes;
-    // The rows of this rank are known once the operators are.
-    int there = std::filesystem::exists(state_file());
-    MPI_Allreduce(MPI_IN_PLACE, &there, 1, MPI_INT, MPI_MIN, comm);
-    if (!there)
-      return false;
-    std::vector<double>::const_iterator at = points.end();
-    const auto rows_of                     = [&](const double value)
-    {
-      // The ranks saved after the same point, so that they assemble together.
-      at        = std::find(points.begin(), points.end(), value);
-      int known = at != points.end();
-      MPI_Allreduce(MPI_IN_PLACE, &known, 1, MPI_INT, MPI_MIN, comm);
-      if (!known)
-        return RowRange();
-      assemble(value);
-      return problem.rows;
-    };
-    int good = last.load(state_file(), rows_of, sizes) && sizes.size() == 2;
+    const std::vector<double> points       = file.parameters().sweep.points();
+    const std::optional<std::vector<double>> state = load_numbers(state_file());
+    const unsigned int n_head              = 2 + tables.size();
+    int good = state && state->size() >= n_head &&
+               std::count(points.begin(), points.end(), state->front()) > 0;
     MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm);
     if (!good)
       return false;
-    n_done = at - points.begin() + 1;
-    cut_files(directory, tables, sizes, comm);
+    last.value      = (*state)[0];
+    last.n_branches = (*state)[1];
+    for (unsigned int k = n_head; k + 1 < state->size(); k += 2)
+    {
+      last.branches.push_back((*state)[k]);
+      last.overlaps.push_back((*state)[k + 1]);
+    }
+    if (!keeps_mesh)
+      make_mesh(last.value);
+    last.modes = follower.solve_fully(parameters_at(last.value));
+    last.rows  = follower.analyse(last.modes);
+    if (last.modes.lambda.size() != last.branches.size())
+      return false; // of another problem
+    if (keeps_mesh)
+      follower.anchor(last.modes);
+    n_done = std::find(points.begin(), points.end(), last.value) - points.begin() + 1;
+    cut_files(directory, tables, {state->begin() + 2, state->begin() + n_head}, comm);
     log.line("Resumed after " + std::to_string(n_done) + " of " + std::to_string(points.size()) +
              " values: " + parameter + " = " + number(last.value) + ".");
     return true;
@@ -239,6 +240,8 @@ namespace squeal
     {
       if (k == 0)
       {
+        if (!keeps_mesh)
+          make_mesh(points[0]);
         solve(points[0], nullptr, last);
         last.n_branches = last.modes.lambda.size();
         for (unsigned int j = 0; j < last.n_branches; ++j)
@@ -251,34 +254,30 @@ namespace squeal
       {
         BranchPoint next = advance(last, points[k], 0);
         last             = std::move(next);
-        // The search for critical values went elsewhere.
-        if (file.value_of(parameter) != points[k])
-          assemble(points[k]);
       }
       write(last);
-      save(last);
+      settle(last);
     }
+    log.line("  " + std::to_string(follower.n_full_solutions()) + " full solutions for " +
+             std::to_string(points.size() - n_done) + " values" +
+             (critical_csv ? " and the critical ones." : "."));
     file.vary(parameter, original);
     MPI_Barrier(comm);
     std::error_code ignored;
     std::filesystem::remove(state_file(), ignored);
   }
 
-  Sweep::Evaluation Sweep::evaluate(const double value, const BranchPoint &near,
-                                    const std::vector<Complex> &expected)
+  Sweep::Evaluation Sweep::evaluate(const double value, const std::vector<Complex> &expected)
   {
-    BranchPoint point;
-    solve(value, &near, point);
+    const Modes modes = follower.solve(parameters_at(value));
     Evaluation result;
-    const std::vector<unsigned int> chosen = nearest_partners(expected, point.modes.lambda);
+    const std::vector<unsigned int> chosen = nearest_partners(expected, modes.lambda);
     if (chosen.size() < expected.size())
       throw SolverError("A mode was lost in the search for a critical value of " + parameter + ".");
-    std::vector<Complex> derivatives;
-    for (const ParameterDerivative &derivative : model->derivatives(parameter))
-      derivatives = sensitivities(derivative, point.modes);
+    const std::vector<Complex> derivatives = follower.sensitivities(parameter, modes);
     for (const unsigned int j : chosen)
     {
-      result.lambda.push_back(point.modes.lambda[j]);
+      result.lambda.push_back(modes.lambda[j]);
       result.derivative.push_back(derivatives.empty() ? Complex(std::nan(""), 0) : derivatives[j]);
     }
     return result;
@@ -339,9 +338,7 @@ namespace squeal
     if (std::none_of(point.modes.lambda.begin(), point.modes.lambda.end(),
                      [&](const Complex l) { return is_marginal(l); }))
       return;
-    std::vector<Complex> slopes;
-    for (const ParameterDerivative &derivative : model->derivatives(parameter))
-      slopes = sensitivities(derivative, point.modes);
+    const std::vector<Complex> slopes = follower.sensitivities(parameter, point.modes);
     for (unsigned int j = 0; j < slopes.size(); ++j)
     {
       const Complex lambda = point.modes.lambda[j], slope = slopes[j];
@@ -375,12 +372,12 @@ namespace squeal
       return;
     const BranchPoint &divergent = after.size() > before.size() ? to : from;
     const unsigned int mode      = after.size() > before.size() ? after.front() : before.front();
-    assemble(divergent.value);
-    const StaticInstability instability(problem, divergent.modes, mode);
+    const StaticInstability instability(follower.assemble(parameters_at(divergent.value)),
+                                        follower.whole(divergent.modes), mode);
     const auto evaluate = [&](const double value)
     {
-      assemble(value);
-      const auto at = instability.evaluate(problem, model->derivatives(parameter));
+      const QuadraticEigenproblem problem = follower.assemble(parameters_at(value));
+      const auto at = instability.evaluate(problem, follower.derivatives(parameter));
       return std::make_pair(at.value,
                             at.derivatives.empty() ? std::nan("") : at.derivatives.front());
     };
@@ -419,7 +416,7 @@ namespace squeal
                                               return std::abs(a.value - p) < std::abs(b.value - p);
                                             });
       const Evaluation at =
-          evaluate(p, from, {nearest->lambda + nearest->derivative * (p - nearest->value)});
+          evaluate(p, {nearest->lambda + nearest->derivative * (p - nearest->value)});
       known.push_back(
           {p, at.lambda[0], std::isfinite(at.derivative[0].real()) ? at.derivative[0] : chord});
       return std::make_pair(at.lambda[0].real(), at.derivative[0].real());
@@ -464,7 +461,7 @@ namespace squeal
                            (high_pair[0] + high_pair[1]) / 2. * share;
       const double d           = low_d + (high_d - low_d) * (p - low) / (high - low);
       const Complex half       = std::sqrt(Complex(d));
-      const Evaluation at      = evaluate(p, from, {mean + half, mean - half});
+      const Evaluation at      = evaluate(p, {mean + half, mean - half});
       const Complex difference = at.lambda[0] - at.lambda[1],
                     change     = at.derivative[0] - at.derivative[1];
       const double value = discriminant(at.lambda), slope = (difference * change / 2.).real();

@@ -108,11 +108,11 @@ class StabilityMaps(st.TestCase):
             with self.subTest(killed_after=n_lines):
                 results = self.kill(STRIP_MAP, lambda results: (results / "map.csv").exists() and
                                     (results / "map.csv").read_text().count("\n") >= n_lines)
-                self.assertTrue((results / "map-0.state").exists())
+                self.assertTrue((results / "map.state").exists())
                 self.resume()
                 for name in ["map.csv", "border.csv"]:
                     self.assertEqual((whole / name).read_text(), (results / name).read_text())
-                self.assertFalse((results / "map-0.state").exists())
+                self.assertFalse((results / "map.state").exists())
 
     def test_bad_maps(self):
         for change, part in [({"Sweep/Second parameter": "Rotor/Thickness"}, "keeps the mesh"),

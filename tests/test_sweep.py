@@ -82,8 +82,8 @@ class Sweeps(st.TestCase):
         settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 2000, "Sweep/Parameter": FRICTION,
                     "Sweep/Values": "0.1 : 0.4 : 7", "Sweep/Critical values": "true"}
         whole = self.analyse(settings)
-        results = self.kill(settings, lambda results: (results / "sweep-0.state").exists())
-        table, state = results / "sweep.csv", results / "sweep-0.state"
+        results = self.kill(settings, lambda results: (results / "sweep.state").exists())
+        table, state = results / "sweep.csv", results / "sweep.state"
         self.assertTrue(state.exists())
         with open(table, "a") as half:  # a line that was cut
             half.write("0.3,2,0,1")
@@ -194,7 +194,7 @@ class Sweeps(st.TestCase):
         settings = {**st.SMALL_BRAKE, "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 2500,
                     "Sweep/Parameter": "Pads/Sector angle", "Sweep/Values": "40 : 50 : 6"}
         whole = self.analyse(settings)
-        results = self.kill(settings, lambda results: (results / "sweep-0.state").exists())
+        results = self.kill(settings, lambda results: (results / "sweep.state").exists())
         self.resume()
         self.assertEqual((whole / "sweep.csv").read_text(), (results / "sweep.csv").read_text())
 

@@ -48,9 +48,11 @@ namespace squeal
     /// change of the mesh.
     void distribute();
 
-    void assemble(const Parameters::All &parameters) override;
+    void assemble(const Parameters::All &parameters,
+                  const Factorization *nearby = nullptr) override;
     QuadraticEigenproblem problem() const override;
-    std::vector<ParameterDerivative> derivatives(const std::string &only) const override;
+    std::vector<ParameterDerivative>
+    derivatives(const std::string &only, const Factorization *nearby = nullptr) const override;
 
     std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override;
 
@@ -104,7 +106,11 @@ namespace squeal
     std::vector<Body> bodies_of(bool rotor) const;
 
     void add_bodies();
-    void find_steady_state();
+    void find_steady_state(const Factorization *nearby);
+    /// The loads of these parameters; those of the geometry are proportional to its pressure.
+    Block static_load(const Parameters::All &parameters) const;
+    /// All contacts closed and scaled to the stiffness.
+    void close_contact();
     void add_contact();
     void add_prestress();
 
@@ -133,13 +139,15 @@ namespace squeal
     /// The contact's and the loads' part of the static residual at the static state.
     Block static_residual(const Parameters::All &parameters, const Contact<dim> &contact) const;
     /// dx_0/dp at fixed active set, one column for each parameter.
-    Block state_derivatives(const std::vector<Parameter> &parameters) const;
+    Block state_derivatives(const std::vector<Parameter> &parameters,
+                            const Factorization *nearby) const;
 
     const Geometry<dim> geometry;
     const MPI_Comm comm;
     Log &log;
     PhaseTimer &timer;
     Spaces<dim> spaces_;
+    const double geometry_pressure;      ///< Pads/Pressure with which the geometry was made
     Parameters::All prm;                 ///< of the terms
     std::array<AssembledBody, 2> bodies; ///< pads, rotor
     std::unique_ptr<Contact<dim>> contact_;

@@ -2,7 +2,7 @@
 
 #include <squeal/stability.h>
 
-#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,14 +16,13 @@ namespace squeal
     std::vector<unsigned int> branches; ///< by mode
     std::vector<double> overlaps;       ///< with the branch's mode at the point before; 0: new
     unsigned int n_branches = 0;        ///< branches so far
-
-    /// Writes the point to a file of this rank; complete or not at all. @p tables are the sizes of
-    /// the tables that belong to it. Throws std::runtime_error.
-    void save(const std::string &filename, const std::vector<std::uintmax_t> &tables) const;
-    /// The opposite; false if there is no such file for the rows that belong to its value.
-    bool load(const std::string &filename, const std::function<RowRange(double value)> &rows_of,
-              std::vector<std::uintmax_t> &tables);
+    std::vector<ModeRow> rows;          ///< of the modes
   };
+
+  /// Numbers in a file that is complete or does not exist. Throws std::runtime_error.
+  void save_numbers(const std::string &filename, const std::vector<double> &numbers);
+  /// Nothing if there is no such file or it is damaged.
+  std::optional<std::vector<double>> load_numbers(const std::string &filename);
 
   /// The branches of the modes of @p next, which continue those of @p before: the assignment with
   /// the largest overlaps

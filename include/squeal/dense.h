@@ -35,6 +35,9 @@ namespace squeal
   void gemm(bool transpose_a, double alpha, const DenseMatrix &a, const DenseMatrix &b, double beta,
             DenseMatrix &c);
 
+  /// A B^T.
+  DenseMatrix outer_product(const DenseMatrix &a, const DenseMatrix &b);
+
   /// A^{-1} B by LU with partial pivoting. Throws SolverError if A is singular.
   DenseMatrix solve(DenseMatrix a, DenseMatrix b);
 

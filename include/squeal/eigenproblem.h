@@ -24,6 +24,13 @@ namespace squeal
     velocity          ///< a given velocity matrix (scene matrices)
   };
 
+  /// Whether a term belongs to the conservative reference problem, by which modes are counted.
+  inline bool is_conservative(const Origin origin)
+  {
+    return origin == Origin::inertia || origin == Origin::elasticity || origin == Origin::contact ||
+           origin == Origin::transport || origin == Origin::prestress;
+  }
+
   /// One term coefficient * matrix * (d/dt)^order u of the equations of motion. Matrices are shared
   /// between terms: D = alpha M + beta K stores nothing.
   struct Term

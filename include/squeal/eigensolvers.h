@@ -16,12 +16,6 @@ namespace squeal
     /// tolerance.
     virtual Modes solve(const QuadraticEigenproblem &problem,
                         const EigensolverOptions &options) const = 0;
-    /// The same where the modes of a problem nearby are known, which may save most of the time.
-    virtual Modes follow(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
-                         const Modes &) const
-    {
-      return solve(problem, options);
-    }
   };
 
   /// The solver of that name: block_krylov, krylov or dense. To add one: a class and a row in the

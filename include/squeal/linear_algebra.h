@@ -169,8 +169,14 @@ namespace squeal
   /// A B; zero if A is empty.
   Block multiply(const Matrix &matrix, const Block &block);
 
+  /// A^T B; zero if A is empty.
+  Block multiply_transposed(const Matrix &matrix, const Block &block);
+
   /// A^T B as a small dense matrix, column-major, the same on all ranks.
   std::vector<double> inner_products(const Block &a, const Block &b);
+  /// The same of n_a columns of A from first_a on, and of B likewise.
+  std::vector<double> inner_products(const Block &a, unsigned int first_a, unsigned int n_a,
+                                     const Block &b, unsigned int first_b, unsigned int n_b);
 
   /// A C with a small dense C, column-major, of n_columns columns.
   Block combine(const Block &a, const std::vector<double> &coefficients, unsigned int n_columns);

@@ -26,9 +26,13 @@ namespace squeal
   public:
     virtual ~Model() = default;
 
-    /// Makes the terms for these parameters, again where they have changed. Throws InputError,
-    /// SolverError.
-    virtual void assemble(const Parameters::All &parameters) = 0;
+    /// Makes the terms for these parameters, again where they have changed. What does not depend
+    /// on what has changed since the last call keeps its matrix. Throws InputError, SolverError.
+    ///
+    /// With @p nearby, factors of the position matrix for parameters of an earlier call that are
+    /// nearly the same, the static state follows from the last one by iteration.
+    virtual void assemble(const Parameters::All &parameters,
+                          const Factorization *nearby = nullptr) = 0;
 
     const std::vector<Term> &terms() const
     {
@@ -40,8 +44,10 @@ namespace squeal
 
     /// The derivatives of the terms with respect to the parameters that the scene uses, the steady
     /// pressure's own dependence included; the active set of the contact is held fixed. With a
-    /// path: of that parameter only, or nothing if the terms cannot be differentiated by it.
-    virtual std::vector<ParameterDerivative> derivatives(const std::string &only = "") const = 0;
+    /// path: of that parameter only, or nothing if the terms cannot be differentiated by it. @p
+    /// nearby as in assemble().
+    virtual std::vector<ParameterDerivative>
+    derivatives(const std::string &only = "", const Factorization *nearby = nullptr) const = 0;
 
     /// Names of the bodies and, for each row of this rank, the number of its body.
     virtual std::pair<std::vector<std::string>, std::vector<unsigned int>>

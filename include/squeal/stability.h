@@ -54,6 +54,11 @@ namespace squeal
   std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const Modes &modes,
                                unsigned int cycle, double tolerance);
 
+  /// The same with given x^H P x and x^H Q x.
+  std::vector<ModeRow> analyse(const Modes &modes, const std::vector<std::complex<double>> &of_p,
+                               const std::vector<std::complex<double>> &of_q, unsigned int cycle,
+                               double tolerance);
+
   /// What one kind of term in one body does to one mode.
   struct Contribution
   {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <squeal/branches.h>
 #include <squeal/divergence.h>
 #include <squeal/log.h>
+#include <squeal/mode_follower.h>
 #include <squeal/output.h>
 #include <squeal/parameter_file.h>
 
@@ -56,7 +56,6 @@ namespace squeal
       Position gradient{};
       std::complex<double> lambda;
       std::array<std::complex<double>, 2> slope{}; ///< dl by position
-      Modes modes;
     };
 
     using BorderTest = std::function<Evaluation(const Position &)>;
@@ -73,21 +72,19 @@ namespace squeal
       return std::abs(lambda.real()) <= 10 * options.tolerance * std::abs(lambda);
     }
 
-    void assemble(const Position &at);
-    /// Modes at a position out of those of a neighbour; null: from nothing.
-    Modes solve(const Position &at, const Modes *nearby);
-    Evaluation evaluate(const Position &at, std::complex<double> expected, const Modes *nearby);
+    const Parameters::All &parameters_at(const Position &at);
+    Evaluation evaluate(const Position &at, std::complex<double> expected);
     Evaluation evaluate_divergence(const Position &at, const StaticInstability &instability);
 
-    void walk_grid(BranchPoint &last);
+    void walk_grid();
     void write(const Position &at, const Modes &modes);
     /// The crossings between two neighbours of the grid, of which the second has just been solved.
     void find_crossings(unsigned int before, unsigned int now, const Modes &modes);
     void add_crossing(unsigned int before, unsigned int now, std::complex<double> l_before,
-                      std::complex<double> l_now, const Modes &modes);
+                      std::complex<double> l_now);
     void add_divergence(unsigned int before, unsigned int now, const Modes &modes);
 
-    void trace_border(BranchPoint &last);
+    void trace_border();
     std::vector<BorderPoint> trace(const BorderPoint &seed);
     bool step(const BorderPoint &last, const Evaluation &here, Position &tangent, double &length,
               BorderPoint &next, Evaluation &there);
@@ -95,23 +92,24 @@ namespace squeal
     static bool correct(const BorderTest &test, Position &at, int held, Evaluation &result,
                         double &accuracy);
 
-    void save(const BranchPoint &last) const;
-    bool resume(BranchPoint &last);
-    std::string state_file() const;
+    void save() const;
+    bool resume();
+    std::string state_file() const
+    {
+      return directory + "/map.state";
+    }
 
     static constexpr double longest_step = 0.5, shortest_step = 0.01; ///< cells
 
     ParameterFile &file;
-    Model &model;
     const std::array<std::string, 2> parameters;
     const std::array<std::vector<double>, 2> values;
     const EigensolverOptions options;
     const std::string directory;
     const MPI_Comm comm;
     Log &log;
-    const std::unique_ptr<Eigensolver> solver;
+    ModeFollower follower;
     std::unique_ptr<Table> map_csv, border_csv;
-    QuadraticEigenproblem problem; ///< of the last solution
 
     std::vector<std::vector<std::complex<double>>>
         eigenvalues; ///< by point of the grid, walked so far

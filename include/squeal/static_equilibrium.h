@@ -3,6 +3,7 @@
 #include <squeal/contact.h>
 #include <squeal/self_locking.h>
 
+#include <optional>
 #include <vector>
 
 namespace squeal
@@ -50,4 +51,13 @@ namespace squeal
   StaticEquilibrium
   solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
                            Contact<dim> &contact, bool with_friction, const Block &load);
+
+  /// The same out of the state and the active set of an equilibrium nearby, by GMRES with factors
+  /// of a matrix nearby: no factorisation, no matrix but those of the contact. Nothing if that does
+  /// not converge; @p contact is then to be closed again.
+  template <int dim>
+  std::optional<StaticEquilibrium>
+  follow_static_equilibrium(const StaticEquilibrium &before, const Factorization &nearby,
+                            const std::vector<Term> &body_terms, Contact<dim> &contact,
+                            bool with_friction, const Block &load);
 } // namespace squeal

@@ -4,6 +4,7 @@
 
 #include <complex>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,11 +29,14 @@ namespace squeal
 
     /// All eigenvalues of the searched disc, of which the window is a part.
     std::vector<std::complex<double>> disc_lambda;
-    /// Bases for nearby problems (add_snapshot), empty if the solver has none.
-    Block right_basis, left_basis;
+    /// On demand and if the solver has them (keep_factors): right and left vectors of all modes of
+    /// the disc, Re then Im, and the factors of Q.
+    Block disc_right, disc_left;
+    std::shared_ptr<const Factorization> factorization;
 
     /// What the completeness check found, as a sentence for the log.
     std::string completeness;
+    unsigned int n_reference        = 0; ///< modes of the reference problem in the searched disc
     unsigned int n_rigid_body_modes = 0; ///< zero eigenvalues, not listed
     unsigned int n_solves           = 0; ///< right-hand sides
     double factor_memory_mib        = 0;
@@ -49,6 +53,7 @@ namespace squeal
     double max_imaginary = 0;    ///< every mode with 0 < |Im l| <= this is wanted, 1/s
     double tolerance     = 1e-9; ///< backward error, and relative change of the last polishing step
     double shift         = 0;    ///< relative to max_imaginary; 0: chosen
+    bool keep_factors    = false; ///< for problems nearby
 
     /// Called with a line of progress.
     std::function<void(const std::string &)> progress = [](const std::string &) {};
@@ -111,6 +116,13 @@ namespace squeal
   inline double rigid_body_limit(const double max_imaginary)
   {
     return 1e-5 * max_imaginary;
+  }
+
+  /// |l| up to which solvers search: the window is a strip |Im l| <= w, the search region this
+  /// disc. A mode of the strip outside of it has a damping ratio above 0.4 and cannot squeal.
+  inline double search_radius(const double max_imaginary)
+  {
+    return 1.1 * max_imaginary;
   }
 
   /// For each eigenvalue the number of the nearest of the others that is not taken; fewer if there

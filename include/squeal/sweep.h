@@ -1,8 +1,8 @@
 #pragma once
 
-#include <squeal/branches.h>
 #include <squeal/divergence.h>
 #include <squeal/log.h>
+#include <squeal/mode_follower.h>
 #include <squeal/output.h>
 #include <squeal/parameter_file.h>
 
@@ -15,9 +15,10 @@ namespace squeal
 
   /// Follows the modes of a model along one parameter and, if asked for, locates critical values.
   ///
-  /// Each point starts from the vectors of the one before. Where branches cannot be told apart the
-  /// step is halved, up to max_halvings times. What is done is on disk after each point: a sweep
-  /// that was killed resumes there, bit by bit.
+  /// Points near an anchor, a value with a full solution, are solved by projection. Where branches
+  /// cannot be told apart the step is halved, up to max_halvings times. Tables are on disk after
+  /// each point. A sweep that was killed resumes after its last full solution, which with the
+  /// parameters determines all that follows: the tables become the same to the last digit.
   ///
   /// A parameter of the geometry or the discretisation changes the mesh: each point then has a
   /// model of its own, branches continue by overlaps where the unknowns are the same in number and
@@ -45,14 +46,18 @@ namespace squeal
       unsigned int iterations = 0;
     };
 
-    void assemble(double value);
-    void solve(double value, const BranchPoint *before, BranchPoint &point);
+    const Parameters::All &parameters_at(double value);
+    /// Modes, rows and branches at a value; those of @p before, if any, go on. Returns whether they
+    /// do without doubt.
+    bool solve(double value, const BranchPoint *before, BranchPoint &point);
+    void make_mesh(double value);
     /// From a point to a value: branches continued, critical values in between located.
     BranchPoint advance(const BranchPoint &from, double value, unsigned int n_halvings);
     BranchPoint advance_on_new_mesh(const BranchPoint &from, double value);
     void write(const BranchPoint &point);
     bool resume(BranchPoint &last, unsigned int &n_done);
-    void save(const BranchPoint &point) const;
+    /// Makes a point that was solved fully the new anchor, and saves it.
+    void settle(const BranchPoint &point);
 
     void find_critical_values(const BranchPoint &from, const BranchPoint &to);
     /// Onsets and ends at a point itself, whose operators are the present ones: Re l = 0 there up
@@ -76,14 +81,15 @@ namespace squeal
     {
       std::vector<std::complex<double>> lambda, derivative;
     };
-    Evaluation evaluate(double value, const BranchPoint &near,
-                        const std::vector<std::complex<double>> &expected);
+    Evaluation evaluate(double value, const std::vector<std::complex<double>> &expected);
     void report(const Critical &critical);
 
-    std::string state_file() const;
+    std::string state_file() const
+    {
+      return directory + "/sweep.state";
+    }
 
     ParameterFile &file;
-    Model *model;
     const ModelFactory make_model;
     std::unique_ptr<Model> own_model; ///< of the present mesh, where the parameter changes it
     const std::string parameter;
@@ -92,8 +98,7 @@ namespace squeal
     const std::string directory;
     const MPI_Comm comm;
     Log &log;
-    const std::unique_ptr<Eigensolver> solver;
+    ModeFollower follower;
     std::unique_ptr<Table> sweep_csv, critical_csv;
-    QuadraticEigenproblem problem; ///< of the last solution
   };
 } // namespace squeal

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <squeal/branches.h>
+#include <squeal/reduced_model.h>
+
+#include <map>
+
+namespace squeal
+{
+  /// The modes of a model at many values of its parameters: by projection near an anchor, a value
+  /// with a full solution, and by a full solution where that cannot be certified.
+  ///
+  /// Modes come as coordinates in the bases or as whole vectors; all that is done with them here
+  /// takes either.
+  class ModeFollower
+  {
+  public:
+    ModeFollower(const EigensolverOptions &options, const std::string &solver);
+
+    /// Another model with a mesh of its own. The old anchor is forgotten.
+    void set_model(Model &model);
+
+    /// Assembles the model and solves. Throws SolverError, InputError.
+    Modes solve(const Parameters::All &parameters);
+    /// The same without projection; the result depends on the parameters only, not on what was
+    /// solved before.
+    Modes solve_fully(const Parameters::All &parameters);
+    void assemble_fully(const Parameters::All &parameters)
+    {
+      model->assemble(parameters);
+    }
+    /// Makes a full solution of the model as it is assembled now the anchor. Modes in coordinates
+    /// become invalid.
+    void anchor(const Modes &modes);
+
+    bool is_whole(const Modes &modes) const
+    {
+      return !ReducedModel::is_reduced(modes, whole_rows);
+    }
+    Modes whole(const Modes &modes) const
+    {
+      return is_whole(modes) ? modes : reduced.expand(modes);
+    }
+
+    /// The functions of stability.h and branches.h, for modes of the last solution.
+    std::vector<ModeRow> analyse(const Modes &modes) const;
+    /// Nothing if the model cannot be differentiated by the parameter.
+    std::vector<std::complex<double>> sensitivities(const std::string &parameter,
+                                                    const Modes &modes) const;
+    /// @p before may be older than the last anchor only if it is whole.
+    bool continue_branches(const BranchPoint &before, BranchPoint &next) const;
+
+    /// Assembles the model and gives the whole problem, to which whole modes belong.
+    QuadraticEigenproblem assemble(const Parameters::All &parameters);
+    std::vector<ParameterDerivative> derivatives(const std::string &parameter) const
+    {
+      return model->derivatives(parameter, reduced.factorization());
+    }
+
+    unsigned int n_full_solutions() const
+    {
+      return n_full;
+    }
+
+  private:
+    /// Whether the reference problem has as many modes in the disc as the anchor's: counted again
+    /// where it is another one.
+    bool has_count_of_anchor();
+    /// What tells reference problems apart.
+    std::vector<double> reference_key();
+
+    Model *model = nullptr;
+    EigensolverOptions options;
+    const std::unique_ptr<Eigensolver> solver;
+    ReducedModel reduced;
+    RowRange whole_rows;
+    unsigned int n_full = 0;
+
+    unsigned int anchor_count = 0, counted = 0;
+    std::vector<double> counted_key;
+    std::map<std::shared_ptr<const Matrix>, double> fingerprints; ///< of matrices that stay
+  };
+} // namespace squeal

@@ -1,0 +1,155 @@
+#include <squeal/mode_follower.h>
+
+#include <cmath>
+
+namespace squeal
+{
+  ModeFollower::ModeFollower(const EigensolverOptions &given, const std::string &solver_name)
+      : options(given), solver(make_eigensolver(solver_name)), reduced(given)
+  {
+    options.keep_factors = true;
+  }
+
+  void ModeFollower::set_model(Model &other)
+  {
+    model   = &other;
+    reduced = ReducedModel(options);
+    fingerprints.clear();
+    counted_key.clear();
+  }
+
+  namespace
+  {
+    /// A number that hardly two different matrices share.
+    double fingerprint(const Matrix &matrix)
+    {
+      PetscInt begin = 0, end = 0;
+      SQUEAL_PETSC(MatGetOwnershipRange(matrix, &begin, &end));
+      double sum = 0;
+      for (PetscInt row = begin; row < end; ++row)
+      {
+        PetscInt n                = 0;
+        const PetscInt *columns   = nullptr;
+        const PetscScalar *values = nullptr;
+        SQUEAL_PETSC(MatGetRow(matrix, row, &n, &columns, &values));
+        double of_row = 0;
+        for (PetscInt k = 0; k < n; ++k)
+          of_row += values[k] * (1 + (columns[k] * 7919 % 1009));
+        sum += of_row * (1 + (row * 104729 % 1013));
+        SQUEAL_PETSC(MatRestoreRow(matrix, row, &n, &columns, &values));
+      }
+      MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM,
+                    PetscObjectComm(reinterpret_cast<PetscObject>(Mat(matrix))));
+      return sum;
+    }
+  } // namespace
+
+  std::vector<double> ModeFollower::reference_key()
+  {
+    std::vector<double> key;
+    std::map<std::shared_ptr<const Matrix>, double> present;
+    for (const Term &term : model->terms())
+      if (term.order != 1 && term.matrix && *term.matrix && is_conservative(term.origin))
+      {
+        const auto known     = fingerprints.find(term.matrix);
+        present[term.matrix] = known != fingerprints.end() ? known->second
+                                                           : fingerprint(*term.matrix);
+        key.insert(key.end(), {double(term.order), term.coefficient, present[term.matrix]});
+      }
+    fingerprints = std::move(present);
+    return key;
+  }
+
+  bool ModeFollower::has_count_of_anchor()
+  {
+    std::vector<double> key = reference_key();
+    if (key != counted_key)
+    {
+      counted     = count_reference_modes(model->problem(), search_radius(options.max_imaginary));
+      counted_key = std::move(key);
+    }
+    return counted == anchor_count;
+  }
+
+  Modes ModeFollower::solve(const Parameters::All &parameters)
+  {
+    if (reduced.is_anchored())
+    {
+      model->assemble(parameters, reduced.factorization());
+      if (has_count_of_anchor())
+        if (std::optional<Modes> modes = reduced.solve(model->terms()))
+          return std::move(*modes);
+    }
+    return solve_fully(parameters);
+  }
+
+  Modes ModeFollower::solve_fully(const Parameters::All &parameters)
+  {
+    model->assemble(parameters);
+    const QuadraticEigenproblem problem = model->problem();
+    whole_rows                          = problem.rows;
+    ++n_full;
+    try
+    {
+      return solver->solve(problem, options);
+    }
+    catch (const SingularMatrix &)
+    {
+      // A divergence lies exactly here: another shift than zero.
+      EigensolverOptions shifted = options;
+      shifted.shift              = 0.1;
+      return solver->solve(problem, shifted);
+    }
+  }
+
+  void ModeFollower::anchor(const Modes &modes)
+  {
+    if (!modes.factorization)
+      return;
+    reduced.anchor(model->problem(), model->terms(), modes);
+    anchor_count = counted = modes.n_reference;
+    counted_key            = reference_key();
+  }
+
+  std::vector<ModeRow> ModeFollower::analyse(const Modes &modes) const
+  {
+    if (is_whole(modes))
+      return squeal::analyse(model->problem(), modes, 0, options.tolerance);
+    const auto forms = reduced.rayleigh_forms(modes);
+    return squeal::analyse(modes, forms.of_p, forms.of_q, 0, options.tolerance);
+  }
+
+  std::vector<std::complex<double>> ModeFollower::sensitivities(const std::string &parameter,
+                                                                const Modes &modes) const
+  {
+    std::vector<std::complex<double>> result;
+    for (ParameterDerivative &derivative : derivatives(parameter))
+    {
+      if (!is_whole(modes))
+        derivative.terms = reduced.project(derivative.terms);
+      result = squeal::sensitivities(derivative, modes);
+    }
+    return result;
+  }
+
+  bool ModeFollower::continue_branches(const BranchPoint &before, BranchPoint &next) const
+  {
+    const bool in_coordinates = !is_whole(before.modes) && !is_whole(next.modes);
+    BranchPoint from = before, to = next;
+    from.modes = in_coordinates ? reduced.pad(before.modes) : whole(before.modes);
+    to.modes   = in_coordinates ? next.modes : whole(next.modes);
+    const bool certain =
+        squeal::continue_branches(in_coordinates ? reduced.problem() : model->problem(), from,
+                                  options.max_imaginary, to);
+    next.branches   = to.branches;
+    next.overlaps   = to.overlaps;
+    next.n_branches = to.n_branches;
+    return certain;
+  }
+
+  QuadraticEigenproblem ModeFollower::assemble(const Parameters::All &parameters)
+  {
+    model->assemble(parameters, reduced.factorization());
+    return model->problem();
+  }
+} // namespace squeal
