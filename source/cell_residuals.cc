@@ -79,7 +79,7 @@ namespace squeal
                                              double *const *re, double *const *im) const
   {
     const double lambda = material.lame_lambda(), mu = material.shear_modulus(),
-                 rho = material.density;
+                 rho     = material.density;
     const Complex g_half = rho * c.g / 2., m = rho * c.m, m_star = rho * c.m_star;
     for (unsigned int q = 0; q < n_q; ++q)
     {
@@ -112,11 +112,10 @@ namespace squeal
       for (unsigned int i = 0; i < dim; ++i)
       {
         double *field_re = re[i] + q, *field_im = im[i] + q;
-        const double u_re = field_re[0], u_im = field_im[0], a_re = along[0][i],
-                     a_im = along[1][i];
-        field_re[0] = jxw[q] * (m.real() * u_re - m.imag() * u_im + g_half.real() * a_re -
+        const double u_re = field_re[0], u_im = field_im[0], a_re = along[0][i], a_im = along[1][i];
+        field_re[0]       = jxw[q] * (m.real() * u_re - m.imag() * u_im + g_half.real() * a_re -
                                 g_half.imag() * a_im);
-        field_im[0] = jxw[q] * (m.real() * u_im + m.imag() * u_re + g_half.real() * a_im +
+        field_im[0]       = jxw[q] * (m.real() * u_im + m.imag() * u_re + g_half.real() * a_im +
                                 g_half.imag() * a_re);
         const double t_re = m_star.real() * a_re - m_star.imag() * a_im - g_half.real() * u_re +
                             g_half.imag() * u_im,
@@ -126,10 +125,8 @@ namespace squeal
         for (unsigned int d = 0; d < dim; ++d)
         {
           const double s_re = stress[0][i][d], s_im = stress[1][i][d];
-          flux_re[d] =
-              jxw[q] * (c.k.real() * s_re - c.k.imag() * s_im + t_re * point.transport[d]);
-          flux_im[d] =
-              jxw[q] * (c.k.real() * s_im + c.k.imag() * s_re + t_im * point.transport[d]);
+          flux_re[d] = jxw[q] * (c.k.real() * s_re - c.k.imag() * s_im + t_re * point.transport[d]);
+          flux_im[d] = jxw[q] * (c.k.real() * s_im + c.k.imag() * s_re + t_im * point.transport[d]);
         }
         for (unsigned int e = 0; e < dim; ++e)
         {

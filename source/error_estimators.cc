@@ -140,7 +140,7 @@ namespace squeal
           if (entry.direct && entry.index < result.n_local())
           {
             const unsigned int c = entry.unknown / n, a = entry.unknown % n,
-                               column = c < dim ? j * dim + c : dim * n_columns + j;
+                               column     = c < dim ? j * dim + c : dim * n_columns + j;
             result.column(j)[entry.index] = fine(a, column);
           }
     }
@@ -296,11 +296,10 @@ namespace squeal
         for (unsigned int j = 0; j < 4 * m; ++j)
           for (unsigned int i = 0; i < n_kept; ++i)
             r(i, j) = tested.values[std::size_t(j) * (dim + 1) * n_w + problem.unknowns[i]];
-        const DenseMatrix right = half(r, false),
-                          solution =
-                              problem.symmetric
-                                  ? solve_positive(std::move(problem.matrix), right)
-                                  : solve(std::move(problem.matrix), right);
+        const DenseMatrix right    = half(r, false),
+                          solution = problem.symmetric
+                                         ? solve_positive(std::move(problem.matrix), right)
+                                         : solve(std::move(problem.matrix), right);
         DenseMatrix e_re(m, m), e_im(m, m);
         add_product(half(r, true), solution, e_re, e_im);
         std::vector<std::complex<float>> parts;

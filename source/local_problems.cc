@@ -80,9 +80,8 @@ namespace squeal
       const double speed = e.norm();
       e *= (omega < 0 ? -1 : 1) / speed;
       const double mu =
-          with_friction
-              ? law.friction.traction(std::abs(omega) * speed, pad_pressure).d_pressure
-              : 0.;
+          with_friction ? law.friction.traction(std::abs(omega) * speed, pad_pressure).d_pressure
+                        : 0.;
       for (unsigned int w = 0; w < n_w; ++w)
       {
         traces[w] = 0;

@@ -32,8 +32,8 @@ namespace squeal
     /// Geometry of a cell of the space of the tests.
     void reinit(const CellIterator &cell);
 
-    /// @p r := [Q_j x_j, Q_j^H z_j] for the functions @p u = [Re X, Im X, Re Z, Im Z], Q_j made with
-    /// the j-th factors. One row for each node of the cell; a function has dim columns side by
+    /// @p r := [Q_j x_j, Q_j^H z_j] for the functions @p u = [Re X, Im X, Re Z, Im Z], Q_j made
+    /// with the j-th factors. One row for each node of the cell; a function has dim columns side by
     /// side, its components.
     void apply(const Material &material, const std::vector<OperatorFactors> &factors,
                const DenseMatrix &u, DenseMatrix &r);
@@ -42,7 +42,8 @@ namespace squeal
     /// values at the nodes of the tests, one column each: for stiffness().
     DenseMatrix reference_derivatives(const DenseMatrix &functions) const;
 
-    /// The stiffness K_ab^ik = int C_ijkl d_j W_a d_l W_b of those functions on the cell: entry (i n
+    /// The stiffness K_ab^ik = int C_ijkl d_j W_a d_l W_b of those functions on the cell: entry (i
+    /// n
     /// + a, k n + b).
     void stiffness(const Material &material, const DenseMatrix &derivatives, DenseMatrix &result);
 
