@@ -24,7 +24,7 @@ FLOORS = [
     ["brake_derivatives", "branches", "error_bounds"],
     ["error_estimators"],
     ["output", "static_report"],
-    ["sweep", "convergence"],
+    ["sweep", "convergence", "refinement"],
     ["stability_map"],
     ["brake_squeal"],
     ["main"],
