@@ -41,7 +41,8 @@ COARSE = {4: {"Discretization/Rotor cells": "4, 24, 1", "Discretization/Pad cell
 # Where adaptive refinement begins: what the layers at the clamp leave is spread over the ring, and cells that are
 # refined in all directions are a dear way to more of them around.
 START = {2: {"Discretization/Rotor cells": "5, 48, 1", "Discretization/Pad cells": "3, 8, 1", "Discretization/Clamp layers": 2},
-         3: {"Discretization/Rotor cells": "6, 48, 1", "Discretization/Pad cells": "3, 8, 1", "Discretization/Clamp layers": 2}}
+         3: {"Discretization/Rotor cells": "6, 48, 1", "Discretization/Pad cells": "3, 8, 1", "Discretization/Clamp layers": 2},
+         4: {"Discretization/Clamp layers": 2}}
 STRATEGIES = {
     "plain": {"Refinement/Strategy": "uniform", "Discretization/Clamp layers": 0},
     "graded": {"Refinement/Strategy": "uniform"},
@@ -70,9 +71,9 @@ def measure(degree, strategy, arguments):
         file.write_text(st.parameter_file(settings))
         try:
             done = st.run(file.name, directory=directory, timeout=arguments.timeout)
-            if done.returncode != 0:
-                sys.exit(f"degree {degree}, {strategy}: exit status {done.returncode}\n{done.stdout[-2000:]}"
-                         f"{done.stderr}")
+            if done.returncode != 0:  # out of memory, for example
+                print(f"       {degree}  {strategy:9s} exit status {done.returncode}: later meshes are left out\n"
+                      f"{done.stderr[-500:]}")
         except AssertionError:
             print(f"       {degree}  {strategy:9s} more than {arguments.timeout:.0f} s: later meshes are left out")
         results = pathlib.Path(directory) / "output/run"
