@@ -121,7 +121,9 @@ namespace squeal
       modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
       rows  = analyse(problem, modes, cycle, options.tolerance);
     }
+    const std::clock_t before = std::clock();
     estimate(rows);
+    const double of_bars = double(std::clock() - before) / CLOCKS_PER_SEC;
     for (const ModeRow &row : rows)
       modes_csv->add(modes_fields(row));
     rows_of_cycle.push_back(rows);
@@ -129,12 +131,12 @@ namespace squeal
     log.line("Completeness: " + modes.completeness + ".");
     if (modes.seconds.factorization > 0)
     {
-      char text[200];
+      char text[240];
       std::snprintf(text, sizeof(text),
                     "Eigenproblem, processor seconds: counting %.2f, factorisation %.2f, right "
-                    "vectors %.2f, left vectors %.2f; %u right-hand sides.",
+                    "vectors %.2f, left vectors %.2f, error bars %.2f; %u right-hand sides.",
                     modes.seconds.counting, modes.seconds.factorization, modes.seconds.right,
-                    modes.seconds.left, modes.n_solves);
+                    modes.seconds.left, of_bars, modes.n_solves);
       log.line(text);
     }
     if (modes.n_rigid_body_modes > 0)

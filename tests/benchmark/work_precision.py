@@ -211,7 +211,7 @@ def plot(lines, target, filename):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     figure, axes = plt.subplots(1, 2, figsize=(11, 4.8), sharey=True, layout="constrained")
-    styles = {"plain": ":", "graded": "--", "adaptive": "-"}
+    styles = {"plain": ":o", "graded": "--s", "adaptive": "-^"}
     for axis, key, label in zip(axes, ["unknowns", "time"], ["unknowns", "processor time so far, s, error bars included"]):
         for degree in sorted({line["degree"] for line in lines}):
             for strategy, style in styles.items():
@@ -221,7 +221,7 @@ def plot(lines, target, filename):
                 # Adaptive meshes need those before; a uniform one could be had at once.
                 x = [line["so far" if strategy == "adaptive" else "seconds"] if key == "time" else line[key]
                      for line in own]
-                axis.loglog(x, [line["computed"] for line in own], style + "o", color=f"C{degree - 1}",
+                axis.loglog(x, [line["computed"] for line in own], style, color=f"C{degree - 1}",
                             label=f"degree {degree}, {strategy}")
         axis.axhline(target, color="grey", linewidth=0.8)
         axis.set_xlabel(label)
