@@ -343,7 +343,8 @@ namespace squeal
       return objection.empty();
     }
 
-    /// Uniform: every cell. Adaptive: the cells that make up the greater part of the errors.
+    /// Uniform: every cell. Adaptive: the cells that make up the greater part of the errors (bulk
+    /// criterion, Doerfler 1996).
     template <int dim>
     bool BrakeSqueal<dim>::refine()
     {
@@ -368,7 +369,6 @@ namespace squeal
                                               : "\nAll verdicts are decided.");
         return false;
       }
-      const double bulk = bulk_fraction(rows_of_cycle.back(), errors, prm.refinement.tolerance);
       Vector<float> criteria(mesh.n_active_cells());
       unsigned int number = 0;
       for (const auto &cell : mesh.active_cell_iterators())

@@ -6,28 +6,6 @@
 
 namespace squeal
 {
-  namespace
-  {
-    /// |dl| by the bar.
-    double error_of(const EigenvalueErrors &errors, const unsigned int mode)
-    {
-      return std::hypot(errors.bounds.growth_rate[mode], errors.bounds.imaginary[mode]);
-    }
-  } // namespace
-
-  double bulk_fraction(const std::vector<ModeRow> &rows, const EigenvalueErrors &errors,
-                       const double tolerance)
-  {
-    constexpr double largest = 0.7, smallest = 0.3;
-    if (tolerance <= 0)
-      return largest;
-    double worst = 1;
-    for (unsigned int j = 0; j < rows.size(); ++j)
-      worst = std::max(worst, error_of(errors, j) / (tolerance * std::abs(rows[j].lambda)));
-    // What must go is 1 - 1/worst of the error. The refined cells keep a part of theirs.
-    return std::clamp(1.5 * (1 - 1 / worst), smallest, largest);
-  }
-
   std::vector<double> refinement_indicators(const std::vector<ModeRow> &rows,
                                             const EigenvalueErrors &errors, const double tolerance)
   {
@@ -38,7 +16,9 @@ namespace squeal
       const double size = std::abs(rows[j].lambda), allowed = tolerance * size;
       double weight = 0;
       if (tolerance > 0)
-        weight = error_of(errors, j) > allowed ? 1 / allowed : 0;
+        weight = std::hypot(errors.bounds.growth_rate[j], errors.bounds.imaginary[j]) > allowed
+                     ? 1 / allowed
+                     : 0;
       else if (rows[j].verdict == "undecided")
         weight = 1 / std::max(std::abs(rows[j].lambda.real()), 1e-6 * size);
       weights.push_back(weight);

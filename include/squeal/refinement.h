@@ -15,11 +15,6 @@ namespace squeal
   std::vector<double> refinement_indicators(const std::vector<ModeRow> &rows,
                                             const EigenvalueErrors &errors, double tolerance);
 
-  /// The part of those indicators whose cells are to be refined (bulk criterion, Doerfler 1996):
-  /// 0.7, less where the largest error is near to the tolerance already.
-  double bulk_fraction(const std::vector<ModeRow> &rows, const EigenvalueErrors &errors,
-                       double tolerance);
-
   /// What a sequence of meshes may cost: Maximum unknowns, time and memory of section Refinement.
   ///
   /// Time and memory of the next mesh are predicted by a power of the number of unknowns, taken
