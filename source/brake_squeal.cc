@@ -32,7 +32,7 @@ namespace squeal
       std::string header = "cycle,cells,dofs,multipliers";
       for (const std::string &phase : phase_names)
         header += ",seconds_" + phase;
-      return header + ",seconds_total,memory_mib,processor_seconds";
+      return header + ",processor_seconds,seconds_total,memory_mib";
     }
   } // namespace
 
@@ -207,14 +207,14 @@ namespace squeal
                                        std::to_string(dofs), std::to_string(multipliers)};
     for (const std::string &phase : phase_names)
       fields.push_back(number(timer.seconds(phase)));
-    fields.push_back(number(timer.total()));
-    const double memory = peak_memory_mib(comm);
-    fields.push_back(number(memory));
     // Of all ranks and threads: what other programs on the machine take is not in it.
     const std::clock_t now = std::clock();
     fields.push_back(
         number(Utilities::MPI::sum(double(now - processor_start) / CLOCKS_PER_SEC, comm)));
-    processor_start = now;
+    processor_start     = now;
+    const double memory = peak_memory_mib(comm);
+    fields.push_back(number(timer.total()));
+    fields.push_back(number(memory));
     cycles_csv->add(fields);
     report_phases();
     budget.add_mesh(dofs, timer.total(), memory / 1024);

@@ -273,7 +273,7 @@ namespace squeal
       void add_left(const Task &task, Modes &modes) const override
       {
         BlockSearchOptions options = search_options(task, 2);
-        options.tolerance          = 1e-6; // of vectors: their eigenvalues are known
+        options.tolerance          = 1e-8; // of vectors: their eigenvalues are known
         options.n_expected         = modes.lambda.size() + task.n_rigid;
         search_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
                             options, task.options, modes);
