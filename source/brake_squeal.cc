@@ -5,6 +5,7 @@
 #include <squeal/error_estimators.h>
 #include <squeal/fields.h>
 #include <squeal/matrix_model.h>
+#include <squeal/refinement.h>
 #include <squeal/stability_map.h>
 #include <squeal/static_report.h>
 #include <squeal/sweep.h>
@@ -31,12 +32,13 @@ namespace squeal
       std::string header = "cycle,cells,dofs,multipliers";
       for (const std::string &phase : phase_names)
         header += ",seconds_" + phase;
-      return header + ",seconds_total,memory_mib";
+      return header + ",processor_seconds,seconds_total,memory_mib";
     }
   } // namespace
 
   Analysis::Analysis(ParameterFile &file, const std::string &directory, const MPI_Comm comm)
-      : file(file), prm(file.parameters()), directory(directory), comm(comm), log(comm)
+      : file(file), prm(file.parameters()), directory(directory), comm(comm), log(comm),
+        budget(prm.refinement)
   {
     start_run_directory(directory, file, comm);
     log.open(directory + "/log.txt");
@@ -119,7 +121,9 @@ namespace squeal
       modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
       rows  = analyse(problem, modes, cycle, options.tolerance);
     }
+    const std::clock_t before = std::clock();
     estimate(rows);
+    const double of_bars = double(std::clock() - before) / CLOCKS_PER_SEC;
     for (const ModeRow &row : rows)
       modes_csv->add(modes_fields(row));
     rows_of_cycle.push_back(rows);
@@ -127,12 +131,12 @@ namespace squeal
     log.line("Completeness: " + modes.completeness + ".");
     if (modes.seconds.factorization > 0)
     {
-      char text[200];
+      char text[240];
       std::snprintf(text, sizeof(text),
                     "Eigenproblem, processor seconds: counting %.2f, factorisation %.2f, right "
-                    "vectors %.2f, left vectors %.2f; %u right-hand sides.",
+                    "vectors %.2f, left vectors %.2f, error bars %.2f; %u right-hand sides.",
                     modes.seconds.counting, modes.seconds.factorization, modes.seconds.right,
-                    modes.seconds.left, modes.n_solves);
+                    modes.seconds.left, of_bars, modes.n_solves);
       log.line(text);
     }
     if (modes.n_rigid_body_modes > 0)
@@ -203,10 +207,17 @@ namespace squeal
                                        std::to_string(dofs), std::to_string(multipliers)};
     for (const std::string &phase : phase_names)
       fields.push_back(number(timer.seconds(phase)));
+    // Of all ranks and threads: what other programs on the machine take is not in it.
+    const std::clock_t now = std::clock();
+    fields.push_back(
+        number(Utilities::MPI::sum(double(now - processor_start) / CLOCKS_PER_SEC, comm)));
+    processor_start     = now;
+    const double memory = peak_memory_mib(comm);
     fields.push_back(number(timer.total()));
-    fields.push_back(number(peak_memory_mib(comm)));
+    fields.push_back(number(memory));
     cycles_csv->add(fields);
     report_phases();
+    budget.add_mesh(dofs, timer.total(), memory / 1024);
     timer.restart();
   }
 
@@ -274,12 +285,9 @@ namespace squeal
 
     private:
       void estimate(std::vector<ModeRow> &rows) override;
-      /// False if nothing is left to refine for, or if the budget of unknowns is spent.
+      /// False if nothing is left to refine for, or if the next mesh is beyond the budget.
       bool refine();
       bool is_affordable(double n_unknowns);
-      /// What each own cell does to the modes that are not yet known well enough, in units of
-      /// what is allowed; empty if all are.
-      std::vector<double> indicators() const;
       void make_mesh(unsigned int cycle);
       /// Models for other parameters of the geometry and the discretisation.
       ModelFactory make_model()
@@ -327,43 +335,12 @@ namespace squeal
     template <int dim>
     bool BrakeSqueal<dim>::is_affordable(const double n_unknowns)
     {
-      if (n_unknowns <= prm.refinement.maximum_unknowns)
-        return true;
-      log.line("\nNo further mesh: it would have about " + number(std::round(n_unknowns)) +
-               " unknowns, more than Refinement/Maximum unknowns = " +
-               std::to_string(prm.refinement.maximum_unknowns) + ".");
-      return false;
-    }
-
-    template <int dim>
-    std::vector<double> BrakeSqueal<dim>::indicators() const
-    {
-      const std::vector<ModeRow> &rows = rows_of_cycle.back();
-      std::vector<double> weights;
-      bool is_open = false;
-      for (unsigned int j = 0; j < rows.size(); ++j)
-      {
-        const double size    = std::abs(rows[j].lambda),
-                     error   = std::hypot(errors.bounds.growth_rate[j], errors.bounds.imaginary[j]),
-                     allowed = prm.refinement.tolerance * size;
-        double weight        = 0;
-        if (prm.refinement.tolerance > 0)
-          weight = error > allowed ? 1 / allowed : 0;
-        else if (rows[j].verdict == "undecided")
-          weight = 1 / std::max(std::abs(rows[j].lambda.real()), 1e-6 * size);
-        weights.push_back(weight);
-        is_open |= weight > 0;
-      }
-      std::vector<double> result;
-      for (const auto &parts : errors.cells)
-      {
-        double sum = 0;
-        for (unsigned int j = 0; j < rows.size(); ++j)
-          sum += weights[j] * std::abs(parts[j]);
-        if (is_open)
-          result.push_back(sum);
-      }
-      return result;
+      std::string objection = budget.objection(n_unknowns);
+      // Ranks measure different times: the first one's word counts.
+      objection = Utilities::MPI::broadcast(comm, objection);
+      if (!objection.empty())
+        log.line("\n" + objection);
+      return objection.empty();
     }
 
     /// Uniform: every cell. Adaptive: the cells that make up the greater part of the errors (bulk
@@ -383,8 +360,9 @@ namespace squeal
         mesh.refine_global(1);
         return true;
       }
-      constexpr double bulk             = 0.7;
-      const std::vector<double> by_cell = indicators();
+      constexpr double bulk = 0.7;
+      const std::vector<double> by_cell =
+          refinement_indicators(rows_of_cycle.back(), errors, prm.refinement.tolerance);
       if (Utilities::MPI::max(by_cell.size(), comm) == 0)
       {
         log.line(prm.refinement.tolerance > 0 ? "\nAll modes are known to the tolerance."

@@ -48,6 +48,20 @@ namespace squeal
     return b;
   }
 
+  DenseMatrix solve_positive(DenseMatrix a, DenseMatrix b)
+  {
+    const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;
+    PetscBLASInt info = 0;
+    if (n == 0 || n_rhs == 0)
+      return b;
+    LAPACKpotrf_("U", &n, a.values.data(), &n, &info);
+    if (info != 0)
+      throw SolverError("LAPACK: a symmetric matrix is not positive definite (row " +
+                        std::to_string(info) + " of " + std::to_string(n) + ").");
+    LAPACKpotrs_("U", &n, &n_rhs, a.values.data(), &n, b.values.data(), &n, &info);
+    return b;
+  }
+
   std::vector<double> symmetric_eigen(DenseMatrix &a)
   {
     const PetscBLASInt n = a.n_rows;

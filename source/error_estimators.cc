@@ -1,9 +1,7 @@
 #include <squeal/cell_map.h>
-#include <squeal/cell_operators.h>
+#include <squeal/cell_residuals.h>
 #include <squeal/error_estimators.h>
-
-#include <deal.II/base/quadrature_lib.h>
-#include <deal.II/fe/fe_values.h>
+#include <squeal/local_problems.h>
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +24,7 @@ namespace squeal
     }
 
     /// Sums of body terms at the eigenvalue l: sum c l^order for each kind of matrix.
-    std::array<Complex, 4> coefficients_at(const std::vector<BodyTerm> &terms, const Complex l)
+    OperatorFactors factors_at(const std::vector<BodyTerm> &terms, const Complex l)
     {
       std::array<Complex, 4> sums{};
       for (const BodyTerm &term : terms)
@@ -34,7 +32,10 @@ namespace squeal
             term.coefficient * (term.order == 0   ? 1.
                                 : term.order == 1 ? l
                                                   : l * l);
-      return sums;
+      const auto of = [&](const BodyTerm::Kind kind)
+      { return sums[static_cast<unsigned int>(kind)]; };
+      return {of(BodyTerm::Kind::M), of(BodyTerm::Kind::K), of(BodyTerm::Kind::G),
+              of(BodyTerm::Kind::M_star)};
     }
 
     template <int dim>
@@ -45,28 +46,22 @@ namespace squeal
       EigenvalueErrors run();
 
     private:
-      using CellIterator = typename DoFHandler<dim>::active_cell_iterator;
       void find_contact_terms();
-      /// The unknowns of a cell in the space of one degree more, which also go to @p result.
-      DenseMatrix lift_cell(unsigned int number, const std::vector<Column> &columns,
-                            Block &result) const;
+      /// The functions of a cell in the space of one degree more: n rows, the dim components of a
+      /// column side by side, then the pressures of all. They also go to @p result.
+      void lift_cell(unsigned int number, const std::vector<Column> &columns, DenseMatrix &coarse,
+                     Block &result);
       void add_bodies();
-      void integrate(const CellIterator &cell, const DenseMatrix &u, DenseMatrix &r,
-                     DenseMatrix &stiffness);
       void add_contact();
       void share_faces();
-      DenseMatrix local_problem(const CellIterator &cell, unsigned int number,
-                                const DenseMatrix &stiffness, std::vector<int> &kept) const;
-      /// The face of a pad's cell that is in contact, or -1.
-      int contact_face(const CellIterator &cell) const;
-      void add_pressures(const CellIterator &cell, const std::vector<bool> &direct,
-                         std::vector<int> &kept) const;
-      void add_local_contact(const CellIterator &cell, const std::vector<int> &kept,
-                             DenseMatrix &local) const;
-      void add_products(const DenseMatrix &z, const DenseMatrix &r, DenseMatrix &re,
-                        DenseMatrix &im) const;
+      /// Adds Z^H Q+ X to T.
+      void add_products();
       void eliminate(EigenvalueErrors &errors);
       void find_corrections(EigenvalueErrors &errors) const;
+      bool in_rotor(const typename DoFHandler<dim>::active_cell_iterator &cell) const
+      {
+        return cell->material_id() == rotor_body;
+      }
 
       const BrakeModel<dim> &model;
       const Parameters::All &prm;
@@ -79,109 +74,35 @@ namespace squeal
 
       const unsigned int n; ///< nodes of a cell, degree p + 1
       const DenseMatrix lift;
-      const DenseMatrix complement;
-      CellIntegrals<dim> resting, moving;
+      CellResiduals<dim> cell_residuals;
       std::unique_ptr<CellMap<dim>> base_map, map;
-      Block lifted;                         ///< the columns, interpolated
-      std::vector<Column> residuals;        ///< of the columns
-      std::vector<DenseMatrix> stiffnesses; ///< of the cells' complements
-      std::vector<std::vector<int>> unknowns;
+      Block lifted;                  ///< the columns, interpolated
+      std::vector<Column> residuals; ///< of the columns
       /// The factors of a body's matrices at each eigenvalue.
-      std::array<std::vector<std::array<Complex, 4>>, 2> factors; ///< pads, rotor
-      bool rotor_moves = false;
-      std::vector<bool> in_rotor; ///< by cell
-      DenseMatrix t_re, t_im;     ///< T
+      std::array<std::vector<OperatorFactors>, 2> factors; ///< pads, rotor
+      DenseMatrix t_re, t_im;                              ///< T
     };
 
     template <int dim>
     Estimator<dim>::Estimator(const BrakeModel<dim> &model, const Modes &modes)
         : model(model), prm(model.parameters()), modes(modes), m(modes.lambda.size()),
           base(model.spaces()), spaces(base, base.fe.degree + 1), n(spaces.fe.n_dofs_per_cell()),
-          lift(interpolation(base.fe, spaces.fe)), complement(hierarchical_complement(spaces.fe)),
-          resting(spaces, false), moving(spaces, true), t_re(m, m), t_im(m, m)
+          lift(interpolation(base.fe, spaces.fe)), cell_residuals(base, spaces), t_re(m, m),
+          t_im(m, m)
     {
+      for (const bool rotor : {false, true})
+        for (const Complex &l : modes.lambda)
+          factors[rotor].push_back(factors_at(body_terms(prm, rotor), l));
     }
 
-    /// r = [Q+(l_j) x_j, Q+(l_j)^H z_j] of one cell for the columns u, and the cell's stiffness.
-    template <int dim>
-    void Estimator<dim>::integrate(const CellIterator &cell, const DenseMatrix &u, DenseMatrix &r,
-                                   DenseMatrix &stiffness)
+    /// Z^H R of two blocks of columns [Re, Im], added.
+    void add_product(const DenseMatrix &z, const DenseMatrix &r, DenseMatrix &re, DenseMatrix &im)
     {
-      const bool rotor = cell->material_id() == rotor_body, moves = rotor && rotor_moves;
-      CellIntegrals<dim> &integrals = moves ? moving : resting;
-      integrals.reinit(cell);
-      const Material &material = prm.material(rotor);
-      const auto C             = elasticity_tensor<dim>(material);
-      DenseMatrix block(n, n);
-      for (unsigned int i = 0; i < dim; ++i)
-        for (unsigned int k = i; k < dim; ++k)
-        {
-          stiffness_block(integrals, C, i, k, block);
-          for (unsigned int a = 0; a < n; ++a)
-            for (unsigned int b = 0; b < n; ++b)
-              stiffness(i * n + a, k * n + b) = stiffness(k * n + b, i * n + a) = block(b, a);
-        }
-      const unsigned int n_columns = u.n_columns;
-      std::array<DenseMatrix, 4> products;
-      const auto apply = [&](const BodyTerm::Kind kind, const auto &entry)
-      {
-        // The same for every component: the columns read as n x (dim n_columns).
-        for (unsigned int a = 0; a < n; ++a)
-          for (unsigned int b = 0; b < n; ++b)
-            block(a, b) = material.density * entry(a, b);
-        DenseMatrix wide(n, dim * n_columns, u.values);
-        DenseMatrix result(n, dim * n_columns);
-        gemm(false, 1, block, wide, 0, result);
-        products[static_cast<unsigned int>(kind)] =
-            DenseMatrix(dim * n, n_columns, std::move(result.values));
-      };
-      products[1] = DenseMatrix(dim * n, n_columns);
-      gemm(false, 1, stiffness, u, 0, products[1]);
-      apply(BodyTerm::Kind::M,
-            [&](const unsigned int a, const unsigned int b) { return integrals.values(a, b); });
-      if (moves)
-      {
-        apply(BodyTerm::Kind::G, [&](const unsigned int a, const unsigned int b)
-              { return (integrals.value_transport(a, b) - integrals.value_transport(b, a)) / 2; });
-        apply(BodyTerm::Kind::M_star, [&](const unsigned int a, const unsigned int b)
-              { return integrals.transports(a, b); });
-      }
-      std::fill(r.values.begin(), r.values.end(), 0.);
-      for (unsigned int j = 0; j < m; ++j)
-      {
-        const std::array<Complex, 4> &c = factors[rotor][j];
-        for (unsigned int kind = 0; kind < 4; ++kind)
-          if (products[kind].n_rows > 0)
-          {
-            const DenseMatrix &product = products[kind];
-            // Q^H: conjugate coefficients, and G is skew
-            const Complex adjoint =
-                std::conj(c[kind]) *
-                (kind == static_cast<unsigned int>(BodyTerm::Kind::G) ? -1. : 1.);
-            for (const unsigned int side : {0u, 2 * m})
-            {
-              const Complex factor = side == 0 ? c[kind] : adjoint;
-              for (unsigned int i = 0; i < dim * n; ++i)
-              {
-                const Complex value =
-                    factor * Complex(product(i, side + j), product(i, side + m + j));
-                r(i, side + j) += value.real();
-                r(i, side + m + j) += value.imag();
-              }
-            }
-          }
-      }
-    }
-
-    /// Adds Z^H R of two blocks of columns [Re, Im].
-    template <int dim>
-    void Estimator<dim>::add_products(const DenseMatrix &z, const DenseMatrix &r, DenseMatrix &re,
-                                      DenseMatrix &im) const
-    {
+      const unsigned int m = re.n_rows;
       DenseMatrix products(2 * m, 2 * m);
       gemm(true, 1, z, r, 0, products);
-      for (unsigned int i = 0; i < m; ++i)
-        for (unsigned int j = 0; j < m; ++j)
+      for (unsigned int j = 0; j < m; ++j)
+        for (unsigned int i = 0; i < m; ++i)
         {
           re(i, j) += products(i, j) + products(m + i, m + j);
           im(i, j) += products(i, m + j) - products(m + i, j);
@@ -197,48 +118,52 @@ namespace squeal
     }
 
     template <int dim>
-    DenseMatrix Estimator<dim>::lift_cell(const unsigned int number,
-                                          const std::vector<Column> &columns, Block &result) const
+    void Estimator<dim>::lift_cell(const unsigned int number, const std::vector<Column> &columns,
+                                   DenseMatrix &coarse, Block &result)
     {
-      const unsigned int n_base = base.fe.n_dofs_per_cell(), n_columns = columns.size(),
-                         n_wide = (dim + 1) * n_columns;
-      DenseMatrix coarse((dim + 1) * n_base, n_columns), fine(n, n_wide);
-      base_map->gather(number, columns, coarse);
-      // The same for every component: the columns read as n x ((dim + 1) n_columns).
-      gemm(false, 1, lift, DenseMatrix(n_base, n_wide, std::move(coarse.values)), 0, fine);
-      DenseMatrix unknowns_of_cell((dim + 1) * n, n_columns, std::move(fine.values));
-      for (const auto &entry : map->cells[number])
-        if (entry.direct && entry.index < result.n_local())
-          for (unsigned int j = 0; j < n_columns; ++j)
-            result.column(j)[entry.index] = unknowns_of_cell(entry.unknown, j);
-      return unknowns_of_cell;
+      const unsigned int n_base = base.fe.n_dofs_per_cell(), n_columns = columns.size();
+      if (coarse.n_columns != (dim + 1) * n_columns)
+        coarse = DenseMatrix(n_base, (dim + 1) * n_columns);
+      std::fill(coarse.values.begin(), coarse.values.end(), 0.);
+      for (unsigned int j = 0; j < n_columns; ++j)
+        for (const auto &entry : base_map->cells[number])
+        {
+          // Component c of node a; the pressures come last.
+          const unsigned int c = entry.unknown / n_base, a = entry.unknown % n_base,
+                             column = c < dim ? j * dim + c : dim * n_columns + j;
+          coarse(a, column) += entry.weight * columns[j].local_element(entry.index);
+        }
+      DenseMatrix fine(n, coarse.n_columns);
+      gemm(false, 1, lift, coarse, 0, fine);
+      for (unsigned int j = 0; j < n_columns; ++j)
+        for (const auto &entry : map->cells[number])
+          if (entry.direct && entry.index < result.n_local())
+          {
+            const unsigned int c = entry.unknown / n, a = entry.unknown % n,
+                               column     = c < dim ? j * dim + c : dim * n_columns + j;
+            result.column(j)[entry.index] = fine(a, column);
+          }
     }
 
     template <int dim>
     void Estimator<dim>::add_bodies()
     {
       const std::vector<Column> columns = base_map->import(columns_of(modes));
-      DenseMatrix u(dim * n, 4 * m), r(dim * n, 4 * m), stiffness(dim * n, dim * n);
-      for (const bool rotor : {false, true})
-        for (const Complex &l : modes.lambda)
-          factors[rotor].push_back(coefficients_at(body_terms(prm, rotor), l));
-      rotor_moves         = needs_transport(body_terms(prm, true));
+      DenseMatrix coarse, u(base.fe.n_dofs_per_cell(), dim * 4 * m), r(n, dim * 4 * m);
       unsigned int number = 0;
       for (const auto &cell : spaces.nodes.active_cell_iterators())
         if (cell->is_locally_owned())
         {
-          const DenseMatrix all = lift_cell(number, columns, lifted);
+          lift_cell(number, columns, coarse, lifted);
+          std::copy_n(coarse.values.begin(), u.values.size(), u.values.begin());
+          cell_residuals.reinit(cell);
+          const bool rotor = in_rotor(cell);
+          cell_residuals.apply(prm.material(rotor), factors[rotor], u, r);
           for (unsigned int j = 0; j < 4 * m; ++j)
-            std::copy_n(&all.values[std::size_t(j) * all.n_rows], dim * n,
-                        &u.values[std::size_t(j) * u.n_rows]);
-          integrate(cell, u, r, stiffness);
-          for (const auto &entry : map->cells[number])
-            if (entry.unknown < dim * n)
-              for (unsigned int j = 0; j < 4 * m; ++j)
-                residuals[j].local_element(entry.index) += entry.weight * r(entry.unknown, j);
-          add_products(half(u, true), half(r, false), t_re, t_im);
-          in_rotor.push_back(cell->material_id() == rotor_body);
-          stiffnesses.push_back(local_problem(cell, number, stiffness, unknowns.emplace_back()));
+            for (const auto &entry : map->cells[number])
+              if (entry.unknown < dim * n)
+                residuals[j].local_element(entry.index) +=
+                    entry.weight * r.values[std::size_t(j) * dim * n + entry.unknown];
           ++number;
         }
       for (Column &column : residuals)
@@ -258,8 +183,9 @@ namespace squeal
       {
         const std::vector<Column> state = base_map->import(model.equilibrium()->state);
         Block fine_state(spaces.rows, 1);
+        DenseMatrix coarse;
         for (unsigned int number = 0; number < map->cells.size(); ++number)
-          lift_cell(number, state, fine_state);
+          lift_cell(number, state, coarse, fine_state);
         contact->update_active_set(fine_state);
         pressure = contact->pressure_of(fine_state);
       }
@@ -296,16 +222,20 @@ namespace squeal
                   factor * Complex(product.column(j)[i], product.column(m + j)[i]);
               residuals[side + j].local_element(i) += value.real();
               residuals[side + m + j].local_element(i) += value.imag();
-              if (!is_left)
-                for (unsigned int k = 0; k < m && value != 0.; ++k)
-                {
-                  const Complex t = Complex(left.column(k)[i], -left.column(m + k)[i]) * value;
-                  t_re(k, j) += t.real();
-                  t_im(k, j) += t.imag();
-                }
             }
           }
       }
+    }
+
+    template <int dim>
+    void Estimator<dim>::add_products()
+    {
+      const unsigned int n_local = lifted.n_local();
+      DenseMatrix z(n_local, 2 * m), r(n_local, 2 * m);
+      std::copy_n(lifted.column(2 * m), z.values.size(), z.values.begin());
+      for (unsigned int j = 0; j < 2 * m; ++j)
+        std::copy_n(residuals[j].begin(), n_local, &r.values[std::size_t(j) * n_local]);
+      add_product(z, r, t_re, t_im);
     }
 
     /// Residuals of faces, edges and vertices are divided among the cells that share them: with m
@@ -340,184 +270,51 @@ namespace squeal
     }
 
     template <int dim>
-    int Estimator<dim>::contact_face(const CellIterator &cell) const
-    {
-      for (const unsigned int f : cell->face_indices())
-        for (const ContactInterface &interface : spaces.geometry.interfaces)
-          if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == interface.pad_face)
-            return f;
-      return -1;
-    }
-
-    /// Appends the contact pressures of a pad's cell: the traces of the complement's functions that
-    /// do not vanish on the contact face, where it is closed.
-    template <int dim>
-    void Estimator<dim>::add_pressures(const CellIterator &cell, const std::vector<bool> &direct,
-                                       std::vector<int> &kept) const
-    {
-      const int face = contact_face(cell);
-      if (face < 0 || !prm.contact.mortar())
-        return;
-      const std::vector<Point<dim>> &points = spaces.fe.get_unit_support_points();
-      std::vector<types::global_dof_index> nodes(n);
-      cell->get_dof_indices(nodes);
-      for (unsigned int w = 0; w < complement.n_columns; ++w)
-      {
-        bool on_face = false, is_free = true;
-        for (unsigned int a = 0; a < n; ++a)
-          if (complement(a, w) != 0 && std::abs(points[a][face / 2] - face % 2) < 1e-12)
-          {
-            on_face = true;
-            is_free &= direct[dim * n + a] && contact->is_closed(spaces.multiplier(nodes[a]));
-          }
-        if (on_face && is_free)
-          kept.push_back(dim * complement.n_columns + w);
-      }
-    }
-
-    /// The contact's part of a pad's local problem, the rotor held: with v.n and v.e along the
-    /// rotor's normal and the sliding direction, penalty
-    ///     int (v.n + mu v.e) k_C u.n,
-    /// mortar -int (v.n + mu v.e) p, -int psi u.n - 1/k_C int psi p.
-    template <int dim>
-    void Estimator<dim>::add_local_contact(const CellIterator &cell, const std::vector<int> &kept,
-                                           DenseMatrix &local) const
-    {
-      const int face = contact_face(cell);
-      if (face < 0)
-        return;
-      const ContactModel<dim> &law = contact->contact_model();
-      const double scale = contact->pressure_scale(), omega = law.angular_velocity;
-      FEFaceValues<dim> values(spaces.mapping, spaces.fe, QGauss<dim - 1>(spaces.fe.degree + 1),
-                               update_values | update_normal_vectors | update_quadrature_points |
-                                   update_JxW_values);
-      values.reinit(cell, face);
-      const unsigned int n_w = complement.n_columns, n_kept = kept.size();
-      std::vector<double> traces(n_w);
-      for (const unsigned int q : values.quadrature_point_indices())
-      {
-        const Tensor<1, dim> normal = -values.normal_vector(q);
-        Tensor<1, dim> e            = spaces.geometry.transport(values.quadrature_point(q));
-        e -= (e * normal) * normal;
-        const double speed = e.norm();
-        e *= (omega < 0 ? -1 : 1) / speed;
-        const double mu =
-            prm.terms().friction
-                ? law.friction.traction(std::abs(omega) * speed, prm.pads.pressure).d_pressure
-                : 0.;
-        for (unsigned int w = 0; w < n_w; ++w)
-        {
-          traces[w] = 0;
-          for (unsigned int a = 0; a < n; ++a)
-            traces[w] += complement(a, w) * values.shape_value(a, q);
-        }
-        const double k = law.mortar ? 0 : law.penalty_stiffness;
-        for (unsigned int r = 0; r < n_kept; ++r)
-        {
-          const unsigned int c = kept[r] / n_w;
-          const double v       = traces[kept[r] % n_w];
-          for (unsigned int s = 0; s < n_kept; ++s)
-          {
-            const unsigned int d = kept[s] / n_w;
-            const double u       = traces[kept[s] % n_w];
-            double value         = 0;
-            if (c < dim && d < dim)
-              value = k * (normal[c] + mu * e[c]) * normal[d];
-            else if (c < dim)
-              value = -scale * (normal[c] + mu * e[c]);
-            else if (d < dim)
-              value = -scale * normal[d];
-            else
-              value = -scale * scale * law.compliance;
-            local(r, s) += values.JxW(q) * v * u * value;
-          }
-        }
-      }
-    }
-
-    /// The stiffness of the complement's functions on a cell. @p kept lists them: component times
-    /// number of functions plus function (contact pressures: component dim); those that would move
-    /// a fixed or a hanging node are left out.
-    template <int dim>
-    DenseMatrix Estimator<dim>::local_problem(const CellIterator &cell, const unsigned int number,
-                                              const DenseMatrix &stiffness,
-                                              std::vector<int> &kept) const
-    {
-      const unsigned int n_w = complement.n_columns;
-      std::vector<bool> direct((dim + 1) * n);
-      for (const auto &entry : map->cells[number])
-        direct[entry.unknown] = direct[entry.unknown] || entry.direct;
-      const auto is_free = [&](const unsigned int c, const unsigned int w)
-      {
-        for (unsigned int a = 0; a < n; ++a)
-          if (complement(a, w) != 0 && !direct[c * n + a])
-            return false;
-        return true;
-      };
-      for (unsigned int c = 0; c < dim; ++c)
-        for (unsigned int w = 0; w < n_w; ++w)
-          if (is_free(c, w))
-            kept.push_back(c * n_w + w);
-
-      add_pressures(cell, direct, kept);
-      DenseMatrix local(kept.size(), kept.size());
-      DenseMatrix block(n, n), half_product(n, n_w), product(n_w, n_w);
-      for (unsigned int i = 0; i < dim; ++i)
-        for (unsigned int k = 0; k < dim; ++k)
-        {
-          for (unsigned int a = 0; a < n; ++a)
-            for (unsigned int b = 0; b < n; ++b)
-              block(a, b) = stiffness(i * n + a, k * n + b);
-          gemm(false, 1, block, complement, 0, half_product);
-          gemm(true, 1, complement, half_product, 0, product);
-          for (unsigned int r = 0; r < kept.size(); ++r)
-            for (unsigned int s = 0; s < kept.size(); ++s)
-              if (kept[r] / n_w == i && kept[s] / n_w == k)
-                local(r, s) = product(kept[r] % n_w, kept[s] % n_w);
-        }
-      add_local_contact(cell, kept, local);
-      return local;
-    }
-
-    template <int dim>
     void Estimator<dim>::eliminate(EigenvalueErrors &errors)
     {
-      const unsigned int n_w = complement.n_columns;
-      DenseMatrix all((dim + 1) * n, 4 * m);
-      for (unsigned int number = 0; number < map->cells.size(); ++number)
+      LocalProblems<dim> local(spaces, *map, cell_residuals, contact.get(), prm.pads.pressure,
+                               prm.terms().friction);
+      const unsigned int n_w = local.functions.n_columns, n_wide = (dim + 1) * 4 * m;
+      DenseMatrix all(n, n_wide), tested(n_w, n_wide);
+      unsigned int number = 0;
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
       {
+        if (!cell->is_locally_owned())
+          continue;
+        const bool rotor = in_rotor(cell);
+        cell_residuals.reinit(cell);
+        LocalProblem problem = local.make(cell, number, prm.material(rotor), cell_residuals);
         std::fill(all.values.begin(), all.values.end(), 0.);
-        for (const auto &entry : map->cells[number])
-          if (entry.direct)
-            for (unsigned int j = 0; j < 4 * m; ++j)
-              all(entry.unknown, j) = residuals[j].local_element(entry.index);
-        const std::vector<int> &kept = unknowns[number];
-        DenseMatrix r(kept.size(), 4 * m);
-        for (unsigned int i = 0; i < kept.size(); ++i)
-        {
-          const unsigned int c = kept[i] / n_w, w = kept[i] % n_w;
-          for (unsigned int a = 0; a < n; ++a)
-            if (complement(a, w) != 0)
-              for (unsigned int j = 0; j < 4 * m; ++j)
-                r(i, j) += complement(a, w) * all(c * n + a, j);
-        }
-        const DenseMatrix solution = solve(std::move(stiffnesses[number]), half(r, false));
+        for (unsigned int j = 0; j < 4 * m; ++j)
+          for (const auto &entry : map->cells[number])
+            if (entry.direct)
+              all.values[std::size_t(j) * (dim + 1) * n + entry.unknown] =
+                  residuals[j].local_element(entry.index);
+        gemm(true, 1, local.functions, all, 0, tested);
+        const unsigned int n_kept = problem.unknowns.size();
+        DenseMatrix r(n_kept, 4 * m);
+        for (unsigned int j = 0; j < 4 * m; ++j)
+          for (unsigned int i = 0; i < n_kept; ++i)
+            r(i, j) = tested.values[std::size_t(j) * (dim + 1) * n_w + problem.unknowns[i]];
+        const DenseMatrix right    = half(r, false),
+                          solution = problem.symmetric
+                                         ? solve_positive(std::move(problem.matrix), right)
+                                         : solve(std::move(problem.matrix), right);
         DenseMatrix e_re(m, m), e_im(m, m);
-        add_products(half(r, true), solution, e_re, e_im);
+        add_product(half(r, true), solution, e_re, e_im);
         std::vector<std::complex<float>> parts;
         for (unsigned int j = 0; j < m; ++j)
           for (unsigned int i = 0; i < m; ++i)
           {
             // Damping makes the stiffness complex.
-            const Complex e =
-                Complex(e_re(i, j), e_im(i, j)) /
-                factors[in_rotor[number]][j][static_cast<unsigned int>(BodyTerm::Kind::K)];
+            const Complex e = Complex(e_re(i, j), e_im(i, j)) / factors[rotor][j].k;
             t_re(i, j) -= e.real();
             t_im(i, j) -= e.imag();
             if (i == j)
               parts.emplace_back(e / (2. * modes.lambda[j]));
           }
         errors.cells.push_back(std::move(parts));
+        ++number;
       }
     }
 
@@ -562,6 +359,7 @@ namespace squeal
       find_contact_terms();
       add_bodies();
       add_contact();
+      add_products();
       share_faces();
       eliminate(errors);
       find_corrections(errors);

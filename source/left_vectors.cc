@@ -60,8 +60,6 @@ namespace squeal
     void biorthogonalise_clusters(const QuadraticEigenproblem &problem, Modes &modes)
     {
       const unsigned int n = modes.lambda.size(), n_local = problem.rows.n_local();
-      const auto form = biorthogonality(problem, modes.lambda, modes.left_re, modes.left_im,
-                                        modes.lambda, modes.re, modes.im);
       std::vector<bool> done(n, false);
       for (unsigned int first = 0; first < n; ++first)
       {
@@ -75,32 +73,29 @@ namespace squeal
         const unsigned int m = cluster.size();
         if (m < 2)
           continue;
+        const Pairs right = select({modes.lambda, modes.re, modes.im}, cluster);
+        Pairs left        = select({modes.lambda, modes.left_re, modes.left_im}, cluster);
+        const auto form   = biorthogonality(problem, right.lambda, left.re, left.im, right.lambda,
+                                            right.re, right.im);
         // X C^H = I for the coefficients X^H of the new left vectors
         std::vector<Complex> c_adjoint(m * m), coefficients(m * m);
         for (unsigned int a = 0; a < m; ++a)
         {
           coefficients[a + m * a] = 1;
           for (unsigned int b = 0; b < m; ++b)
-            c_adjoint[a + m * b] = std::conj(form[cluster[b] + n * cluster[a]]);
+            c_adjoint[a + m * b] = std::conj(form[b + m * a]);
         }
         if (!solve_in_place(c_adjoint, coefficients, m))
           continue;
-        std::vector<Complex> row(m);
         for (unsigned int i = 0; i < n_local; ++i)
-        {
           for (unsigned int a = 0; a < m; ++a)
           {
-            row[a] = 0;
+            Complex sum = 0;
             for (unsigned int b = 0; b < m; ++b)
-              row[a] += coefficients[b + m * a] * Complex(modes.left_re.column(cluster[b])[i],
-                                                          modes.left_im.column(cluster[b])[i]);
+              sum += coefficients[b + m * a] * Complex(left.re.column(b)[i], left.im.column(b)[i]);
+            modes.left_re.column(cluster[a])[i] = sum.real();
+            modes.left_im.column(cluster[a])[i] = sum.imag();
           }
-          for (unsigned int a = 0; a < m; ++a)
-          {
-            modes.left_re.column(cluster[a])[i] = row[a].real();
-            modes.left_im.column(cluster[a])[i] = row[a].imag();
-          }
-        }
       }
     }
 

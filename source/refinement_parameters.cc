@@ -30,6 +30,14 @@ namespace squeal
           Patterns::Double(0));
       prm.add_parameter("Maximum unknowns", maximum_unknowns,
                         "A mesh with more unknowns is not begun.", Patterns::Integer(1));
+      prm.add_parameter("Maximum time", maximum_time,
+                        "A mesh that would end later than this after the start of the run, "
+                        "predicted from the meshes before, is not begun, s; 0: no limit.",
+                        Patterns::Double(0));
+      prm.add_parameter("Maximum memory", maximum_memory,
+                        "A mesh that would need more memory on all ranks together, predicted from "
+                        "the meshes before, is not begun, GiB; 0: no limit.",
+                        Patterns::Double(0));
       prm.add_parameter("Reference", reference,
                         "CSV file with the columns frequency_hz and growth_rate_1_per_s, one line "
                         "per mode: convergence.csv then has the true errors. Empty: none.");

@@ -82,5 +82,29 @@ class Parallel(st.TestCase):
                 self.assertLessEqual(abs(a[key] - b[key]), 1e-6 * abs(a[key]) + 1e-12 * l, f"mode {a['mode']}: {key}")
 
 
+class Budgets(st.TestCase):
+    """Refinement ends where the next mesh would cost more than is allowed, and says why."""
+
+    LAYER = {"Scene": "strip", "Stage": "full", "Operation/Angular velocity": 2, "Contact/Steady pressure": "uniform",
+             "Discretization/Rotor cells": "1, 20, 2", "Discretization/Pad cells": "1, 5, 2", "Discretization/Degree": 1,
+             "Eigenproblem/Maximum frequency": 60000, "Output/Fields": "none", "Refinement/Cycles": 3}
+
+    def study(self, **limits):
+        results = self.analyse({**self.LAYER, **{f"Refinement/{key}": value for key, value in limits.items()}})
+        return len(st.read_table(results / "cycles.csv")), (results / "log.txt").read_text()
+
+    def test_limits(self):
+        for strategy in ["uniform", "adaptive"]:
+            for key, small, large in [("Maximum unknowns", 10, 100000), ("Maximum time", 1e-3, 1e5),
+                                      ("Maximum memory", 0.01, 1000)]:
+                with self.subTest(strategy=strategy, limit=key):
+                    meshes, log = self.study(Strategy=strategy, Tolerance=1e-9, **{key: small})
+                    self.assertEqual(meshes, 1)
+                    self.assertRegex(log, rf"No further mesh: it would have about \d+ unknowns.* than Refinement/{key} = ")
+                    meshes, log = self.study(Strategy=strategy, Tolerance=1e-9, **{key: large})
+                    self.assertEqual(meshes, 3)
+                    self.assertNotIn("No further mesh", log)
+
+
 if __name__ == "__main__":
     unittest.main(verbosity=2)

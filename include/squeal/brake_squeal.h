@@ -4,7 +4,9 @@
 #include <squeal/log.h>
 #include <squeal/output.h>
 #include <squeal/parameter_file.h>
+#include <squeal/refinement.h>
 
+#include <ctime>
 #include <memory>
 
 namespace squeal
@@ -41,6 +43,8 @@ namespace squeal
     const MPI_Comm comm;
     Log log;
     PhaseTimer timer;
+    RefinementBudget budget;
+    std::clock_t processor_start = std::clock(); ///< of the present cycle
 
     Modes modes;
     std::vector<std::vector<ModeRow>> rows_of_cycle;

@@ -41,6 +41,9 @@ namespace squeal
   /// A^{-1} B by LU with partial pivoting. Throws SolverError if A is singular.
   DenseMatrix solve(DenseMatrix a, DenseMatrix b);
 
+  /// The same for a symmetric positive definite A, by Cholesky's method.
+  DenseMatrix solve_positive(DenseMatrix a, DenseMatrix b);
+
   /// Eigenvalues (ascending) and eigenvectors of a symmetric matrix; @p a is overwritten by the
   /// vectors.
   std::vector<double> symmetric_eigen(DenseMatrix &a);

@@ -157,6 +157,8 @@ namespace squeal
       unsigned int cycles           = 1;
       double tolerance              = 1e-3;
       unsigned int maximum_unknowns = 500000;
+      double maximum_time           = 0;
+      double maximum_memory         = 0;
       std::string reference         = "";
 
       /// The number of meshes a run may use.
