@@ -86,11 +86,12 @@ namespace squeal
       std::vector<Column> residuals;        ///< of the columns
       std::vector<DenseMatrix> stiffnesses; ///< of the cells' complements
       std::vector<std::vector<int>> unknowns;
-      /// The factors of a body's matrices at each eigenvalue.
-      std::array<std::vector<std::array<Complex, 4>>, 2> factors; ///< pads, rotor
-      bool rotor_moves = false;
-      std::vector<bool> in_rotor; ///< by cell
-      DenseMatrix t_re, t_im;     ///< T
+      const std::vector<Parameters::BodyMaterial> materials;
+      /// By material: the factors of its matrices at each eigenvalue, and whether it moves.
+      std::vector<std::vector<std::array<Complex, 4>>> factors;
+      std::vector<bool> has_transport;
+      std::vector<unsigned int> material_of_cell;
+      DenseMatrix t_re, t_im; ///< T
     };
 
     template <int dim>
@@ -98,7 +99,8 @@ namespace squeal
         : model(model), prm(model.parameters()), modes(modes), m(modes.lambda.size()),
           base(model.spaces()), spaces(base, base.fe.degree + 1), n(spaces.fe.n_dofs_per_cell()),
           lift(interpolation(base.fe, spaces.fe)), complement(hierarchical_complement(spaces.fe)),
-          resting(spaces, false), moving(spaces, true), t_re(m, m), t_im(m, m)
+          resting(spaces, false), moving(spaces, true), materials(prm.materials()), t_re(m, m),
+          t_im(m, m)
     {
     }
 
@@ -107,10 +109,11 @@ namespace squeal
     void Estimator<dim>::integrate(const CellIterator &cell, const DenseMatrix &u, DenseMatrix &r,
                                    DenseMatrix &stiffness)
     {
-      const bool rotor = cell->material_id() == rotor_body, moves = rotor && rotor_moves;
+      const unsigned int number     = base.geometry.parts[cell->material_id()].material;
+      const bool moves              = has_transport[number];
       CellIntegrals<dim> &integrals = moves ? moving : resting;
       integrals.reinit(cell);
-      const Material &material = prm.material(rotor);
+      const Material &material = materials[number].material;
       const auto C             = elasticity_tensor<dim>(material);
       DenseMatrix block(n, n);
       for (unsigned int i = 0; i < dim; ++i)
@@ -149,7 +152,7 @@ namespace squeal
       std::fill(r.values.begin(), r.values.end(), 0.);
       for (unsigned int j = 0; j < m; ++j)
       {
-        const std::array<Complex, 4> &c = factors[rotor][j];
+        const std::array<Complex, 4> &c = factors[number][j];
         for (unsigned int kind = 0; kind < 4; ++kind)
           if (products[kind].n_rows > 0)
           {
@@ -219,10 +222,14 @@ namespace squeal
     {
       const std::vector<Column> columns = base_map->import(columns_of(modes));
       DenseMatrix u(dim * n, 4 * m), r(dim * n, 4 * m), stiffness(dim * n, dim * n);
-      for (const bool rotor : {false, true})
+      for (const Parameters::BodyMaterial &material : materials)
+      {
+        const std::vector<BodyTerm> terms = body_terms(prm, material);
+        has_transport.push_back(needs_transport(terms));
+        factors.emplace_back();
         for (const Complex &l : modes.lambda)
-          factors[rotor].push_back(coefficients_at(body_terms(prm, rotor), l));
-      rotor_moves         = needs_transport(body_terms(prm, true));
+          factors.back().push_back(coefficients_at(terms, l));
+      }
       unsigned int number = 0;
       for (const auto &cell : spaces.nodes.active_cell_iterators())
         if (cell->is_locally_owned())
@@ -237,7 +244,7 @@ namespace squeal
               for (unsigned int j = 0; j < 4 * m; ++j)
                 residuals[j].local_element(entry.index) += entry.weight * r(entry.unknown, j);
           add_products(half(u, true), half(r, false), t_re, t_im);
-          in_rotor.push_back(cell->material_id() == rotor_body);
+          material_of_cell.push_back(base.geometry.parts[cell->material_id()].material);
           stiffnesses.push_back(local_problem(cell, number, stiffness, unknowns.emplace_back()));
           ++number;
         }
@@ -511,7 +518,7 @@ namespace squeal
             // Damping makes the stiffness complex.
             const Complex e =
                 Complex(e_re(i, j), e_im(i, j)) /
-                factors[in_rotor[number]][j][static_cast<unsigned int>(BodyTerm::Kind::K)];
+                factors[material_of_cell[number]][j][static_cast<unsigned int>(BodyTerm::Kind::K)];
             t_re(i, j) -= e.real();
             t_im(i, j) -= e.imag();
             if (i == j)

@@ -29,8 +29,9 @@ namespace squeal
 
   bool sweep_keeps_mesh(const std::string &parameter)
   {
-    return begins_with_one_of(parameter, {"Operation/", "Contact/", "Pads/Pressure",
-                                          "Rotor/Material/", "Pads/Material/", "Matrices/"});
+    return begins_with_one_of(parameter,
+                              {"Operation/", "Contact/", "Pads/Pressure", "Rotor/Material/",
+                               "Pads/Material/", "Mesh/Part", "Matrices/"});
   }
 
   Sweep::Sweep(ParameterFile &file, Model &model, const ModelFactory &make_model,
@@ -44,13 +45,13 @@ namespace squeal
     file.value_of(parameter);
     const bool makes_mesh =
         make_model &&
-        begins_with_one_of(parameter, {"Rotor/", "Pads/", "Strip/", "Discretization/"});
+        begins_with_one_of(parameter, {"Rotor/", "Pads/", "Strip/", "Mesh/", "Discretization/"});
     if (!keeps_mesh && !makes_mesh)
       throw InputError(
           "Sweep/Parameter = " + parameter +
           ": the equations of motion do not depend on it. Allowed are numbers of the sections "
-          "Operation, Contact, Rotor, Pads, Strip, Discretization, and of Matrices in the scene "
-          "matrices.");
+          "Operation, Contact, Rotor, Pads, Strip, Mesh, Discretization, and of Matrices in the "
+          "scene matrices.");
   }
 
   std::string Sweep::state_file() const

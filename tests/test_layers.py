@@ -8,10 +8,12 @@ import squeal_testing as st
 # A file includes only from lower floors. A new file gets a place here: the lowest floor on which it can stand.
 FLOORS = [
     ["errors", "materials", "friction_laws", "log"],
-    ["expressions", "dense"],
+    ["expressions", "dense", "mesh_file", "gmsh_file", "abaqus_file"],
     ["parameters", "linear_algebra"],
-    ["parameter_file", "sweep_parameters", "refinement_parameters", "geometry", "matrix_market", "eigenproblem", "mortar", "self_locking"],
-    ["spaces"],
+    ["parameter_file", "sweep_parameters", "refinement_parameters", "mesh_parameters", "material_parameters", "geometry", "matrix_market", "eigenproblem", "mortar", "self_locking"],
+    ["spaces", "mesh_checks"],
+    ["mesh_scene"],
+    ["mesh_report"],
     ["cell_operators", "cell_map", "contact_pairs", "fields", "prestress"],
     ["body_operators"],
     ["contact"],

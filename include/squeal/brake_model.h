@@ -28,8 +28,9 @@ namespace squeal
   };
 
   /// M q'' + (D + 2 Omega G) q' + (K - Omega^2 M*) q of theory.md, section 2, as far as the stage
-  /// has it, for the rotor or for a pad.
-  std::vector<BodyTerm> body_terms(const Parameters::All &parameters, bool rotor);
+  /// has it, for what is made of one material.
+  std::vector<BodyTerm> body_terms(const Parameters::All &parameters,
+                                   const Parameters::BodyMaterial &body);
 
   /// Whether one of the terms is of the transport, so that G and M* are needed.
   bool needs_transport(const std::vector<BodyTerm> &terms);
@@ -101,12 +102,16 @@ namespace squeal
       BodyMatrices matrices;
       Material material; ///< with which they were assembled
     };
-    std::vector<Body> bodies_of(bool rotor) const;
 
     void add_bodies();
     void find_steady_state();
     void add_contact();
     void add_prestress();
+    /// Of the rotor's materials.
+    Block centrifugal_load(const Parameters::All &parameters) const;
+    /// Of the bodies whose static stress the parameters ask for.
+    std::vector<Matrix> stress_stiffnesses(const Parameters::All &parameters,
+                                           const Block &state) const;
 
     static bool is_body_term(const Term &term)
     {
@@ -123,6 +128,8 @@ namespace squeal
       std::vector<Term> terms; ///< d/dp of the bodies' terms
     };
     std::vector<Parameter> differentiable_parameters() const;
+    void add_moduli(unsigned int m, const Parameters::BodyMaterial &body, double beta,
+                    std::vector<Parameter> &parameters) const;
     /// The step of central differences; what is differentiated is linear or nearly so.
     static double step(const Parameter &parameter)
     {
@@ -140,8 +147,8 @@ namespace squeal
     Log &log;
     PhaseTimer &timer;
     Spaces<dim> spaces_;
-    Parameters::All prm;                 ///< of the terms
-    std::array<AssembledBody, 2> bodies; ///< pads, rotor
+    Parameters::All prm;               ///< of the terms
+    std::vector<AssembledBody> bodies; ///< by material
     std::unique_ptr<Contact<dim>> contact_;
     std::unique_ptr<StaticEquilibrium> equilibrium_;
     typename Contact<dim>::Pressure pressure_;
