@@ -11,8 +11,8 @@ r_outer  = 140;
 h        = 11;   // thickness of the friction ring
 wall     = 6;    // of the hat
 z_hat    = 38;   // the hat's top
-n_angle  = 12;   // cells in each quarter
-n_ring   = 5;    // cells across the friction ring
+n_angle  = 9;    // cells in each quarter
+n_ring   = 4;    // cells across the friction ring
 
 // Pads
 pad_mid    = 114;        // radius of the pad's middle, where the piston presses
@@ -23,8 +23,8 @@ plate      = 6;
 piston_out = 17;         // the rim of the piston's cup presses on a ring
 piston_in  = 11;
 n_side     = 3;          // cells along each quarter of the piston's rim
-n_end      = 3;          // cells from there to the edge of the pad
-n_lining   = 2;          // layers of cells
+n_end      = 2;          // cells from there to the edge of the pad
+n_lining   = 1;          // layers of cells
 n_plate    = 1;
 
 // The section: columns of radii, rows of z
