@@ -156,9 +156,7 @@ namespace squeal
     if (slides)
       add(1, multiply(contact.friction(pressure_), x));
     add(-1, contact.load(pressure_, slides));
-    // The load is proportional to the applied pressure.
-    if (prm.pads.pressure != 0)
-      add(-parameters.pads.pressure / prm.pads.pressure, assemble_pressure_load(spaces_));
+    add(-1, pressure_load(parameters));
     if (prm.prestress.centrifugal_load)
       add(-1, centrifugal_load(parameters));
     return residual;

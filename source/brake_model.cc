@@ -48,7 +48,7 @@ namespace squeal
       : geometry(geometry), comm(comm), log(log), timer(timer),
         spaces_(this->geometry, parameters.discretization.degree, parameters.contact.mortar(),
                 comm),
-        prm(parameters)
+        prm(parameters), load_pressure(parameters.pads.pressure)
   {
   }
 
@@ -135,7 +135,7 @@ namespace squeal
 
     PhaseTimer::Scope scope(timer, "static");
     log.progress("  static equilibrium");
-    Block load = assemble_pressure_load(spaces_);
+    Block load = pressure_load(prm);
     if (prm.prestress.centrifugal_load)
     {
       const Block centrifugal = centrifugal_load(prm);
@@ -212,6 +212,15 @@ namespace squeal
     PhaseTimer::Scope scope(timer, "assembly");
     for (Matrix &matrix : stress_stiffnesses(prm, equilibrium_->state))
       add_term(Origin::prestress, 0, 1., std::move(matrix));
+  }
+
+  template <int dim>
+  Block BrakeModel<dim>::pressure_load(const Parameters::All &parameters) const
+  {
+    Block load = assemble_pressure_load(spaces_);
+    for (unsigned int i = 0; i < load.n_local() && load_pressure > 0; ++i)
+      load.data()[i] *= parameters.pads.pressure / load_pressure;
+    return load;
   }
 
   template <int dim>

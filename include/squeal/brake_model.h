@@ -107,6 +107,8 @@ namespace squeal
     void find_steady_state();
     void add_contact();
     void add_prestress();
+    /// The geometry's loads, at another Pads/Pressure than that it was made with.
+    Block pressure_load(const Parameters::All &parameters) const;
     /// Of the rotor's materials.
     Block centrifugal_load(const Parameters::All &parameters) const;
     /// Of the bodies whose static stress the parameters ask for.
@@ -148,6 +150,7 @@ namespace squeal
     PhaseTimer &timer;
     Spaces<dim> spaces_;
     Parameters::All prm;               ///< of the terms
+    const double load_pressure;        ///< Pads/Pressure of the geometry's loads, Pa
     std::vector<AssembledBody> bodies; ///< by material
     std::unique_ptr<Contact<dim>> contact_;
     std::unique_ptr<StaticEquilibrium> equilibrium_;
