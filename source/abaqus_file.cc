@@ -212,8 +212,9 @@ namespace squeal
             const long first = lines.integer(fields[0]), last = lines.integer(fields[1]),
                        step =
                            fields.size() > 2 && !fields[2].empty() ? lines.integer(fields[2]) : 1;
-            if (step < 1 || last < first || (last - first) / step > 100000000)
-              lines.fail("GENERATE: expected first <= last and a step of at least 1.");
+            if (step < 1 || last < first || (last - first) / step > 10000000)
+              lines.fail("GENERATE: expected first <= last, a step of at least 1, and at most ten "
+                         "million members.");
             for (long i = first; i <= last; i += step)
               set.insert(i);
             return;

@@ -233,12 +233,6 @@ namespace squeal
 
   namespace
   {
-    /// The three-dimensional scenes.
-    Geometry<3> make_bodies(const Parameters::All &prm)
-    {
-      return prm.scene == "mesh" ? make_mesh_scene(prm) : make_brake(prm);
-    }
-
     /// Bodies meshed by finite elements, on a sequence of meshes.
     template <int dim>
     class BrakeSqueal : public Analysis
@@ -253,10 +247,9 @@ namespace squeal
                 "max_pressure_pa,max_penetration_m,self_energising_gain",
                 comm)
       {
-        if (geometry.report.empty())
-          return;
-        log.print("\n" + geometry.report);
-        write_text(directory + "/mesh.csv", geometry.report_table, comm);
+        log.print(geometry.report);
+        if (!geometry.report.empty())
+          write_text(directory + "/mesh.csv", geometry.report_table, comm);
       }
 
       void run() override
@@ -592,12 +585,11 @@ namespace squeal
       }
       text << ", " << prm.operation.angular_velocity << " rad/s";
       const auto &d = prm.discretization;
-      text << "\nCoarse mesh: ";
-      if (prm.scene == "mesh")
-        text << prm.mesh.file;
-      else
-        text << "rotor " << d.rotor_cells_text << ", each pad " << d.pad_cells_text << " cells";
-      text << "; degree " << d.degree << "; " << prm.refinement.n_cycles() << " mesh(es), "
+      text << "\nCoarse mesh: "
+           << (prm.scene == "mesh"
+                   ? prm.mesh.file
+                   : "rotor " + d.rotor_cells_text + ", each pad " + d.pad_cells_text + " cells")
+           << "; degree " << d.degree << "; " << prm.refinement.n_cycles() << " mesh(es), "
            << prm.refinement.strategy;
     }
     text << "\nEvery mode up to " << number(prm.eigenproblem.maximum_frequency)

@@ -61,6 +61,16 @@ namespace squeal
     return result;
   }
 
+  double area_of(const std::array<Point<3>, 4> &x)
+  {
+    // Half the cross product of the diagonals, which is that of two sides where pairs are wrong:
+    // the largest is right.
+    return std::max({cross_product_3d(x[3] - x[0], x[2] - x[1]).norm(),
+                     cross_product_3d(x[2] - x[0], x[3] - x[1]).norm(),
+                     cross_product_3d(x[1] - x[0], x[3] - x[2]).norm()}) /
+           2;
+  }
+
   ContactPairMeasures check_contact_pair(const std::string &where, const std::string &pad_name,
                                          const std::vector<SurfaceFace<3>> &pad_faces,
                                          const std::string &rotor_name,

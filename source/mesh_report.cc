@@ -253,7 +253,7 @@ namespace squeal
     }
     geometry.report_table = table_of(rows);
     geometry.report =
-        "Mesh file " + facts.file.name + ": " + std::to_string(geometry.cells.size()) +
+        "\nMesh file " + facts.file.name + ": " + std::to_string(geometry.cells.size()) +
         " hexahedra, " + std::to_string(geometry.vertices.size()) + " nodes, " +
         std::to_string(facts.bodies.size()) + " bodies" +
         (facts.n_turned > 0

@@ -541,7 +541,15 @@ namespace squeal
         for (auto &[name, surface] : file.surfaces)
           for (Face &face : surface)
             face = renumber(face);
-        GridTools::consistently_order_cells(geometry.cells);
+        try
+        {
+          GridTools::consistently_order_cells(geometry.cells);
+        }
+        catch (const ExceptionBase &)
+        {
+          fail("File", "the cells' edges cannot be directed consistently: rows of cells close in "
+                       "a twisted ring.");
+        }
       }
 
       /// A uniform contact pressure is that of the load only where both act on the same area.
@@ -556,14 +564,10 @@ namespace squeal
           for (const PressureLoad<3> &load : geometry.loads)
             if (load.boundary == id)
             {
-              std::array<Point<3>, 4> x;
+              std::array<Point<3>, 4> corners;
               for (unsigned int v = 0; v < 4; ++v)
-                x[v] = geometry.vertices[face[v]];
-              // Half the largest cross product of diagonals, whatever the corners' order
-              loaded += std::max({cross_product_3d(x[3] - x[0], x[2] - x[1]).norm(),
-                                  cross_product_3d(x[2] - x[0], x[3] - x[1]).norm(),
-                                  cross_product_3d(x[1] - x[0], x[3] - x[2]).norm()}) /
-                        2;
+                corners[v] = geometry.vertices[face[v]];
+              loaded += area_of(corners);
             }
         if (std::abs(loaded - contact) > 0.02 * contact)
         {

@@ -8,8 +8,8 @@ import squeal_testing as st
 # A file includes only from lower floors. A new file gets a place here: the lowest floor on which it can stand.
 FLOORS = [
     ["errors", "materials", "friction_laws", "log"],
-    ["expressions", "dense", "mesh_file", "gmsh_file", "abaqus_file"],
-    ["parameters", "linear_algebra"],
+    ["expressions", "dense", "mesh_file"],
+    ["parameters", "linear_algebra", "gmsh_file", "abaqus_file"],
     ["parameter_file", "sweep_parameters", "refinement_parameters", "mesh_parameters", "material_parameters", "geometry", "matrix_market", "eigenproblem", "mortar", "self_locking"],
     ["spaces", "mesh_checks"],
     ["mesh_scene"],

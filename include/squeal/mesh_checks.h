@@ -28,6 +28,9 @@ namespace squeal
   /// 1 for a brick, negative where the cell is folded, 0 where it is flat.
   std::array<double, 8> corner_jacobians(const MeshFile &file, const MeshFile::Cell &cell);
 
+  /// The area of a plane convex quadrilateral with corners in any order, m^2.
+  double area_of(const std::array<dealii::Point<3>, 4> &corners);
+
   /// How two contact surfaces lie to each other.
   struct ContactPairMeasures
   {

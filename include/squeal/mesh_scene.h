@@ -15,6 +15,12 @@ namespace squeal
   /// measures. Throws InputError for everything that cannot work: what, where, what is allowed.
   Geometry<3> make_mesh_scene(const Parameters::All &parameters);
 
+  /// The bodies of the three-dimensional scenes, brake or mesh. Throws InputError.
+  inline Geometry<3> make_bodies(const Parameters::All &parameters)
+  {
+    return parameters.scene == "mesh" ? make_mesh_scene(parameters) : make_brake(parameters);
+  }
+
   /// What is known of a mesh besides its geometry.
   struct MeshFacts
   {

@@ -72,6 +72,18 @@ TEST_CASE("mesh checks: faces of surfaces of revolution")
                  std::sqrt(0.5)) <= 1e-14);
 }
 
+TEST_CASE("mesh checks: area of a quadrilateral with corners in any order")
+{
+  // A trapezoid of height 1 between sides of 3 and 1
+  std::array<Point<3>, 4> x = {
+      {Point<3>(0, 0, 2), Point<3>(3, 0, 2), Point<3>(2, 1, 2), Point<3>(1, 1, 2)}};
+  std::sort(x.begin(), x.end(), [](const auto &a, const auto &b) { return a[0] < b[0]; });
+  do
+    CHECK(std::abs(area_of(x) - 2) <= 1e-14);
+  while (std::next_permutation(x.begin(), x.end(),
+                               [](const auto &a, const auto &b) { return a[0] < b[0]; }));
+}
+
 TEST_CASE("mesh checks: rigid motions that supports leave")
 {
   RigidMotions motions;
