@@ -395,7 +395,10 @@ TEST_CASE("mortar: a curved oblique face meets only the faces that it touches")
           result.nodes.push_back(place(nodes.point(i)[0], nodes.point(j)[0]));
       return result;
     };
-    const double corners[4][2] = {{95.1841, 16.7121}, {94.1757, 5.83792}, {91, 28}, {91, 9.33333}};
+    const double corners[4][2] = {{95.1841015064, 16.7120735127},
+                                  {94.1757124172, 5.83792092692},
+                                  {91, 28},
+                                  {91, 9.33333328071}};
     std::vector<SurfaceFace<3>> rotor_faces;
     const std::vector<SurfaceFace<3>> pad_faces = {face(
         [&](const double s, const double t)
