@@ -3,6 +3,7 @@
 # installed it does nothing. Without apt it names what is missing and ends with 1.
 #   scripts/install-dependencies.sh              compiler, deal.II, MPI, OpenBLAS, test tools
 #   scripts/install-dependencies.sh --pictures   also ParaView and matplotlib, to make pictures without a display
+#   scripts/install-dependencies.sh --mesh       also Gmsh, to make the mesh of prm/realistic_brake.prm
 set -euo pipefail
 
 packages=(
@@ -14,12 +15,16 @@ packages=(
   openmpi-bin
   doctest-dev python3 # tests
 )
-if [[ ${1:-} == --pictures ]]; then
-  packages+=(paraview python3-paraview xvfb xauth python3-numpy python3-matplotlib)
-elif [[ $# -gt 0 ]]; then
-  echo "usage: ${0##*/} [--pictures]" >&2
-  exit 2
-fi
+for option in "$@"; do
+  case $option in
+    --pictures) packages+=(paraview python3-paraview xvfb xauth python3-numpy python3-matplotlib) ;;
+    --mesh) packages+=(gmsh) ;;
+    *)
+      echo "usage: ${0##*/} [--pictures] [--mesh]" >&2
+      exit 2
+      ;;
+  esac
+done
 
 # A machine of another kind: look for the things themselves.
 if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then

@@ -192,7 +192,7 @@ def render(pv, arguments, path, words):
     layout.SetSize(WIDTH, HEIGHT)
 
     show(pv, left, bodies, scale, 0)
-    show(pv, right, bodies, scale, 1.65 * bodies.thickness)
+    show(pv, right, bodies, scale, min(1.65 * bodies.thickness, 0.4 * bodies.radius))
     look(left, [0, 0, 0.05 * bodies.radius], (52, 0), 6 * bodies.radius, 20)
     look(right, [0, 0, -0.13 * bodies.radius], (15, 12), 6 * bodies.radius, 20)
     label(pv, left, words, [0.03, 0.92], 27, bold=True)

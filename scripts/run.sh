@@ -35,6 +35,14 @@ cd "$root"
 scripts/install-dependencies.sh
 scripts/build.sh release squeal
 
+# The mesh of a parameter file for which there is a Gmsh script: made if it is missing or older.
+mesh=$(sed -n 's/^[[:space:]]*set[[:space:]][[:space:]]*File[[:space:]]*=[[:space:]]*\(.*\.msh\).*/\1/p' "$file" 2> /dev/null || true)
+script=${mesh%.msh}.geo
+if [[ -n $mesh && -e $script && ! $mesh -nt $script ]]; then
+  command -v gmsh > /dev/null || scripts/install-dependencies.sh --mesh
+  gmsh -3 "$script" -o "$mesh" -v 2
+fi
+
 squeal=(build/release/squeal)
 ranks=${RANKS:-1}
 if [[ $ranks -gt 1 ]]; then

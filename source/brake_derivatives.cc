@@ -7,6 +7,46 @@
 
 namespace squeal
 {
+  namespace
+  {
+    const std::array<std::string, 5> moduli = {{"Young modulus", "Poisson ratio",
+                                                "Axial Young modulus", "Axial Poisson ratio",
+                                                "Axial shear modulus"}};
+
+    /// The elastic constant of a key, or null.
+    double *modulus_of(Material &material, const std::string &key)
+    {
+      const std::array<double *, 5> values = {
+          {&material.young_modulus, &material.poisson_ratio, &material.axial_young_modulus,
+           &material.axial_poisson_ratio, &material.axial_shear_modulus}};
+      const auto at = std::find(moduli.begin(), moduli.end(), key);
+      return at == moduli.end() ? nullptr : values[at - moduli.begin()];
+    }
+  } // namespace
+
+  /// The elastic constants of a transversely isotropic material: the stiffness is not linear in
+  /// them.
+  template <int dim>
+  void BrakeModel<dim>::add_moduli(const unsigned int m, const Parameters::BodyMaterial &body,
+                                   const double beta, std::vector<Parameter> &parameters) const
+  {
+    for (const std::string &key : moduli)
+    {
+      Material material = body.material;
+      double &modulus   = *modulus_of(material, key);
+      Parameter parameter{body.section + "/Material/" + key, modulus, {}};
+      const double h = step(parameter);
+      for (const double sign : {1., -1.})
+      {
+        modulus      = parameter.value + sign * h;
+        const auto K = assemble_body(spaces_, geometry.bodies_of(m), material, false).K;
+        parameter.terms.push_back({Origin::elasticity, 0, sign / (2 * h), K});
+        parameter.terms.push_back({Origin::material_damping, 1, beta * sign / (2 * h), K});
+      }
+      parameters.push_back(std::move(parameter));
+    }
+  }
+
   template <int dim>
   std::vector<typename BrakeModel<dim>::Parameter>
   BrakeModel<dim>::differentiable_parameters() const
@@ -14,40 +54,43 @@ namespace squeal
     const StageTerms stage = prm.terms();
     const double omega     = prm.operation.angular_velocity;
     const bool moves = stage.transport && omega != 0, has_pads = !geometry.interfaces.empty();
+    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
     std::vector<Parameter> result;
-    for (const bool rotor : {true, false})
+    Parameter speed{"Operation/Angular velocity", omega, {}};
+    for (unsigned int m = 0; m < materials.size(); ++m)
     {
-      if (bodies_of(rotor).empty())
+      if (geometry.bodies_of(m).empty())
         continue;
-      const std::string section    = rotor ? "Rotor/Material/" : "Pads/Material/";
-      const Material &material     = prm.material(rotor);
-      const BodyMatrices &matrices = bodies[rotor].matrices;
+      const std::string section    = materials[m].section + "/Material/";
+      const Material &material     = materials[m].material;
+      const BodyMatrices &matrices = bodies[m].matrices;
       const double alpha           = stage.material_damping ? material.mass_damping : 0,
                    beta            = stage.material_damping ? material.stiffness_damping : 0,
-                   per_E           = 1 / bodies[rotor].material.young_modulus,
-                   per_rho = 1 / bodies[rotor].material.density, E = material.young_modulus * per_E,
+                   per_E           = 1 / bodies[m].material.young_modulus,
+                   per_rho = 1 / bodies[m].material.density, E = material.young_modulus * per_E,
                    rho = material.density * per_rho;
-      Parameter young{section + "Young modulus", material.young_modulus, {}};
-      young.terms = {{Origin::elasticity, 0, per_E, matrices.K},
-                     {Origin::material_damping, 1, beta * per_E, matrices.K}};
       Parameter density{section + "Density", material.density, {}};
       density.terms = {{Origin::inertia, 2, per_rho, matrices.M},
                        {Origin::material_damping, 1, alpha * per_rho, matrices.M}};
       Parameter mass_damping{section + "Mass proportional damping", material.mass_damping, {}};
       mass_damping.terms = {{Origin::material_damping, 1, rho, matrices.M}};
-      if (rotor && moves)
+      if (materials[m].of_rotor && moves)
       {
-        Parameter speed{"Operation/Angular velocity", omega, {}};
-        speed.terms = {{Origin::transport, 1, 2 * rho, matrices.G},
-                       {Origin::transport, 0, -2 * omega * rho, matrices.M_star},
-                       {Origin::material_damping, 0, alpha * rho, matrices.G}};
-        result.push_back(speed);
+        speed.terms.push_back({Origin::transport, 1, 2 * rho, matrices.G});
+        speed.terms.push_back({Origin::transport, 0, -2 * omega * rho, matrices.M_star});
+        speed.terms.push_back({Origin::material_damping, 0, alpha * rho, matrices.G});
         density.terms.push_back({Origin::transport, 1, 2 * omega * per_rho, matrices.G});
         density.terms.push_back({Origin::transport, 0, -omega * omega * per_rho, matrices.M_star});
         density.terms.push_back({Origin::material_damping, 0, alpha * omega * per_rho, matrices.G});
         mass_damping.terms.push_back({Origin::material_damping, 0, omega * rho, matrices.G});
       }
-      result.push_back(young);
+      if (material.transversely_isotropic)
+        add_moduli(m, materials[m], beta, result);
+      else
+        result.push_back({section + "Young modulus",
+                          material.young_modulus,
+                          {{Origin::elasticity, 0, per_E, matrices.K},
+                           {Origin::material_damping, 1, beta * per_E, matrices.K}}});
       result.push_back(density);
       if (stage.material_damping)
       {
@@ -57,6 +100,8 @@ namespace squeal
                           {{Origin::material_damping, 1, E, matrices.K}}});
       }
     }
+    if (moves)
+      result.insert(result.begin(), speed);
     if (has_pads)
     {
       if (prm.contact.formulation != "mortar")
@@ -85,12 +130,15 @@ namespace squeal
       result.contact.friction_coefficient_moving = value;
     else if (parameter == "Pads/Pressure")
       result.pads.pressure = value;
-    else if (parameter == "Rotor/Material/Young modulus")
-      result.rotor.material.young_modulus = value;
-    else if (parameter == "Pads/Material/Young modulus")
-      result.pads.material.young_modulus = value;
-    else if (parameter == "Rotor/Material/Density")
-      result.rotor.material.density = value;
+    else if (const std::size_t end = parameter.find("/Material/"); end != std::string::npos)
+    {
+      Material &material    = result.material(parameter.substr(0, end));
+      const std::string key = parameter.substr(parameter.rfind('/') + 1);
+      if (key == "Density")
+        material.density = value;
+      else if (double *modulus = modulus_of(material, key))
+        *modulus = value;
+    }
     return result; // the others do not enter here
   }
 
@@ -168,8 +216,8 @@ namespace squeal
   }
 
   template <int dim>
-  std::vector<ParameterDerivative>
-  BrakeModel<dim>::derivatives(const std::string &only, const Factorization *nearby) const
+  std::vector<ParameterDerivative> BrakeModel<dim>::derivatives(const std::string &only,
+                                                                const Factorization *nearby) const
   {
     std::vector<Parameter> parameters = differentiable_parameters();
     parameters.erase(std::remove_if(parameters.begin(), parameters.end(),
@@ -182,7 +230,8 @@ namespace squeal
     // Only friction and prestress depend on the steady state.
     const bool state_matters = equilibrium_ && (stage.friction || prm.prestress.needs_state() ||
                                                 prm.prestress.turning_contact);
-    const Block x_p     = state_matters ? state_derivatives(parameters, nearby) : Block(spaces_.rows, 0);
+    const Block x_p =
+        state_matters ? state_derivatives(parameters, nearby) : Block(spaces_.rows, 0);
     const bool has_pads = !geometry.interfaces.empty();
 
     std::vector<ParameterDerivative> result;
@@ -223,20 +272,16 @@ namespace squeal
               add(std::move(term));
         }
         if (prm.prestress.needs_state())
-          for (const bool rotor : {true, false})
-            if (!bodies_of(rotor).empty() && (rotor || prm.prestress.stress_stiffness))
-              add({Origin::prestress, 0, 1.,
-                   std::make_shared<const Matrix>(assemble_stress_stiffness(
-                       spaces_, bodies_of(rotor), rotor ? p.rotor.material : p.pads.material,
-                       state))});
+          for (Matrix &matrix : stress_stiffnesses(p, state))
+            add({Origin::prestress, 0, 1., std::make_shared<const Matrix>(std::move(matrix))});
       }
       result.push_back(std::move(derivative));
     }
     return result;
   }
 
-  template std::vector<ParameterDerivative>
-  BrakeModel<2>::derivatives(const std::string &, const Factorization *) const;
-  template std::vector<ParameterDerivative>
-  BrakeModel<3>::derivatives(const std::string &, const Factorization *) const;
+  template std::vector<ParameterDerivative> BrakeModel<2>::derivatives(const std::string &,
+                                                                       const Factorization *) const;
+  template std::vector<ParameterDerivative> BrakeModel<3>::derivatives(const std::string &,
+                                                                       const Factorization *) const;
 } // namespace squeal

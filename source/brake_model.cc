@@ -10,13 +10,12 @@ namespace squeal
 {
   using namespace dealii;
 
-  std::vector<BodyTerm> body_terms(const Parameters::All &prm, const bool rotor)
+  std::vector<BodyTerm> body_terms(const Parameters::All &prm, const Parameters::BodyMaterial &body)
   {
-    using Kind                  = BodyTerm::Kind;
-    const StageTerms stage      = prm.terms();
-    const double omega          = rotor && stage.transport ? prm.operation.angular_velocity : 0,
-                 alpha          = prm.material(rotor).mass_damping,
-                 beta           = prm.material(rotor).stiffness_damping;
+    using Kind             = BodyTerm::Kind;
+    const StageTerms stage = prm.terms();
+    const double omega     = body.of_rotor && stage.transport ? prm.operation.angular_velocity : 0,
+                 alpha = body.material.mass_damping, beta = body.material.stiffness_damping;
     std::vector<BodyTerm> terms = {{Origin::inertia, 2, Kind::M, 1},
                                    {Origin::elasticity, 0, Kind::K, 1}};
     const auto add = [&](const Origin origin, const unsigned int order, const Kind matrix,
@@ -49,7 +48,7 @@ namespace squeal
       : geometry(geometry), comm(comm), log(log), timer(timer),
         spaces_(this->geometry, parameters.discretization.degree, parameters.contact.mortar(),
                 comm),
-        geometry_pressure(parameters.pads.pressure), prm(parameters)
+        prm(parameters), load_pressure(parameters.pads.pressure)
   {
   }
 
@@ -59,19 +58,8 @@ namespace squeal
     terms_.clear();
     contact_.reset();
     equilibrium_.reset();
-    bodies = {};
+    bodies.clear();
     spaces_.distribute();
-  }
-
-  template <int dim>
-  std::vector<Body> BrakeModel<dim>::bodies_of(const bool rotor) const
-  {
-    if (rotor)
-      return {rotor_body};
-    std::vector<Body> pads;
-    for (const ContactInterface &interface : geometry.interfaces)
-      pads.push_back(interface.pad);
-    return pads;
   }
 
   template <int dim>
@@ -89,17 +77,19 @@ namespace squeal
   void BrakeModel<dim>::add_bodies()
   {
     PhaseTimer::Scope scope(timer, "assembly");
-    for (const bool rotor : {true, false})
+    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+    bodies.resize(materials.size());
+    for (unsigned int m = 0; m < materials.size(); ++m)
     {
-      if (bodies_of(rotor).empty())
+      if (geometry.bodies_of(m).empty())
         continue;
-      const Material &material           = prm.material(rotor);
-      const std::vector<BodyTerm> wanted = body_terms(prm, rotor);
+      const Material &material           = materials[m].material;
+      const std::vector<BodyTerm> wanted = body_terms(prm, materials[m]);
       const bool moves                   = needs_transport(wanted);
-      AssembledBody &body                = bodies[rotor];
-      if (!body.matrices.M || body.material.poisson_ratio != material.poisson_ratio ||
+      AssembledBody &body                = bodies[m];
+      if (!body.matrices.M || !material.is_proportional(body.material) ||
           (moves && !body.matrices.G))
-        body = {assemble_body(spaces_, bodies_of(rotor), material, moves), material};
+        body = {assemble_body(spaces_, geometry.bodies_of(m), material, moves), material};
       // M, G, M* are proportional to the density, K to Young's modulus.
       const double rho             = material.density / body.material.density,
                    E               = material.young_modulus / body.material.young_modulus;
@@ -161,13 +151,12 @@ namespace squeal
   Block BrakeModel<dim>::static_load(const Parameters::All &parameters) const
   {
     Block load = assemble_pressure_load(spaces_);
-    if (geometry_pressure != 0)
+    if (load_pressure != 0)
       for (unsigned int i = 0; i < load.n_local(); ++i)
-        load.data()[i] *= parameters.pads.pressure / geometry_pressure;
+        load.data()[i] *= parameters.pads.pressure / load_pressure;
     if (parameters.prestress.centrifugal_load)
     {
-      const Block centrifugal = assemble_centrifugal_load(
-          spaces_, parameters.rotor.material, parameters.operation.angular_velocity);
+      const Block centrifugal = centrifugal_load(parameters);
       for (unsigned int i = 0; i < load.n_local(); ++i)
         load.data()[i] += centrifugal.data()[i];
     }
@@ -251,11 +240,39 @@ namespace squeal
     if (!prm.prestress.needs_state())
       return;
     PhaseTimer::Scope scope(timer, "assembly");
-    for (const bool rotor : {true, false})
-      if (!bodies_of(rotor).empty() && (rotor || prm.prestress.stress_stiffness))
-        add_term(Origin::prestress, 0, 1.,
-                 assemble_stress_stiffness(spaces_, bodies_of(rotor), prm.material(rotor),
-                                           equilibrium_->state));
+    for (Matrix &matrix : stress_stiffnesses(prm, equilibrium_->state))
+      add_term(Origin::prestress, 0, 1., std::move(matrix));
+  }
+
+  template <int dim>
+  Block BrakeModel<dim>::centrifugal_load(const Parameters::All &parameters) const
+  {
+    const std::vector<Parameters::BodyMaterial> materials = parameters.materials();
+    Block load(spaces_.rows, 1);
+    for (unsigned int m = 0; m < materials.size(); ++m)
+      if (materials[m].of_rotor)
+      {
+        const Block part =
+            assemble_centrifugal_load(spaces_, geometry.bodies_of(m), materials[m].material,
+                                      parameters.operation.angular_velocity);
+        for (unsigned int i = 0; i < load.n_local(); ++i)
+          load.data()[i] += part.data()[i];
+      }
+    return load;
+  }
+
+  template <int dim>
+  std::vector<Matrix> BrakeModel<dim>::stress_stiffnesses(const Parameters::All &parameters,
+                                                          const Block &state) const
+  {
+    const std::vector<Parameters::BodyMaterial> materials = parameters.materials();
+    std::vector<Matrix> result;
+    for (unsigned int m = 0; m < materials.size(); ++m)
+      if (!geometry.bodies_of(m).empty() &&
+          (materials[m].of_rotor || parameters.prestress.stress_stiffness))
+        result.push_back(assemble_stress_stiffness(spaces_, geometry.bodies_of(m),
+                                                   materials[m].material, state));
+    return result;
   }
 
   template <int dim>
@@ -317,10 +334,7 @@ namespace squeal
       problem.reference = sum_of(rows, symmetric, 0);
     problem.reference_name = "the same bodies in frictionless contact";
 
-    // Bodies without enough supports can move rigidly: a clamped rotor cannot, a guided pad is held
-    // by the contact.
-    problem.may_move_rigidly = (prm.scene == "brake" && prm.rotor.clamped == "none") ||
-                               (prm.n_pads() > 0 && prm.pads.back_face == "free");
+    problem.may_move_rigidly = geometry.may_move_rigidly;
     return problem;
   }
 
@@ -341,7 +355,7 @@ namespace squeal
       {
         unsigned int number = 0;
         for (unsigned int i = 0; i < geometry.interfaces.size(); ++i)
-          if (geometry.interfaces[i].pad == cell->material_id())
+          if (geometry.interfaces[i].pad == geometry.parts[cell->material_id()].body)
             number = i + 1;
         cell->get_dof_indices(cell_nodes);
         for (const auto node : cell_nodes)

@@ -5,6 +5,7 @@
 #include <squeal/error_estimators.h>
 #include <squeal/fields.h>
 #include <squeal/matrix_model.h>
+#include <squeal/mesh_scene.h>
 #include <squeal/refinement.h>
 #include <squeal/stability_map.h>
 #include <squeal/static_report.h>
@@ -257,6 +258,9 @@ namespace squeal
                 "max_pressure_pa,max_penetration_m,self_energising_gain",
                 comm)
       {
+        log.print(geometry.report);
+        if (!geometry.report.empty())
+          write_text(directory + "/mesh.csv", geometry.report_table, comm);
       }
 
       void run() override
@@ -298,7 +302,7 @@ namespace squeal
           if constexpr (dim == 2)
             geometry = make_strip(parameters);
           else
-            geometry = make_brake(parameters);
+            geometry = make_bodies(parameters);
           auto other = std::make_unique<BrakeModel<dim>>(geometry, parameters, comm, log, timer);
           other->distribute();
           return other;
@@ -536,7 +540,7 @@ namespace squeal
       return std::make_unique<MatrixAnalysis>(file, directory, comm);
     if (prm.scene == "strip")
       return std::make_unique<BrakeSqueal<2>>(make_strip(prm), file, directory, comm);
-    return std::make_unique<BrakeSqueal<3>>(make_brake(prm), file, directory, comm);
+    return std::make_unique<BrakeSqueal<3>>(make_bodies(prm), file, directory, comm);
   }
 
   std::string describe(const Parameters::All &prm, const std::string &directory)
@@ -559,8 +563,11 @@ namespace squeal
       }
       text << ", " << prm.operation.angular_velocity << " rad/s";
       const auto &d = prm.discretization;
-      text << "\nCoarse mesh: rotor " << d.rotor_cells_text << ", each pad " << d.pad_cells_text
-           << " cells; degree " << d.degree << "; " << prm.refinement.n_cycles() << " mesh(es), "
+      text << "\nCoarse mesh: "
+           << (prm.scene == "mesh"
+                   ? prm.mesh.file
+                   : "rotor " + d.rotor_cells_text + ", each pad " + d.pad_cells_text + " cells")
+           << "; degree " << d.degree << "; " << prm.refinement.n_cycles() << " mesh(es), "
            << prm.refinement.strategy;
     }
     text << "\nEvery mode up to " << number(prm.eigenproblem.maximum_frequency)

@@ -163,7 +163,6 @@ namespace squeal
                   const EigensolverOptions &options) const override;
 
     protected:
-
       /// The number of reference modes in the disc, counted again only if the reference problem is
       /// another one: the products with a fixed vector tell.
       unsigned int count_reference(const QuadraticEigenproblem &problem, double radius) const;
@@ -259,7 +258,7 @@ namespace squeal
         BlockSearchOptions options = search_options(task, 2);
         // Of vectors, their eigenvalues are known; sharp ones for problems nearby
         options.tolerance  = task.options.keep_factors ? 1e-11 : 1e-8;
-        options.n_expected         = modes.lambda.size() + task.n_rigid;
+        options.n_expected = modes.lambda.size() + task.n_rigid;
         search_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
                             options, task.options, modes);
       }
@@ -356,7 +355,7 @@ namespace squeal
           shift == 0 ? problem.Q : shifted, Factorization::Kind::lu,
           "the position matrix (for shift-invert)");
       const Factorization &factorization = *factors;
-      seconds.factorization = watch.lap();
+      seconds.factorization              = watch.lap();
       const Task task{problem, options, factorization, shift, radius, n_expected, n_rigid};
 
       std::string completeness;

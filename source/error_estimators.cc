@@ -58,9 +58,9 @@ namespace squeal
       void add_products();
       void eliminate(EigenvalueErrors &errors);
       void find_corrections(EigenvalueErrors &errors) const;
-      bool in_rotor(const typename DoFHandler<dim>::active_cell_iterator &cell) const
+      unsigned int material_of(const typename DoFHandler<dim>::active_cell_iterator &cell) const
       {
-        return cell->material_id() == rotor_body;
+        return base.geometry.parts[cell->material_id()].material;
       }
 
       const BrakeModel<dim> &model;
@@ -78,21 +78,25 @@ namespace squeal
       std::unique_ptr<CellMap<dim>> base_map, map;
       Block lifted;                  ///< the columns, interpolated
       std::vector<Column> residuals; ///< of the columns
-      /// The factors of a body's matrices at each eigenvalue.
-      std::array<std::vector<OperatorFactors>, 2> factors; ///< pads, rotor
-      DenseMatrix t_re, t_im;                              ///< T
+      const std::vector<Parameters::BodyMaterial> materials;
+      /// By material: the factors of its matrices at each eigenvalue.
+      std::vector<std::vector<OperatorFactors>> factors;
+      DenseMatrix t_re, t_im; ///< T
     };
 
     template <int dim>
     Estimator<dim>::Estimator(const BrakeModel<dim> &model, const Modes &modes)
         : model(model), prm(model.parameters()), modes(modes), m(modes.lambda.size()),
           base(model.spaces()), spaces(base, base.fe.degree + 1), n(spaces.fe.n_dofs_per_cell()),
-          lift(interpolation(base.fe, spaces.fe)), cell_residuals(base, spaces), t_re(m, m),
-          t_im(m, m)
+          lift(interpolation(base.fe, spaces.fe)), cell_residuals(base, spaces),
+          materials(prm.materials()), t_re(m, m), t_im(m, m)
     {
-      for (const bool rotor : {false, true})
+      for (const Parameters::BodyMaterial &material : materials)
+      {
+        factors.emplace_back();
         for (const Complex &l : modes.lambda)
-          factors[rotor].push_back(factors_at(body_terms(prm, rotor), l));
+          factors.back().push_back(factors_at(body_terms(prm, material), l));
+      }
     }
 
     /// Z^H R of two blocks of columns [Re, Im], added.
@@ -157,8 +161,8 @@ namespace squeal
           lift_cell(number, columns, coarse, lifted);
           std::copy_n(coarse.values.begin(), u.values.size(), u.values.begin());
           cell_residuals.reinit(cell);
-          const bool rotor = in_rotor(cell);
-          cell_residuals.apply(prm.material(rotor), factors[rotor], u, r);
+          const unsigned int material = material_of(cell);
+          cell_residuals.apply(materials[material].material, factors[material], u, r);
           for (unsigned int j = 0; j < 4 * m; ++j)
             for (const auto &entry : map->cells[number])
               if (entry.unknown < dim * n)
@@ -281,9 +285,10 @@ namespace squeal
       {
         if (!cell->is_locally_owned())
           continue;
-        const bool rotor = in_rotor(cell);
+        const unsigned int material = material_of(cell);
         cell_residuals.reinit(cell);
-        LocalProblem problem = local.make(cell, number, prm.material(rotor), cell_residuals);
+        LocalProblem problem =
+            local.make(cell, number, materials[material].material, cell_residuals);
         std::fill(all.values.begin(), all.values.end(), 0.);
         for (unsigned int j = 0; j < 4 * m; ++j)
           for (const auto &entry : map->cells[number])
@@ -307,7 +312,7 @@ namespace squeal
           for (unsigned int i = 0; i < m; ++i)
           {
             // Damping makes the stiffness complex.
-            const Complex e = Complex(e_re(i, j), e_im(i, j)) / factors[rotor][j].k;
+            const Complex e = Complex(e_re(i, j), e_im(i, j)) / factors[material][j].k;
             t_re(i, j) -= e.real();
             t_im(i, j) -= e.imag();
             if (i == j)

@@ -55,7 +55,7 @@ namespace squeal
         body.reinit(spaces.triangulation.n_active_cells());
         for (const auto &cell : spaces.triangulation.active_cell_iterators())
           if (cell->is_locally_owned())
-            body(cell->active_cell_index()) = cell->material_id();
+            body(cell->active_cell_index()) = spaces.geometry.parts[cell->material_id()].body;
       }
 
       /// The displacement field of a column.

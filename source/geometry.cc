@@ -284,6 +284,9 @@ namespace squeal
       append_pad(geometry, parameters, upper_pad_body);
     if (parameters.pads.lower())
       append_pad(geometry, parameters, lower_pad_body);
+    // A guided pad is held by the contact.
+    geometry.may_move_rigidly = rotor.clamped == "none" || (parameters.pads.n_pads() > 0 &&
+                                                            parameters.pads.back_face == "free");
     return geometry;
   }
 
@@ -343,11 +346,26 @@ namespace squeal
       geometry.supports.push_back({6, {{true, false}}});
     else if (pads.back_face == "fixed")
       geometry.supports.push_back({6, {{true, true}}});
-    const auto profile    = position_expression<2>(pads.profile, "Pads/Pressure profile");
-    const double pressure = pads.pressure;
+    geometry.may_move_rigidly = pads.back_face == "free";
+    const auto profile        = position_expression<2>(pads.profile, "Pads/Pressure profile");
+    const double pressure     = pads.pressure;
     geometry.loads.push_back({6, [=](const Point<2> &x) { return pressure * profile(x); }});
     geometry.interfaces.push_back({"block", upper_pad_body, 5, 3});
     return geometry;
+  }
+
+  template <int dim>
+  std::vector<Body> Geometry<dim>::bodies_of(const unsigned int material) const
+  {
+    std::vector<Body> result;
+    for (unsigned int id = 0; id < parts.size(); ++id)
+      if (parts[id].material == material &&
+          (parts[id].body == rotor_body || std::any_of(interfaces.begin(), interfaces.end(),
+                                                       [&](const ContactInterface &interface) {
+                                                         return interface.pad == parts[id].body;
+                                                       })))
+        result.push_back(Body(id));
+    return result;
   }
 
   template <int dim>
@@ -371,13 +389,24 @@ namespace squeal
     triangulation.create_triangulation(vertices, cells, SubCellData());
     if constexpr (dim == 3)
     {
-      triangulation.set_all_manifold_ids(0);
+      for (const auto &cell : triangulation.active_cell_iterators())
+        if (parts[cell->material_id()].curved)
+          cell->set_all_manifold_ids(0);
       triangulation.set_manifold(0, CylindricalManifold<3>(2));
     }
 
     for (const auto &cell : triangulation.active_cell_iterators())
       for (const unsigned int f : cell->face_indices())
-        if (cell->face(f)->at_boundary())
+        if (cell->face(f)->at_boundary() && rules.empty())
+        {
+          std::array<unsigned int, 4> vertices_of_face{};
+          for (const unsigned int v : cell->face(f)->vertex_indices())
+            vertices_of_face[v] = cell->face(f)->vertex_index(v);
+          std::sort(vertices_of_face.begin(), vertices_of_face.end());
+          if (const auto named = named_faces.find(vertices_of_face); named != named_faces.end())
+            cell->face(f)->set_boundary_id(named->second);
+        }
+        else if (cell->face(f)->at_boundary())
         {
           unsigned int n_matching = 0;
           for (const BoundaryRule &rule : rules)

@@ -51,9 +51,9 @@ namespace squeal
     for (const Term &term : model->terms())
       if (term.order != 1 && term.matrix && *term.matrix && is_conservative(term.origin))
       {
-        const auto known     = fingerprints.find(term.matrix);
-        present[term.matrix] = known != fingerprints.end() ? known->second
-                                                           : fingerprint(*term.matrix);
+        const auto known = fingerprints.find(term.matrix);
+        present[term.matrix] =
+            known != fingerprints.end() ? known->second : fingerprint(*term.matrix);
         key.insert(key.end(), {double(term.order), term.coefficient, present[term.matrix]});
       }
     fingerprints = std::move(present);
@@ -136,11 +136,10 @@ namespace squeal
   {
     const bool in_coordinates = !is_whole(before.modes) && !is_whole(next.modes);
     BranchPoint from = before, to = next;
-    from.modes = in_coordinates ? reduced.pad(before.modes) : whole(before.modes);
-    to.modes   = in_coordinates ? next.modes : whole(next.modes);
-    const bool certain =
-        squeal::continue_branches(in_coordinates ? reduced.problem() : model->problem(), from,
-                                  options.max_imaginary, to);
+    from.modes         = in_coordinates ? reduced.pad(before.modes) : whole(before.modes);
+    to.modes           = in_coordinates ? next.modes : whole(next.modes);
+    const bool certain = squeal::continue_branches(
+        in_coordinates ? reduced.problem() : model->problem(), from, options.max_imaginary, to);
     next.branches   = to.branches;
     next.overlaps   = to.overlaps;
     next.n_branches = to.n_branches;

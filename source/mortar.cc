@@ -80,10 +80,22 @@ namespace squeal
     Coordinates centre;
     for (unsigned int d = 0; d < dim - 1; ++d)
       centre[d] = 0.5;
+    // Beyond half a face outside of it the surface goes on along its tangents: polynomials turn
+    // back there, and a point far away would be found on the wrong side.
+    const auto extended_frame = [&](const Coordinates &at)
+    {
+      Coordinates inner = at;
+      for (unsigned int d = 0; d < dim - 1; ++d)
+        inner[d] = std::min(1.5, std::max(-0.5, at[d]));
+      Frame result = frame(face, inner);
+      for (unsigned int d = 0; d < dim - 1; ++d)
+        result.x += (at[d] - inner[d]) * result.tangents[d];
+      return result;
+    };
     Coordinates xi = centre, first_step;
     for (unsigned int step = 0; step < 25; ++step)
     {
-      const Frame f = frame(face, xi);
+      const Frame f = extended_frame(xi);
       Tensor<2, dim - 1> metric;
       Tensor<1, dim - 1> residual;
       const Tensor<1, dim> distance = x - f.x;
@@ -104,7 +116,7 @@ namespace squeal
     }
     // Rounding may keep the last change above the tolerance; a cycle or a divergence does not end
     // here.
-    const Frame f   = frame(face, xi);
+    const Frame f   = extended_frame(xi);
     double mismatch = 0;
     for (unsigned int i = 0; i < dim - 1; ++i)
       mismatch += std::abs(f.tangents[i] * (x - f.x)) / f.tangents[i].norm_square();

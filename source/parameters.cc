@@ -55,32 +55,6 @@ namespace squeal
       }
     } // namespace
 
-    void MaterialSection::declare(ParameterHandler &prm)
-    {
-      prm.enter_subsection("Material");
-      prm.add_parameter("Young modulus", young_modulus, "Young's modulus E, Pa.", positive());
-      prm.add_parameter("Poisson ratio", poisson_ratio,
-                        "Poisson's ratio nu, -. Between -1 and 0.5, both excluded.",
-                        Patterns::Double());
-      prm.add_parameter("Density", density, "Density rho, kg/m^3.", positive());
-      prm.add_parameter(
-          "Mass proportional damping", mass_damping,
-          "Rayleigh damping alpha in D = alpha M + beta K, 1/s. Used in the stage full.",
-          not_negative());
-      prm.add_parameter("Stiffness proportional damping", stiffness_damping,
-                        "Rayleigh damping beta in D = alpha M + beta K, s. Used in the stage full.",
-                        not_negative());
-      prm.leave_subsection();
-    }
-
-    void MaterialSection::check(const std::string &section) const
-    {
-      if (!(poisson_ratio > -1 && poisson_ratio < 0.5))
-        fail(section + "/Material/Poisson ratio", poisson_ratio,
-             "it must lie between -1 and 0.5, both excluded. At 0.5 the material is incompressible "
-             "and its stiffness infinite; 0.499 is accepted.");
-    }
-
     void Rotor::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Rotor");
@@ -103,7 +77,6 @@ namespace squeal
         fail("Rotor/Inner radius", inner_radius,
              "it must be smaller than Rotor/Outer radius = " + std::to_string(outer_radius) +
                  " m.");
-      material.check("Rotor");
     }
 
     void Pads::declare(ParameterHandler &prm)
@@ -149,7 +122,6 @@ namespace squeal
                 << " to " << rotor.outer_radius << " m.";
         throw InputError(message.str());
       }
-      material.check("Pads");
     }
 
     void Operation::declare(ParameterHandler &prm)
@@ -414,7 +386,7 @@ namespace squeal
       prm.add_parameter(
           "Scene", scene,
           "brake: annular rotor and sector pads. strip: two-dimensional, a layer moving under a "
-          "block (plane strain). matrices: Matrix Market files.",
+          "block (plane strain). mesh: bodies of a mesh file. matrices: Matrix Market files.",
           Patterns::Selection("brake|strip|mesh|matrices"));
       prm.add_parameter(
           "Stage", stage_name,
@@ -426,6 +398,7 @@ namespace squeal
       rotor.declare(prm);
       pads.declare(prm);
       strip.declare(prm);
+      mesh.declare(prm);
       operation.declare(prm);
       contact.declare(prm);
       discretization.declare(prm);
@@ -444,11 +417,26 @@ namespace squeal
       return at == stage_names.end() ? Stage::full : Stage(at - stage_names.begin());
     }
 
+    std::vector<BodyMaterial> All::materials() const
+    {
+      std::vector<BodyMaterial> result = {{"Rotor", true, rotor.material, mesh.rotor},
+                                          {"Pads", false, pads.material, mesh.pads}};
+      for (unsigned int k = 0; k < mesh.parts.size() && scene == "mesh"; ++k)
+        if (const MeshPart &part = mesh.parts[k]; !part.volumes.empty())
+          result.push_back({"Mesh/Part " + std::to_string(k + 1), part.body == "rotor",
+                            part.material, part.volumes});
+      return result;
+    }
+
+    MaterialSection &All::material(const std::string &section)
+    {
+      return section == "Rotor"  ? rotor.material
+             : section == "Pads" ? pads.material
+                                 : mesh.parts[section.back() - '1'].material;
+    }
+
     void All::check()
     {
-      if (scene == "mesh")
-        throw InputError("Scene = " + scene +
-                         ": this version has the scenes brake, strip and matrices.");
       sweep.check();
       refinement.check();
       if (!refinement.reference.empty() &&
@@ -462,7 +450,7 @@ namespace squeal
       if (stage_name == "ladder" &&
           (sweep.active() || refinement.n_cycles() > 1 || scene == "matrices"))
         throw InputError(
-            "Stage = ladder: it climbs on one mesh of the scenes brake and strip, without a "
+            "Stage = ladder: it climbs on one mesh of the scenes brake, strip and mesh, without a "
             "sweep.");
       if (sweep.active() && refinement.n_cycles() > 1)
         throw InputError("Refinement/Strategy = " + refinement.strategy +
@@ -476,31 +464,37 @@ namespace squeal
       if (scene == "strip")
       {
         strip.check();
-        rotor.material.check("Rotor");
-        pads.material.check("Pads");
         position_expression<2>(pads.profile, "Pads/Pressure profile");
         position_expression<2>(contact.initial_gap, "Contact/Initial gap");
       }
       else
       {
-        rotor.check();
-        pads.check(rotor);
+        if (scene == "mesh")
+          mesh.check();
+        else
+        {
+          rotor.check();
+          pads.check(rotor);
+        }
         position_expression<3>(pads.profile, "Pads/Pressure profile");
         position_expression<3>(contact.initial_gap, "Contact/Initial gap");
       }
+      for (const BodyMaterial &body : materials())
+        if (body.of_rotor || n_pads() > 0)
+          body.material.check(body.section);
       if (n_pads() > 0)
         contact.check(stage(), operation.angular_velocity);
       if (prestress.needs_state() && n_pads() > 0 && contact.steady_pressure != "computed")
         throw InputError("Contact/Steady pressure = " + contact.steady_pressure +
                          ": Prestress/Centrifugal load and Prestress/Stress stiffness need the "
                          "static equilibrium; allowed is computed.");
-      if (prestress.centrifugal_load && scene != "brake")
+      if (prestress.centrifugal_load && scene == "strip")
         throw InputError(
-            "Prestress/Centrifugal load = true: only the rotor of the scene brake turns.");
+            "Prestress/Centrifugal load = true: the layer of the scene strip does not turn.");
       if (prestress.centrifugal_load && !terms().transport)
         throw InputError("Prestress/Centrifugal load = true: Stage = " + stage_name +
                          " is at rest; allowed are transport and the stages after it.");
-      if (prestress.centrifugal_load && rotor.clamped == "none")
+      if (prestress.centrifugal_load && scene == "brake" && rotor.clamped == "none")
         throw InputError("Prestress/Centrifugal load = true: a rotor with Rotor/Clamped boundary = "
                          "none has no static equilibrium; allowed are inner and outer.");
     }

@@ -11,8 +11,8 @@ namespace squeal
   using namespace dealii;
 
   template <int dim>
-  Block assemble_centrifugal_load(const Spaces<dim> &spaces, const Material &material,
-                                  const double angular_velocity)
+  Block assemble_centrifugal_load(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
+                                  const Material &material, const double angular_velocity)
   {
     std::vector<PetscInt> rows;
     std::vector<double> values;
@@ -20,7 +20,8 @@ namespace squeal
                             update_values | update_quadrature_points | update_JxW_values);
     std::vector<types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());
     for (const auto &cell : spaces.nodes.active_cell_iterators())
-      if (cell->is_locally_owned() && cell->material_id() == rotor_body)
+      if (cell->is_locally_owned() &&
+          std::find(bodies.begin(), bodies.end(), cell->material_id()) != bodies.end())
       {
         fe_values.reinit(cell);
         cell->get_dof_indices(cell_nodes);
@@ -111,8 +112,10 @@ namespace squeal
     return entries.make_matrix(spaces.rows);
   }
 
-  template Block assemble_centrifugal_load<2>(const Spaces<2> &, const Material &, double);
-  template Block assemble_centrifugal_load<3>(const Spaces<3> &, const Material &, double);
+  template Block assemble_centrifugal_load<2>(const Spaces<2> &, const std::vector<Body> &,
+                                              const Material &, double);
+  template Block assemble_centrifugal_load<3>(const Spaces<3> &, const std::vector<Body> &,
+                                              const Material &, double);
   template Matrix assemble_stress_stiffness<2>(const Spaces<2> &, const std::vector<Body> &,
                                                const Material &, const Block &);
   template Matrix assemble_stress_stiffness<3>(const Spaces<3> &, const std::vector<Body> &,

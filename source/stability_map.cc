@@ -18,7 +18,7 @@ namespace squeal
   StabilityMap::StabilityMap(ParameterFile &file, Model &model, const EigensolverOptions &options,
                              const std::string &directory, const MPI_Comm comm, Log &log)
       : file(file), parameters{{file.parameters().sweep.parameter,
-                                              file.parameters().sweep.second_parameter}},
+                                file.parameters().sweep.second_parameter}},
         values{{file.parameters().sweep.points(), file.parameters().sweep.second_points()}},
         options(options), directory(directory), comm(comm), log(log),
         follower(options, file.parameters().eigenproblem.solver)
@@ -117,9 +117,9 @@ namespace squeal
     {
       if (!known[k]) // the terms cannot be differentiated by it
       {
-        const double h    = at[k] > 0.5 ? -1e-4 : 1e-4;
-        Position shifted  = at;
-        shifted[k]        = at[k] + h;
+        const double h     = at[k] > 0.5 ? -1e-4 : 1e-4;
+        Position shifted   = at;
+        shifted[k]         = at[k] + h;
         const Modes beside = follower.solve(parameters_at(shifted));
         result.slope[k]    = (beside.lambda[nearest(beside, result.lambda)] - result.lambda) / h;
       }
@@ -221,11 +221,11 @@ namespace squeal
     std::vector<Known> known = {{0, l_before, l_now - l_before}, {1, l_now, l_now - l_before}};
     const auto along         = [&](const double t)
     {
-      const auto nearest  = std::min_element(known.begin(), known.end(),
-                                             [&](const Known &a, const Known &b)
-                                             { return std::abs(a.t - t) < std::abs(b.t - t); });
-      const Evaluation at = evaluate(between(from, to, t),
-                                     nearest->lambda + nearest->slope * (t - nearest->t));
+      const auto nearest = std::min_element(known.begin(), known.end(),
+                                            [&](const Known &a, const Known &b)
+                                            { return std::abs(a.t - t) < std::abs(b.t - t); });
+      const Evaluation at =
+          evaluate(between(from, to, t), nearest->lambda + nearest->slope * (t - nearest->t));
       known.push_back({t, at.lambda, slope_of(at)});
       return std::make_pair(at.value, known.back().slope.real());
     };
@@ -396,9 +396,8 @@ namespace squeal
       return [this](const Position &at) { return evaluate_divergence(at, *instability); };
     return [this, &last, &here](const Position &at)
     {
-      return evaluate(at,
-                      last.lambda + here.slope[0] * (at[0] - last.at[0]) +
-                          here.slope[1] * (at[1] - last.at[1]));
+      return evaluate(at, last.lambda + here.slope[0] * (at[0] - last.at[0]) +
+                              here.slope[1] * (at[1] - last.at[1]));
     };
   }
 

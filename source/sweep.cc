@@ -30,29 +30,29 @@ namespace squeal
 
   bool sweep_keeps_mesh(const std::string &parameter)
   {
-    return begins_with_one_of(parameter, {"Operation/", "Contact/", "Pads/Pressure",
-                                          "Rotor/Material/", "Pads/Material/", "Matrices/"});
+    return begins_with_one_of(parameter,
+                              {"Operation/", "Contact/", "Pads/Pressure", "Rotor/Material/",
+                               "Pads/Material/", "Mesh/Part", "Matrices/"});
   }
 
   Sweep::Sweep(ParameterFile &file, Model &model, const ModelFactory &make_model,
                const EigensolverOptions &options, const std::string &directory, const MPI_Comm comm,
                Log &log)
-      : file(file), make_model(make_model),
-        parameter(file.parameters().sweep.parameter), keeps_mesh(sweep_keeps_mesh(parameter)),
-        options(options), directory(directory), comm(comm), log(log),
-        follower(options, file.parameters().eigenproblem.solver)
+      : file(file), make_model(make_model), parameter(file.parameters().sweep.parameter),
+        keeps_mesh(sweep_keeps_mesh(parameter)), options(options), directory(directory), comm(comm),
+        log(log), follower(options, file.parameters().eigenproblem.solver)
   {
     follower.set_model(model);
     file.value_of(parameter);
     const bool makes_mesh =
         make_model &&
-        begins_with_one_of(parameter, {"Rotor/", "Pads/", "Strip/", "Discretization/"});
+        begins_with_one_of(parameter, {"Rotor/", "Pads/", "Strip/", "Mesh/", "Discretization/"});
     if (!keeps_mesh && !makes_mesh)
       throw InputError(
           "Sweep/Parameter = " + parameter +
           ": the equations of motion do not depend on it. Allowed are numbers of the sections "
-          "Operation, Contact, Rotor, Pads, Strip, Discretization, and of Matrices in the scene "
-          "matrices.");
+          "Operation, Contact, Rotor, Pads, Strip, Mesh, Discretization, and of Matrices in the "
+          "scene matrices.");
   }
 
   const Parameters::All &Sweep::parameters_at(const double value)
@@ -182,10 +182,10 @@ namespace squeal
 
   bool Sweep::resume(BranchPoint &last, unsigned int &n_done)
   {
-    const std::vector<double> points       = file.parameters().sweep.points();
+    const std::vector<double> points               = file.parameters().sweep.points();
     const std::optional<std::vector<double>> state = load_numbers(state_file());
-    const unsigned int n_head              = 2 + tables.size();
-    int good = state && state->size() >= n_head &&
+    const unsigned int n_head                      = 2 + tables.size();
+    int good                                       = state && state->size() >= n_head &&
                std::count(points.begin(), points.end(), state->front()) > 0;
     MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm);
     if (!good)

@@ -21,6 +21,13 @@ FRICTION = "Contact/Friction/Coefficient"
 
 
 class Sweeps(st.TestCase):
+    def test_pressure(self):
+        """The pressure of a sweep reaches the static equilibrium: each point is the run with that pressure."""
+        settings = {**st.SMALL_BRAKE, "Eigenproblem/Maximum frequency": 2000, "Eigenproblem/Error bars": "false"}
+        results = self.analyse({**settings, "Sweep/Parameter": "Pads/Pressure", "Sweep/Values": "1e6, 3e6"})
+        at_end = [st.eigenvalue(row) for row in st.read_table(results / "sweep.csv") if row["parameter"] == 3e6]
+        self.assertSameModes(at_end, self.eigenvalues({**settings, "Pads/Pressure": 3e6}), 1e-7)
+
     def test_coalescence(self):
         directory = self.analyse({**AT_REST, **st.PENALTY, "Sweep/Parameter": FRICTION, "Sweep/Values": "0 : 0.4 : 5",
                                   "Sweep/Critical values": "true"})

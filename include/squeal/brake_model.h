@@ -28,8 +28,9 @@ namespace squeal
   };
 
   /// M q'' + (D + 2 Omega G) q' + (K - Omega^2 M*) q of theory.md, section 2, as far as the stage
-  /// has it, for the rotor or for a pad.
-  std::vector<BodyTerm> body_terms(const Parameters::All &parameters, bool rotor);
+  /// has it, for what is made of one material.
+  std::vector<BodyTerm> body_terms(const Parameters::All &parameters,
+                                   const Parameters::BodyMaterial &body);
 
   /// Whether one of the terms is of the transport, so that G and M* are needed.
   bool needs_transport(const std::vector<BodyTerm> &terms);
@@ -103,16 +104,21 @@ namespace squeal
       BodyMatrices matrices;
       Material material; ///< with which they were assembled
     };
-    std::vector<Body> bodies_of(bool rotor) const;
 
     void add_bodies();
     void find_steady_state(const Factorization *nearby);
-    /// The loads of these parameters; those of the geometry are proportional to its pressure.
+    /// The loads at these parameters: the geometry's, scaled from the Pads/Pressure that it was
+    /// made with, and the centrifugal one.
     Block static_load(const Parameters::All &parameters) const;
     /// All contacts closed and scaled to the stiffness.
     void close_contact();
     void add_contact();
     void add_prestress();
+    /// Of the rotor's materials.
+    Block centrifugal_load(const Parameters::All &parameters) const;
+    /// Of the bodies whose static stress the parameters ask for.
+    std::vector<Matrix> stress_stiffnesses(const Parameters::All &parameters,
+                                           const Block &state) const;
 
     static bool is_body_term(const Term &term)
     {
@@ -129,6 +135,8 @@ namespace squeal
       std::vector<Term> terms; ///< d/dp of the bodies' terms
     };
     std::vector<Parameter> differentiable_parameters() const;
+    void add_moduli(unsigned int m, const Parameters::BodyMaterial &body, double beta,
+                    std::vector<Parameter> &parameters) const;
     /// The step of central differences; what is differentiated is linear or nearly so.
     static double step(const Parameter &parameter)
     {
@@ -147,9 +155,9 @@ namespace squeal
     Log &log;
     PhaseTimer &timer;
     Spaces<dim> spaces_;
-    const double geometry_pressure;      ///< Pads/Pressure with which the geometry was made
-    Parameters::All prm;                 ///< of the terms
-    std::array<AssembledBody, 2> bodies; ///< pads, rotor
+    Parameters::All prm;               ///< of the terms
+    const double load_pressure;        ///< Pads/Pressure of the geometry's loads, Pa
+    std::vector<AssembledBody> bodies; ///< by material
     std::unique_ptr<Contact<dim>> contact_;
     std::unique_ptr<StaticEquilibrium> equilibrium_;
     typename Contact<dim>::Pressure pressure_;

@@ -51,6 +51,14 @@ namespace squeal
     std::function<double(const dealii::Point<dim> &)> pressure;
   };
 
+  /// What the cells of one material id are.
+  struct Part
+  {
+    Body body;             ///< to which they belong; the rotor, or the pad of a contact interface
+    unsigned int material; ///< in the order of Parameters::All::materials()
+    bool curved = true;    ///< whether edges follow circles about the z axis (3D)
+  };
+
   /// The bodies of a scene: coarse mesh, boundary names, supports, loads, contact pairs, transport
   /// field.
   template <int dim>
@@ -62,6 +70,17 @@ namespace squeal
     std::vector<Support<dim>> supports;
     std::vector<PressureLoad<dim>> loads;
     std::vector<ContactInterface> interfaces;
+
+    /// By material id. Where bodies are of one material each, the two are the same.
+    std::vector<Part> parts = {{rotor_body, 0}, {upper_pad_body, 1}, {lower_pad_body, 1}};
+    /// The material ids of the cells of one material, of bodies that there are.
+    std::vector<Body> bodies_of(unsigned int material) const;
+
+    /// Whether supports and closed contact leave a body a rigid motion.
+    bool may_move_rigidly = false;
+
+    /// Of a mesh file: its measures for the log, and as a table.
+    std::string report, report_table;
 
     /// The transport field w of theory.md, section 1: the rotor's velocity is Omega w.
     dealii::Tensor<1, dim> transport(const dealii::Point<dim> &x) const;
@@ -81,6 +100,9 @@ namespace squeal
       dealii::types::boundary_id id;
     };
     std::vector<BoundaryRule> rules;
+    /// Ids of faces by their vertices in ascending order, where there are no rules (3D). Other
+    /// faces of the boundary are free.
+    std::map<std::array<unsigned int, 4>, dealii::types::boundary_id> named_faces;
 
     /// Boundaries that are one: the second continues the first along x (strip). Invalid: none.
     std::pair<dealii::types::boundary_id, dealii::types::boundary_id> periodic = {

@@ -5,14 +5,51 @@
 
 namespace squeal
 {
-  /// Linear elastic, isotropic material with Rayleigh damping D = alpha M + beta K. SI units.
+  /// Linear elastic material with Rayleigh damping D = alpha M + beta K. SI units.
+  ///
+  /// Isotropic, or transversely isotropic about the last coordinate axis n (the normal of the
+  /// pads), with t any direction of the plane across it:
+  ///     e_tt = (s_tt - nu_t s_t't') / E_t - nu_tn / E_t s_nn,    g_tt' = s_tt' / G_t,
+  ///     e_nn = -nu_tn / E_t (s_tt + s_t't') + s_nn / E_n,        g_tn  = s_tn / G_tn,
+  /// G_t = E_t / (2 (1 + nu_t)).
   struct Material
   {
-    double young_modulus     = 0; ///< E, Pa
-    double poisson_ratio     = 0; ///< nu
+    double young_modulus     = 0; ///< E, Pa; E_t
+    double poisson_ratio     = 0; ///< nu; nu_t
     double density           = 0; ///< rho, kg/m^3
     double mass_damping      = 0; ///< alpha, 1/s
     double stiffness_damping = 0; ///< beta, s
+
+    bool transversely_isotropic = false;
+    double axial_young_modulus  = 0; ///< E_n, Pa
+    double axial_poisson_ratio  = 0; ///< nu_tn
+    double axial_shear_modulus  = 0; ///< G_tn, Pa
+
+    /// Whether the stiffness is that of @p other times the quotient of the Young's moduli.
+    bool is_proportional(const Material &other) const
+    {
+      const double factor = young_modulus / other.young_modulus;
+      return transversely_isotropic == other.transversely_isotropic &&
+             poisson_ratio == other.poisson_ratio &&
+             (!transversely_isotropic ||
+              (axial_poisson_ratio == other.axial_poisson_ratio &&
+               axial_young_modulus == factor * other.axial_young_modulus &&
+               axial_shear_modulus == factor * other.axial_shear_modulus));
+    }
+    /// Whether every strain has a positive energy.
+    bool is_positive_definite() const
+    {
+      if (!transversely_isotropic)
+        return young_modulus > 0 && poisson_ratio > -1 && poisson_ratio < 0.5;
+      return young_modulus > 0 && axial_young_modulus > 0 && axial_shear_modulus > 0 &&
+             poisson_ratio > -1 && coupling() > 0;
+    }
+    /// 1 - nu_t - 2 nu_tn^2 E_n / E_t, positive for every material.
+    double coupling() const
+    {
+      return 1 - poisson_ratio -
+             2 * axial_poisson_ratio * axial_poisson_ratio * axial_young_modulus / young_modulus;
+    }
 
     double lame_lambda() const
     {
@@ -29,22 +66,48 @@ namespace squeal
     }
   };
 
-  /// C_ijkl = lambda d_ij d_kl + mu (d_ik d_jl + d_il d_jk), as table[i][k][j][l]: the block (i,k)
+  /// C_ijkl = l_ik d_ij d_kl + m_ij (d_ik d_jl + d_il d_jk) as table[i][k][j][l]: the block (i,k)
   /// maps int d_j N_a d_l N_b to the stiffness between component i of node a and component k of
-  /// node b. In two dimensions this is plane strain.
+  /// node b. Isotropic: l = lambda, m = mu. Transversely isotropic, with D = 1 - nu_t - 2 nu_tn^2
+  /// E_n / E_t:
+  ///     l_tt = l_tt' = E_t (nu_t + nu_tn^2 E_n / E_t) / ((1 + nu_t) D),   m_tt = m_tt' = G_t,
+  ///     l_tn = nu_tn E_n / D,   l_nn = E_n (1 - nu_t) / D - 2 G_tn,       m_tn = m_nn  = G_tn.
+  /// In two dimensions this is plane strain.
   template <int dim>
   std::array<double, dim * dim * dim * dim> elasticity_tensor(const Material &material)
   {
-    const double lambda = material.lame_lambda();
-    const double mu     = material.shear_modulus();
+    double l_tt, l_tn, l_nn, m_n;
+    const double m = material.shear_modulus();
+    if (material.transversely_isotropic)
+    {
+      const double nu_t = material.poisson_ratio, nu_tn = material.axial_poisson_ratio,
+                   E_t = material.young_modulus, E_n = material.axial_young_modulus,
+                   D = material.coupling();
+      m_n            = material.axial_shear_modulus;
+      l_tt           = (E_t * nu_t + nu_tn * nu_tn * E_n) / ((1 + nu_t) * D);
+      l_tn           = nu_tn * E_n / D;
+      l_nn           = E_n * (1 - nu_t) / D - 2 * m_n;
+    }
+    else
+    {
+      l_tt = l_tn = l_nn = material.lame_lambda();
+      m_n                = m;
+    }
+    const auto is_axial = [](const int i) { return i == dim - 1; };
 
     std::array<double, dim * dim * dim * dim> table{};
     for (int i = 0, n = 0; i < dim; ++i)
       for (int k = 0; k < dim; ++k)
         for (int j = 0; j < dim; ++j)
           for (int l = 0; l < dim; ++l, ++n)
+          {
+            const double lambda = is_axial(i) && is_axial(k)   ? l_nn
+                                  : is_axial(i) || is_axial(k) ? l_tn
+                                                               : l_tt,
+                         mu     = is_axial(i) || is_axial(j) ? m_n : m;
             table[n] =
                 lambda * (i == j) * (k == l) + mu * ((i == k) * (j == l) + (i == l) * (j == k));
+          }
     return table;
   }
 } // namespace squeal

@@ -54,9 +54,9 @@ namespace squeal
     };
     Frame frame(const SurfaceFace<dim> &face, const Coordinates &xi) const;
 
-    /// The reference coordinates of the point of the face's (extended) surface nearest to @p x.
-    /// Newton's method; where it does not converge, far outside the face, the face's linearisation
-    /// at its centre.
+    /// The reference coordinates of the point of the face's surface nearest to @p x, extended along
+    /// its tangents beyond half a face outside of it. Newton's method; where it does not converge,
+    /// far outside the face, the face's linearisation at its centre.
     Coordinates project(const SurfaceFace<dim> &face, const dealii::Point<dim> &x) const;
 
   private:

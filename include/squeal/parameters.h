@@ -8,6 +8,7 @@
 #include <array>
 #include <complex>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace squeal
@@ -135,6 +136,34 @@ namespace squeal
       void check() const;
     };
 
+    /// Volumes of a mesh file that have a material of their own.
+    struct MeshPart
+    {
+      std::string volumes = "";
+      std::string body    = "pads";
+      MaterialSection material{Material{2.1e11, 0.3, 7850, 0, 1e-7}};
+
+      void declare(dealii::ParameterHandler &prm);
+    };
+
+    /// The scene of a mesh file: what its groups are.
+    struct Mesh
+    {
+      std::string file = "", axis = "z", origin_text = "0, 0, 0", curved = "rotor";
+      double scale      = 1;
+      std::string rotor = "rotor", pads = "", contact_pairs = "", pressure_on = "";
+      std::string clamped = "", guided = "";
+      std::array<std::string, 3> fixed = {{"", "", ""}};
+      std::array<MeshPart, 4> parts;
+
+      /// Surfaces of pad and rotor that touch. Throws InputError.
+      std::vector<std::pair<std::string, std::string>> pairs() const;
+      /// In units of the file. Throws InputError.
+      std::array<double, 3> origin() const;
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
     struct Discretization
     {
       unsigned int degree                     = 2;
@@ -241,6 +270,16 @@ namespace squeal
       void declare(dealii::ParameterHandler &prm);
     };
 
+    /// A material of the scene, the section of its keys, and in the scene mesh the volumes that
+    /// are made of it.
+    struct BodyMaterial
+    {
+      std::string section;
+      bool of_rotor;
+      MaterialSection material;
+      std::string volumes;
+    };
+
     /// The names of the stages in their order.
     extern const std::vector<std::string> stage_names;
 
@@ -252,6 +291,7 @@ namespace squeal
       Rotor rotor;
       Pads pads;
       Strip strip;
+      Mesh mesh;
       Operation operation;
       Contact contact;
       Discretization discretization;
@@ -267,14 +307,16 @@ namespace squeal
       {
         return terms_of(stage());
       }
-      const Material &material(const bool of_rotor) const
-      {
-        return of_rotor ? rotor.material : pads.material;
-      }
+      /// The materials of the scene: the rotor's, the pads', those of the parts of a mesh file.
+      std::vector<BodyMaterial> materials() const;
+      /// The material of a section, "Rotor", "Pads", "Mesh/Part 1" and so on.
+      MaterialSection &material(const std::string &section);
       /// The number of contact pairs.
       int n_pads() const
       {
-        return scene == "strip" ? int(pads.arrangement != "none") : pads.n_pads();
+        return scene == "mesh"    ? int(mesh.pairs().size())
+               : scene == "strip" ? int(pads.arrangement != "none")
+                                  : pads.n_pads();
       }
 
       /// Makes every member an entry of @p prm; parsing @p prm then fills the members.

@@ -8,11 +8,11 @@
 
 namespace squeal
 {
-  /// The centrifugal load of the rotor, int -rho Omega^2 (w.grad)w . Phi, N: for w = e_z x x the
-  /// force rho Omega^2 (x, y, 0), none for straight transport. One column.
+  /// The centrifugal load of the given bodies, int -rho Omega^2 (w.grad)w . Phi, N: for w = e_z x x
+  /// the force rho Omega^2 (x, y, 0), none for straight transport. One column.
   template <int dim>
-  Block assemble_centrifugal_load(const Spaces<dim> &spaces, const Material &material,
-                                  double angular_velocity);
+  Block assemble_centrifugal_load(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
+                                  const Material &material, double angular_velocity);
 
   /// The geometric stiffness of the stress sigma_0 = C grad u_0 that the displacements @p state
   /// (one column) cause in the given bodies,

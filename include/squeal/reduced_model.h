@@ -16,11 +16,12 @@ namespace squeal
   /// With the right vectors' span V and the left vectors' span W, real and of the same dimension,
   ///     (l^2 W^T M V + l W^T P V + W^T Q V) c = 0,   x = V c,   z = W d.
   /// The error of l is of the order of the product of those of x and z. V and W hold displacements;
-  /// contact pressures drop out, and follow from the residual. Terms whose matrices stay the same are projected once; those that change (the
-  /// contact's) are projected again for every solution, in the few rows that they couple.
+  /// contact pressures drop out, and follow from the residual. Terms whose matrices stay the same
+  /// are projected once; those that change (the contact's) are projected again for every solution,
+  /// in the few rows that they couple.
   ///
-  /// Displacements of V satisfy N^T u = 0 exactly. Those of W must satisfy (N + mu T)^T w = 0, which
-  /// changes with the friction: each time they are moved there by the shortest way,
+  /// Displacements of V satisfy N^T u = 0 exactly. Those of W must satisfy (N + mu T)^T w = 0,
+  /// which changes with the friction: each time they are moved there by the shortest way,
   ///     w - C^T (C C^T)^{-1} C w,   C = (N + mu T)^T,
   /// so that the pressures drop out of the projection; that these steps remain smooth is up to the
   /// corrections below.
@@ -206,24 +207,25 @@ namespace squeal
     std::vector<char> is_constraint; ///< by interface row
     bool compliant = false, has_constraints = false;
     std::vector<Term> anchor_contact; ///< of order 0, with the constraints
-    std::array<Block, 2> pending;     ///< the anchor's vectors until the terms that change are known
-    Constraints left_constraints;     ///< of the present terms
+    std::array<Block, 2> pending; ///< the anchor's vectors until the terms that change are known
+    Constraints left_constraints; ///< of the present terms
     std::vector<unsigned int> opened; ///< interface rows of the openings in the bases
     std::array<Entries, 3> changing;  ///< by order
     Basis right, left;
     unsigned int n_imaged = 0; ///< columns with images
 
-    std::vector<Block> images;        ///< A V by fixed matrix, zero in the interface rows
-    std::vector<DenseMatrix> gram;    ///< images_i^T images_k, k >= i
-    std::vector<DenseMatrix> at_rows; ///< (A V) in the interface rows, by fixed matrix
-    DenseMatrix peaks;                ///< V in the rows where modes are largest
-    std::array<DenseMatrix, 3> changing_images;          ///< of V in the interface rows, by order
-    std::array<DenseMatrix, 3> images_at_rows;           ///< of all terms, by order
+    std::vector<Block> images;                  ///< A V by fixed matrix, zero in the interface rows
+    std::vector<DenseMatrix> gram;              ///< images_i^T images_k, k >= i
+    std::vector<DenseMatrix> at_rows;           ///< (A V) in the interface rows, by fixed matrix
+    DenseMatrix peaks;                          ///< V in the rows where modes are largest
+    std::array<DenseMatrix, 3> changing_images; ///< of V in the interface rows, by order
+    std::array<DenseMatrix, 3> images_at_rows;  ///< of all terms, by order
     /// Parts of W^T A V and V^T A V outside and inside of the interface rows, by fixed matrix
     std::vector<std::array<DenseMatrix, 2>> outside, inside;
     std::array<std::vector<DenseMatrix>, 3> projected;   ///< by form and fixed matrix
     std::array<std::array<DenseMatrix, 3>, 4> operators; ///< by form and order
-    /// The pressures Lambda_0 + l Lambda_1 + l^2 Lambda_2 of V, in the constraints' rows, and V^T (N
+    /// The pressures Lambda_0 + l Lambda_1 + l^2 Lambda_2 of V, in the constraints' rows, and V^T
+    /// (N
     /// + mu T) Lambda_order.
     std::array<DenseMatrix, 3> right_pressures, pressure_forms;
     DenseMatrix left_pressures; ///< of a compliant contact

@@ -528,30 +528,6 @@ TEST_CASE("eigensolvers: constraints with friction; both solvers agree")
   }
 }
 
-TEST_CASE("eigensolvers: followed modes are those of the problem itself")
-{
-  // A weak step of friction each time: the first points are solved, later ones come out of the
-  // reduced basis. The dense solver is the oracle.
-  const auto solver = make_eigensolver("block_krylov");
-  Modes last;
-  bool reduced = false;
-  for (const double mu : {0.1, 0.101, 0.102, 0.103})
-  {
-    CAPTURE(mu);
-    auto problem             = constrained_chain(mu);
-    problem.may_move_rigidly = false;
-    last                     = mu == 0.1 ? solver->solve(problem, window(0.6))
-                                         : solver->follow(problem, window(0.6), last);
-    const Modes dense        = solve("dense", problem, window(0.6));
-    check_set(last.lambda, dense.lambda, 1e-9);
-    check_form(problem, last);
-    for (unsigned int j = 0; j < last.lambda.size(); ++j)
-      CHECK(last.left_backward_error[j] <= 1e-9);
-    reduced = reduced || contains(last.completeness, "followed");
-  }
-  CHECK(reduced);
-}
-
 TEST_CASE("eigensolvers: the backward error")
 {
   // One unknown, l^2 + 0.5 l + 1 at l = 2 i: |-4 + i + 1|/(4 + 1 + 1) = sqrt(10)/6, whatever the

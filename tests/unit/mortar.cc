@@ -374,6 +374,70 @@ TEST_CASE("mortar: annular faces with different arcs")
       }
 }
 
+TEST_CASE("mortar: a curved oblique face meets only the faces that it touches")
+{
+  // A cell at the end of a pad beside a round piston, its edges straight in polar coordinates, on a
+  // polar grid. The polynomial of degree 4 through its nodes turns back some cells away, so that a
+  // far face was found on this one, with points 1.09 faces outside. The pieces tile the face, and
+  // no point lies outside of its rotor face (but for the fans about a concave arc).
+  const auto polar = [](const double r, const double phi)
+  { return Point<3>(r * std::cos(phi), r * std::sin(phi), 0); };
+  const double degree_of_arc = numbers::PI / 180;
+  for (unsigned int p = 2; p <= 5; ++p)
+  {
+    const FaceElement<3> element(p);
+    const QGaussLobatto<1> nodes(p + 1);
+    const auto face = [&](const auto &place)
+    {
+      SurfaceFace<3> result;
+      for (unsigned int j = 0; j <= p; ++j)
+        for (unsigned int i = 0; i <= p; ++i)
+          result.nodes.push_back(place(nodes.point(i)[0], nodes.point(j)[0]));
+      return result;
+    };
+    const double corners[4][2] = {{95.1841015064, 16.7120735127},
+                                  {94.1757124172, 5.83792092692},
+                                  {91, 28},
+                                  {91, 9.33333328071}};
+    std::vector<SurfaceFace<3>> rotor_faces;
+    const std::vector<SurfaceFace<3>> pad_faces = {face(
+        [&](const double s, const double t)
+        {
+          const double weights[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+          double r = 0, phi = 0;
+          for (unsigned int v = 0; v < 4; ++v)
+          {
+            r += weights[v] * corners[v][0];
+            phi += weights[v] * corners[v][1];
+          }
+          return polar(r, phi * degree_of_arc);
+        })};
+    for (unsigned int j = 0; j < 36; ++j)
+      for (unsigned int i = 0; i < 4; ++i)
+        rotor_faces.push_back(
+            face([&](const double s, const double t)
+                 { return polar(88 + 13 * (i + s), (j + t) * 10 * degree_of_arc); }));
+    std::vector<double> paired(pad_faces.size());
+    double outside = 0;
+    for (const FacePair<3> &pair : pair_surfaces(element, pad_faces, rotor_faces, 0.))
+      for (const PairedPoint<3> &point : pair.points)
+      {
+        paired[pair.pad_face] += point.weight;
+        for (unsigned int d = 0; d < 2; ++d)
+          outside = std::max({outside, -point.xi_rotor[d], point.xi_rotor[d] - 1});
+      }
+    CHECK(outside <= 0.05);
+    const QGauss<2> quadrature(2 * p + 4);
+    for (unsigned int f = 0; f < pad_faces.size(); ++f)
+    {
+      double area = 0;
+      for (unsigned int q = 0; q < quadrature.size(); ++q)
+        area += quadrature.weight(q) * element.frame(pad_faces[f], quadrature.point(q)).measure;
+      CHECK(relative_error(paired[f], area) <= 1e-9);
+    }
+  }
+}
+
 TEST_CASE("mortar: cuts follow curved edges")
 {
   // Annular rotor faces inside of one square pad face of width 0.4: each piece is a whole rotor

@@ -31,7 +31,7 @@ TEST_CASE("prestress: a spinning free rotor may tilt")
     spaces.distribute();
     const Material material = p.rotor.material;
     const BodyMatrices body = assemble_body(spaces, {rotor_body}, material, true);
-    const Block load        = assemble_centrifugal_load(spaces, material, omega);
+    const Block load        = assemble_centrifugal_load(spaces, {rotor_body}, material, omega);
     // A very soft support selects one of the static states; they differ by rigid motions.
     const Matrix held = sum_of(spaces.rows, {{1., *body.K}, {1e-2, *body.M}});
     const Block state = Factorization(held, Factorization::Kind::lu, "the held rotor").solve(load);

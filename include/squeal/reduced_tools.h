@@ -1,0 +1,201 @@
+#pragma once
+
+#include <squeal/dense.h>
+#include <squeal/eigenproblem.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <vector>
+
+/// Small matrices beside blocks of long vectors: the tools of ReducedModel.
+namespace squeal
+{
+  namespace reduced
+  {
+    /// Rows of a block as columns of a small matrix on all ranks.
+    inline DenseMatrix gather_rows(const Block &block, const std::vector<unsigned int> &wanted)
+    {
+      const RowRange &range = block.row_range();
+      DenseMatrix result(block.n_columns(), wanted.size());
+      for (unsigned int r = 0; r < wanted.size(); ++r)
+        if (range.contains(wanted[r]))
+          for (unsigned int j = 0; j < block.n_columns(); ++j)
+            result(j, r) = block.column(j)[wanted[r] - range.begin];
+      MPI_Allreduce(MPI_IN_PLACE, result.values.data(), result.values.size(), MPI_DOUBLE, MPI_SUM,
+                    range.comm);
+      return result;
+    }
+
+    inline void clear_rows(Block &block, const std::vector<unsigned int> &cleared)
+    {
+      const RowRange &range = block.row_range();
+      for (const unsigned int row : cleared)
+        if (range.contains(row))
+          for (unsigned int j = 0; j < block.n_columns(); ++j)
+            block.column(j)[row - range.begin] = 0;
+    }
+
+    /// A square matrix of which the first rows and columns are known; @p block gives rows and
+    /// columns (first, number) of it.
+    template <typename Function>
+    DenseMatrix grow(const DenseMatrix &known, const unsigned int size, const Function &block)
+    {
+      const unsigned int old = known.n_rows;
+      DenseMatrix result(size, size);
+      const DenseMatrix right = block(0, size, old, size - old),
+                        lower = block(old, size - old, 0, old);
+      for (unsigned int j = 0; j < size; ++j)
+        for (unsigned int i = 0; i < size; ++i)
+          result(i, j) = j >= old ? right(i, j - old) : i >= old ? lower(i - old, j) : known(i, j);
+      return result;
+    }
+
+    /// A^T B of blocks, the first part known.
+    inline DenseMatrix grow_products(const DenseMatrix &known, const Block &a, const Block &b)
+    {
+      return grow(known, a.n_columns(),
+                  [&](const unsigned int row, const unsigned int n_rows, const unsigned int column,
+                      const unsigned int n_columns) {
+                    return DenseMatrix(n_rows, n_columns,
+                                       inner_products(a, row, n_rows, b, column, n_columns));
+                  });
+    }
+
+    inline DenseMatrix some_rows(const DenseMatrix &a, const unsigned int first,
+                                 const unsigned int n)
+    {
+      DenseMatrix result(n, a.n_columns);
+      for (unsigned int j = 0; j < a.n_columns; ++j)
+        std::copy_n(&a.values[first + std::size_t(j) * a.n_rows], n,
+                    result.values.data() + std::size_t(j) * n);
+      return result;
+    }
+
+    /// A B^T, the first part known.
+    inline DenseMatrix grow_outer_products(const DenseMatrix &known, const DenseMatrix &a,
+                                           const DenseMatrix &b)
+    {
+      return grow(
+          known, a.n_rows,
+          [&](const unsigned int row, const unsigned int n_rows, const unsigned int column,
+              const unsigned int n_columns)
+          { return outer_product(some_rows(a, row, n_rows), some_rows(b, column, n_columns)); });
+    }
+
+    inline void add(const double factor, const DenseMatrix &a, DenseMatrix &sum)
+    {
+      if (a.values.empty() || factor == 0)
+        return;
+      if (sum.values.empty())
+        sum = DenseMatrix(a.n_rows, a.n_columns);
+      for (std::size_t k = 0; k < a.values.size(); ++k)
+        sum.values[k] += factor * a.values[k];
+    }
+
+    inline DenseMatrix transposed(const DenseMatrix &a)
+    {
+      DenseMatrix result(a.n_columns, a.n_rows);
+      for (unsigned int j = 0; j < a.n_columns; ++j)
+        for (unsigned int i = 0; i < a.n_rows; ++i)
+          result(j, i) = a(i, j);
+      return result;
+    }
+
+    inline RowRange small_rows(const unsigned int n)
+    {
+      return {MPI_COMM_SELF, 0, n, n};
+    }
+
+    inline Matrix sparse(const DenseMatrix &a)
+    {
+      if (a.values.empty())
+        return {};
+      EntryList entries;
+      for (unsigned int j = 0; j < a.n_columns; ++j)
+        for (unsigned int i = 0; i < a.n_rows; ++i)
+          entries.add(i, j, a(i, j));
+      return entries.make_matrix(small_rows(a.n_rows));
+    }
+
+    inline Block to_block(const DenseMatrix &a)
+    {
+      Block block(small_rows(a.n_rows), a.n_columns);
+      std::copy(a.values.begin(), a.values.end(), block.data());
+      return block;
+    }
+
+    inline void scale_columns(Block &block, const std::vector<double> &factors)
+    {
+      for (unsigned int j = 0; j < block.n_columns(); ++j)
+        for (unsigned int i = 0; i < block.n_local(); ++i)
+          block.column(j)[i] *= factors[j];
+    }
+
+    inline std::vector<std::shared_ptr<const Matrix>> matrices_of(const std::vector<Term> &terms)
+    {
+      std::vector<std::shared_ptr<const Matrix>> matrices;
+      for (const Term &term : terms)
+        if (term.matrix && *term.matrix)
+          matrices.push_back(term.matrix);
+      return matrices;
+    }
+
+    template <typename Function>
+    void for_entries(const Matrix &matrix, const Function &function)
+    {
+      PetscInt begin = 0, end = 0;
+      SQUEAL_PETSC(MatGetOwnershipRange(matrix, &begin, &end));
+      for (PetscInt row = begin; row < end; ++row)
+      {
+        PetscInt n                = 0;
+        const PetscInt *columns   = nullptr;
+        const PetscScalar *values = nullptr;
+        SQUEAL_PETSC(MatGetRow(matrix, row, &n, &columns, &values));
+        for (PetscInt k = 0; k < n; ++k)
+          function(row, columns[k], values[k]);
+        SQUEAL_PETSC(MatRestoreRow(matrix, row, &n, &columns, &values));
+      }
+    }
+
+    /// The same list on all ranks.
+    template <typename Number>
+    void gather(std::vector<Number> &list, const MPI_Datatype type, const MPI_Comm comm)
+    {
+      int n_ranks = 0, n = list.size();
+      MPI_Comm_size(comm, &n_ranks);
+      if (n_ranks == 1)
+        return;
+      std::vector<int> counts(n_ranks), offsets(n_ranks);
+      MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+      std::partial_sum(counts.begin(), counts.end() - 1, offsets.begin() + 1);
+      std::vector<Number> all(offsets.back() + counts.back());
+      MPI_Allgatherv(list.data(), n, type, all.data(), counts.data(), offsets.data(), type, comm);
+      list = std::move(all);
+    }
+
+    /// The principal components of a block, heaviest first, by the inner product of a part of its
+    /// rows.
+    struct Components
+    {
+      std::vector<double> sizes;
+      DenseMatrix vectors;
+    };
+    inline Components principal_components(const Block &part)
+    {
+      const unsigned int n = part.n_columns();
+      DenseMatrix vectors(n, n, inner_products(part, part));
+      const std::vector<double> eig = symmetric_eigen(vectors);
+      Components result;
+      result.vectors = DenseMatrix(n, n);
+      for (unsigned int j = 0; j < n; ++j)
+      {
+        result.sizes.push_back(std::sqrt(std::max(0., eig[n - 1 - j])));
+        std::copy_n(&vectors.values[std::size_t(n - 1 - j) * n], n,
+                    &result.vectors.values[std::size_t(j) * n]);
+      }
+      return result;
+    }
+  } // namespace reduced
+} // namespace squeal

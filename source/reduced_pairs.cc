@@ -1,0 +1,425 @@
+#include <squeal/reduced_model.h>
+#include <squeal/reduced_tools.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+// LAPACK in complex arithmetic, which PETSc's interface for real numbers does not have.
+extern "C"
+{
+  void zgetrf_(const int *m, const int *n, std::complex<double> *a, const int *lda, int *pivots,
+               int *info);
+  void zgetrs_(const char *trans, const int *n, const int *n_rhs, const std::complex<double> *a,
+               const int *lda, const int *pivots, std::complex<double> *b, const int *ldb,
+               int *info);
+}
+
+namespace squeal
+{
+  using namespace reduced;
+
+  namespace
+  {
+    /// Solves A x = b and A^T y = c in place; false if A is exactly singular.
+    bool solve_both(std::vector<std::complex<double>> &a, std::vector<std::complex<double>> &b,
+                    std::vector<std::complex<double>> &c, const int n)
+    {
+      std::vector<int> pivots(n);
+      int info      = 0;
+      const int one = 1;
+      zgetrf_(&n, &n, a.data(), &n, pivots.data(), &info);
+      if (info != 0)
+        return false;
+      zgetrs_("N", &n, &one, a.data(), &n, pivots.data(), b.data(), &n, &info);
+      zgetrs_("T", &n, &one, a.data(), &n, pivots.data(), c.data(), &n, &info);
+      return true;
+    }
+  } // namespace
+
+  void ReducedModel::solve_densely(Solutions &x, Solutions &y) const
+  {
+    const auto pairs_of = [&](const bool of_left)
+    {
+      const auto operator_of = [&](const unsigned int order)
+      {
+        const DenseMatrix &a = operators[petrov][order];
+        return of_left ? transposed(a) : a;
+      };
+      std::vector<DensePair> pairs =
+          quadratic_eigenpairs(operator_of(2), has_velocity_terms ? operator_of(1) : DenseMatrix(),
+                               operator_of(0), 0, radius());
+      pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                                 [&](const DensePair &pair)
+                                 {
+                                   const double size = std::abs(pair.lambda);
+                                   return size > radius() ||
+                                          size <= rigid_body_limit(options.max_imaginary);
+                                 }),
+                  pairs.end());
+      return pairs;
+    };
+    const auto solutions_of =
+        [&](const std::vector<DensePair> &pairs, const std::vector<unsigned int> &which)
+    {
+      Solutions result;
+      result.re = result.im = DenseMatrix(dimension(), which.size());
+      for (unsigned int k = 0; k < which.size(); ++k)
+      {
+        result.lambda.push_back(pairs[which[k]].lambda);
+        set_column(result, k, pairs[which[k]].vector);
+      }
+      return result;
+    };
+    const std::vector<DensePair> right_pairs = pairs_of(false), left_pairs = pairs_of(true);
+    std::vector<Complex> lambda, left_lambda;
+    for (const DensePair &pair : right_pairs)
+      lambda.push_back(pair.lambda);
+    for (const DensePair &pair : left_pairs)
+      left_lambda.push_back(pair.lambda);
+    const std::vector<unsigned int> partners = nearest_partners(lambda, left_lambda);
+    std::vector<unsigned int> all(partners.size());
+    std::iota(all.begin(), all.end(), 0u);
+    x = solutions_of(right_pairs, all);
+    y = solutions_of(left_pairs, partners);
+  }
+
+  void ReducedModel::set_column(Solutions &solutions, const unsigned int k,
+                                const std::vector<Complex> &vector)
+  {
+    double square = 0;
+    for (const Complex c : vector)
+      square += std::norm(c);
+    for (unsigned int i = 0; i < vector.size(); ++i)
+    {
+      solutions.re(i, k) = vector[i].real() / std::sqrt(square);
+      solutions.im(i, k) = vector[i].imag() / std::sqrt(square);
+    }
+  }
+
+  bool ReducedModel::improve(Solutions &x, Solutions &y) const
+  {
+    const unsigned int m = dimension(), n = x.lambda.size();
+    for (Solutions *solutions : {&x, &y})
+      for (DenseMatrix *part : {&solutions->re, &solutions->im})
+      {
+        DenseMatrix padded(m, n);
+        for (unsigned int k = 0; k < n; ++k)
+          std::copy_n(&part->values[std::size_t(k) * part->n_rows], part->n_rows,
+                      &padded.values[std::size_t(k) * m]);
+        *part = std::move(padded);
+      }
+    const DenseMatrix &q = operators[petrov][0], &p = operators[petrov][1],
+                      &mass = operators[petrov][2];
+    std::vector<Complex> at(std::size_t(m) * m), slope(at.size());
+    constexpr unsigned int max_iterations = 5;
+    for (unsigned int k = 0; k < n; ++k)
+    {
+      std::vector<Complex> right_vector(m), left_vector(m);
+      for (unsigned int i = 0; i < m; ++i)
+      {
+        right_vector[i] = {x.re(i, k), x.im(i, k)};
+        left_vector[i]  = {y.re(i, k), y.im(i, k)};
+      }
+      Complex l      = x.lambda[k];
+      bool converged = false;
+      for (unsigned int iteration = 0; iteration < max_iterations && !converged; ++iteration)
+      {
+        const bool damped = has_velocity_terms && !p.values.empty();
+        for (std::size_t e = 0; e < at.size(); ++e)
+        {
+          const double p_e = damped ? p.values[e] : 0.;
+          at[e]            = q.values[e] + l * (p_e + l * mass.values[e]);
+          slope[e]         = p_e + 2. * l * mass.values[e];
+        }
+        // x := Q(l)^{-1} Q'(l) x, y := Q(l)^{-T} Q'(l)^T y, dl = - y^T Q x / (y^T Q' x)
+        std::vector<Complex> of_right(m), of_left(m);
+        for (unsigned int j = 0; j < m; ++j)
+          for (unsigned int i = 0; i < m; ++i)
+          {
+            of_right[i] += slope[i + std::size_t(j) * m] * right_vector[j];
+            of_left[j] += slope[i + std::size_t(j) * m] * left_vector[i];
+          }
+        const std::vector<Complex> matrix = at;
+        if (!solve_both(at, of_right, of_left, m))
+          return false;
+        right_vector     = std::move(of_right);
+        left_vector      = std::move(of_left);
+        Complex residual = 0, denominator = 0;
+        double size = 0, left_size = 0;
+        for (unsigned int j = 0; j < m; ++j)
+        {
+          size += std::norm(right_vector[j]);
+          left_size += std::norm(left_vector[j]);
+          Complex y_q = 0, y_s = 0;
+          for (unsigned int i = 0; i < m; ++i)
+          {
+            y_q += left_vector[i] * matrix[i + std::size_t(j) * m];
+            y_s += left_vector[i] * slope[i + std::size_t(j) * m];
+          }
+          residual += y_q * right_vector[j];
+          denominator += y_s * right_vector[j];
+        }
+        for (unsigned int j = 0; j < m; ++j)
+        {
+          right_vector[j] /= std::sqrt(size);
+          left_vector[j] /= std::sqrt(left_size);
+        }
+        const Complex change = -residual / denominator;
+        l += change;
+        converged = std::abs(change) <= 1e-11 * std::abs(l); // the next is its cube
+      }
+      if (!converged || std::abs(l) > radius())
+        return false;
+      x.lambda[k] = y.lambda[k] = l;
+      set_column(x, k, right_vector);
+      set_column(y, k, left_vector);
+    }
+    // Two that have become one?
+    for (unsigned int k = 0; k < n; ++k)
+      for (unsigned int j = 0; j < k; ++j)
+        if (std::abs(x.lambda[k] - x.lambda[j]) <= 1e-9 * std::abs(x.lambda[k]))
+          return false;
+    return true;
+  }
+
+  /// The fixed matrices' factors sum_order c l^order of each solution.
+  std::vector<std::vector<ReducedModel::Complex>>
+  ReducedModel::factors_of(const std::vector<Complex> &lambda) const
+  {
+    std::vector<std::vector<Complex>> result(fixed.size(), std::vector<Complex>(lambda.size()));
+    for (unsigned int i = 0; i < fixed.size(); ++i)
+      for (unsigned int j = 0; j < lambda.size(); ++j)
+        for (unsigned int order = 0; order < 3; ++order)
+          result[i][j] += coefficients[order][i] * std::pow(lambda[j], int(order));
+    return result;
+  }
+
+  namespace
+  {
+    /// Columns of a complex matrix times factors.
+    void scale_columns(const DenseMatrix &re, const DenseMatrix &im,
+                       const std::vector<std::complex<double>> &factors, DenseMatrix &to_re,
+                       DenseMatrix &to_im)
+    {
+      to_re = to_im = DenseMatrix(re.n_rows, re.n_columns);
+      for (unsigned int j = 0; j < re.n_columns; ++j)
+        for (unsigned int i = 0; i < re.n_rows; ++i)
+        {
+          const std::complex<double> x = factors[j] * std::complex<double>(re(i, j), im(i, j));
+          to_re(i, j)                  = x.real();
+          to_im(i, j)                  = x.imag();
+        }
+    }
+  } // namespace
+
+  /// The interface rows of Q(l) x with the pressures that make them smallest: Re and Im, a row a
+  /// solution.
+  std::array<DenseMatrix, 2> ReducedModel::residuals_at_interface(const Solutions &solutions) const
+  {
+    std::array<DenseMatrix, 2> result;
+    result.fill(DenseMatrix(solutions.lambda.size(), interface_rows.size()));
+    for (unsigned int order = 0; order < 3; ++order)
+    {
+      const DenseMatrix &of_basis = images_at_rows[order];
+      if (of_basis.values.empty())
+        continue;
+      std::vector<Complex> powers;
+      for (const Complex l : solutions.lambda)
+        powers.push_back(std::pow(l, int(order)));
+      DenseMatrix re, im;
+      scale_columns(solutions.re, solutions.im, powers, re, im);
+      gemm(true, 1, re, of_basis, 1, result[0]);
+      gemm(true, 1, im, of_basis, 1, result[1]);
+    }
+    if (has_constraints && !compliant)
+      for (DenseMatrix &part : result)
+        add(1, shortest_change(left_constraints, part), part);
+    return result;
+  }
+
+  /// |Q(l) x|^2 in all other rows.
+  std::vector<double> ReducedModel::squares_outside(const Solutions &solutions) const
+  {
+    const unsigned int n                            = solutions.lambda.size();
+    const std::vector<std::vector<Complex>> factors = factors_of(solutions.lambda);
+    std::vector<DenseMatrix> re(fixed.size()), im(fixed.size());
+    for (unsigned int i = 0; i < fixed.size(); ++i)
+      scale_columns(solutions.re, solutions.im, factors[i], re[i], im[i]);
+    std::vector<double> result(n);
+    for (unsigned int i = 0; i < fixed.size(); ++i)
+      for (unsigned int k = i; k < fixed.size(); ++k)
+      {
+        DenseMatrix of_re(dimension(), n), of_im = of_re;
+        gemm(false, 1, gram[i + k * fixed.size()], re[k], 0, of_re);
+        gemm(false, 1, gram[i + k * fixed.size()], im[k], 0, of_im);
+        for (unsigned int j = 0; j < n; ++j)
+          for (unsigned int r = 0; r < dimension(); ++r)
+            result[j] += (i == k ? 1 : 2) * (re[i](r, j) * of_re(r, j) + im[i](r, j) * of_im(r, j));
+      }
+    for (double &square : result)
+      square = std::max(0., square);
+    return result;
+  }
+
+  void ReducedModel::certify(Solutions &solutions) const
+  {
+    const unsigned int n = solutions.lambda.size();
+    std::array<double, 3> norms{};
+    for (unsigned int order = 0; order < 3; ++order)
+      for (unsigned int i = 0; i < fixed.size(); ++i)
+        norms[order] = std::max(norms[order], std::abs(coefficients[order][i]) * fixed_norms[i]);
+    const auto residual                 = residuals_at_interface(solutions);
+    const std::vector<double> elsewhere = squares_outside(solutions);
+    DenseMatrix re(n, peak_rows.size()), im = re;
+    gemm(true, 1, solutions.re, peaks, 0, re);
+    gemm(true, 1, solutions.im, peaks, 0, im);
+    solutions.errors.assign(n, 0.);
+    for (unsigned int j = 0; j < n; ++j)
+    {
+      // In the infinity norm: |r| is at most the 2-norm of the rows outside and the largest one
+      // inside, |x| at least the largest of some.
+      double largest = elsewhere[j], peak = 0;
+      for (unsigned int r = 0; r < interface_rows.size(); ++r)
+        largest = std::max(largest, std::norm(Complex(residual[0](j, r), residual[1](j, r))));
+      for (unsigned int r = 0; r < peak_rows.size(); ++r)
+        peak = std::max(peak, std::hypot(re(j, r), im(j, r)));
+      const double l = std::abs(solutions.lambda[j]);
+      solutions.errors[j] =
+          std::sqrt(largest) / ((l * l * norms[2] + l * norms[1] + norms[0]) * peak);
+    }
+  }
+
+  std::vector<double> ReducedModel::changes(const Solutions &solutions) const
+  {
+    // dl = - v^H Q(l) x / (v^H Q'(l) x), v = x moved to the left constraints
+    const unsigned int n = solutions.lambda.size();
+    std::vector<Complex> residual(n), slope(n);
+    for (unsigned int order = 0; order < 3; ++order)
+    {
+      const DenseMatrix &a = operators[tested_by_right][order];
+      if (a.values.empty())
+        continue;
+      DenseMatrix re(dimension(), n), im = re;
+      gemm(false, 1, a, solutions.re, 0, re);
+      gemm(false, 1, a, solutions.im, 0, im);
+      for (unsigned int j = 0; j < n; ++j)
+      {
+        Complex form = 0;
+        for (unsigned int i = 0; i < dimension(); ++i)
+          form += Complex(solutions.re(i, j), -solutions.im(i, j)) * Complex(re(i, j), im(i, j));
+        residual[j] += std::pow(solutions.lambda[j], int(order)) * form;
+        if (order > 0)
+          slope[j] += double(order) * std::pow(solutions.lambda[j], int(order) - 1) * form;
+      }
+    }
+    std::vector<double> result(n);
+    for (unsigned int j = 0; j < n; ++j)
+      result[j] = std::abs(residual[j] / (slope[j] * solutions.lambda[j]));
+    return result;
+  }
+
+  namespace
+  {
+    /// Re and Im columns of some solutions side by side.
+    DenseMatrix chosen_columns(const DenseMatrix &re, const DenseMatrix &im,
+                               const std::vector<unsigned int> &which)
+    {
+      DenseMatrix result(re.n_rows, 2 * which.size());
+      for (unsigned int k = 0; k < which.size(); ++k)
+        for (unsigned int i = 0; i < re.n_rows; ++i)
+        {
+          result(i, k)                = re(i, which[k]);
+          result(i, which.size() + k) = im(i, which[k]);
+        }
+      return result;
+    }
+  } // namespace
+
+  /// Q_0^{-1} Q(l) x, Re and Im.
+  Block ReducedModel::right_corrections(const Solutions &solutions,
+                                        const std::vector<unsigned int> &which) const
+  {
+    Block residuals(rows, 2 * which.size());
+    const auto factors_by_matrix = factors_of(solutions.lambda);
+    for (unsigned int i = 0; i < fixed.size(); ++i)
+    {
+      DenseMatrix re, im;
+      scale_columns(solutions.re, solutions.im, factors_by_matrix[i], re, im);
+      DenseMatrix c = chosen_columns(re, im, which);
+      for (double &value : c.values)
+        value *= -1; // it is subtracted
+      subtract_combination(residuals, images[i], c.values);
+    }
+    const auto inside = residuals_at_interface(solutions);
+    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      if (rows.contains(interface_rows[r]))
+        for (unsigned int k = 0; k < 2 * which.size(); ++k)
+          residuals.column(k)[interface_rows[r] - rows.begin] =
+              inside[k / which.size()](which[k % which.size()], r);
+    return displacements(factors->solve(residuals));
+  }
+
+  Block ReducedModel::left_changes(const DenseMatrix &coordinates) const
+  {
+    DenseMatrix at_rows(coordinates.n_columns, interface_rows.size());
+    gemm(true, 1, coordinates, left.change, 0, at_rows);
+    return scattered(at_rows);
+  }
+
+  Block ReducedModel::scattered(const DenseMatrix &at_rows) const
+  {
+    Block result(rows, at_rows.n_rows);
+    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      if (rows.contains(interface_rows[r]))
+        for (unsigned int k = 0; k < at_rows.n_rows; ++k)
+          result.column(k)[interface_rows[r] - rows.begin] = at_rows(k, r);
+    return result;
+  }
+
+  /// What takes W d to  y - Q_0^{-T} Q(l)^T y,  y = W d moved to the constraints: Re and Im.
+  Block ReducedModel::left_corrections(const std::vector<Term> &terms, const Solutions &solutions,
+                                       const std::vector<unsigned int> &which) const
+  {
+    const unsigned int n     = which.size();
+    const DenseMatrix chosen = chosen_columns(solutions.re, solutions.im, which);
+    const Block changes      = left_changes(chosen);
+    Block y                  = combine(left.vectors, chosen.values, 2 * n);
+    DenseMatrix pressures(2 * n, interface_rows.size());
+    if (compliant)
+      gemm(true, 1, chosen, left_pressures, 0, pressures);
+    const Block of_pressures = scattered(pressures);
+    for (std::size_t i = 0; i < std::size_t(rows.n_local()) * 2 * n; ++i)
+      y.data()[i] += changes.data()[i] + of_pressures.data()[i];
+    Block residuals(rows, 2 * n);
+    for (const Term &term : terms)
+    {
+      if (!term.matrix || !*term.matrix)
+        continue;
+      const Block image = multiply_transposed(*term.matrix, y);
+      for (unsigned int k = 0; k < n; ++k)
+      {
+        const Complex factor =
+            term.coefficient * std::pow(solutions.lambda[which[k]], int(term.order));
+        for (unsigned int i = 0; i < rows.n_local(); ++i)
+        {
+          const Complex value = factor * Complex(image.column(k)[i], image.column(n + k)[i]);
+          residuals.column(k)[i] += value.real();
+          residuals.column(n + k)[i] += value.imag();
+        }
+      }
+    }
+    residuals = displacements(std::move(residuals));
+    if (has_constraints && !compliant)
+    {
+      const Block balance =
+          scattered(shortest_change(constraints(false), gather_rows(residuals, interface_rows)));
+      for (std::size_t i = 0; i < std::size_t(rows.n_local()) * 2 * n; ++i)
+        residuals.data()[i] += balance.data()[i];
+    }
+    Block result = displacements(factors->solve_transposed(residuals));
+    for (std::size_t i = 0; i < std::size_t(rows.n_local()) * 2 * n; ++i)
+      result.data()[i] = changes.data()[i] - result.data()[i];
+    return result;
+  }
+} // namespace squeal
