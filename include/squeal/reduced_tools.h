@@ -154,7 +154,8 @@ namespace squeal
         const PetscScalar *values = nullptr;
         SQUEAL_PETSC(MatGetRow(matrix, row, &n, &columns, &values));
         for (PetscInt k = 0; k < n; ++k)
-          function(row, columns[k], values[k]);
+          if (values[k] != 0)
+            function(row, columns[k], values[k]);
         SQUEAL_PETSC(MatRestoreRow(matrix, row, &n, &columns, &values));
       }
     }

@@ -4,6 +4,7 @@
 
 #include <squeal/eigensolvers.h>
 #include <squeal/errors.h>
+#include <squeal/reduced_model.h>
 
 using namespace squeal;
 using namespace squeal::tests;
@@ -423,7 +424,7 @@ namespace
   /// A chain of 62 masses with constraints u_19 = 0 and u_45 = 0: three chains of 19, 25 and 16
   /// masses. Each rank owns some masses and then some multipliers. The constraint forces act also,
   /// mu times, on mass 10 and 30.
-  QuadraticEigenproblem constrained_chain(const double mu)
+  QuadraticEigenproblem constrained_chain(const double mu, const bool coupled = true)
   {
     const unsigned int n                  = 62;
     const std::vector<unsigned int> fixed = {19, 45};
@@ -452,7 +453,7 @@ namespace
       mass.push_back({row_of_mass[i], row_of_mass[i], 1});
     for (const Entry &entry : chain(n, true))
       position.push_back({row_of_mass[entry.row], row_of_mass[entry.column], entry.value});
-    for (unsigned int c = 0; c < fixed.size(); ++c)
+    for (unsigned int c = 0; c < fixed.size() && coupled; ++c)
     {
       position.push_back({row_of_mass[fixed[c]], row_of_constraint[c], 1});
       position.push_back({row_of_constraint[c], row_of_mass[fixed[c]], 1});
@@ -525,6 +526,45 @@ TEST_CASE("eigensolvers: constraints with friction; both solvers agree")
       check_set(modes.lambda, dense.lambda, 1e-9);
       check_form(problem, modes);
     }
+  }
+}
+
+TEST_CASE("eigensolvers: projected modes are those of the problem itself")
+{
+  // The chain with a weak step of friction each time. Only the contact's matrix is another one, so
+  // that all but six rows are projected once. The dense solver is the oracle.
+  EigensolverOptions options = window(0.6);
+  options.keep_factors       = true;
+  const auto shared          = [](Matrix &&matrix)
+  { return std::make_shared<const Matrix>(std::move(matrix)); };
+  const auto first     = constrained_chain(0.1);
+  const auto mass      = shared(sum_of(first.rows, {{1., first.M}}));
+  const auto stiffness = shared(std::move(constrained_chain(0, false).Q));
+  const auto terms_of  = [&](const double mu)
+  {
+    const auto contact =
+        shared(sum_of(first.rows, {{1., constrained_chain(mu).Q}, {-1., *stiffness}}));
+    return std::vector<Term>{{Origin::inertia, 2, 1., mass},
+                             {Origin::elasticity, 0, 1., stiffness},
+                             {Origin::contact, 0, 1., contact}};
+  };
+  ReducedModel reduced(options);
+  auto problem             = constrained_chain(0.1);
+  problem.may_move_rigidly = false;
+  reduced.anchor(problem, terms_of(0.1), make_eigensolver("block_krylov")->solve(problem, options));
+  REQUIRE(reduced.is_anchored());
+  for (const double mu : {0.101, 0.105, 0.11})
+  {
+    CAPTURE(mu);
+    const auto modes = reduced.solve(terms_of(mu));
+    REQUIRE(modes);
+    const auto present = constrained_chain(mu);
+    const Modes dense  = solve("dense", present, window(0.6));
+    check_set(modes->lambda, dense.lambda, 1e-9);
+    for (const double error : modes->backward_error)
+      CHECK(error <= 5e-9);
+    for (unsigned int j = 0; j < dense.lambda.size(); ++j)
+      CHECK(relative_error(modes->condition[j], dense.condition[j]) <= 1e-4);
   }
 }
 
