@@ -105,7 +105,8 @@ namespace squeal
                             const Modes &modes)
   {
     *this = ReducedModel(options);
-    if (!modes.factorization || modes.disc_right.n_columns() == 0)
+    // A small problem is solved as fast as projected.
+    if (!modes.factorization || problem.rows.size <= 2 * modes.disc_right.n_columns())
       return;
     rows                = problem.rows;
     n_local_constraints = problem.n_local_constraints;
@@ -288,8 +289,7 @@ namespace squeal
         solve_densely(x, y);
       certify(x);
       // Of the pairs in the disc those with the smallest residuals: others are no modes of the
-      // whole problem. Of the pairs in the disc those with the smallest residuals: others are no
-      // modes of the whole problem.
+      // whole problem.
       std::vector<unsigned int> best(x.lambda.size()), failing;
       std::iota(best.begin(), best.end(), 0u);
       std::stable_sort(best.begin(), best.end(),

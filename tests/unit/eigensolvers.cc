@@ -535,6 +535,7 @@ TEST_CASE("eigensolvers: projected modes are those of the problem itself")
   // that all but six rows are projected once. The dense solver is the oracle.
   EigensolverOptions options = window(0.6);
   options.keep_factors       = true;
+  options.tolerance          = 1e-8; // 62 unknowns leave little room for corrections
   const auto shared          = [](Matrix &&matrix)
   { return std::make_shared<const Matrix>(std::move(matrix)); };
   const auto first     = constrained_chain(0.1);
@@ -562,7 +563,7 @@ TEST_CASE("eigensolvers: projected modes are those of the problem itself")
     const Modes dense  = solve("dense", present, window(0.6));
     check_set(modes->lambda, dense.lambda, 1e-9);
     for (const double error : modes->backward_error)
-      CHECK(error <= 5e-9);
+      CHECK(error <= 5 * options.tolerance);
     for (unsigned int j = 0; j < dense.lambda.size(); ++j)
       CHECK(relative_error(modes->condition[j], dense.condition[j]) <= 1e-4);
   }
