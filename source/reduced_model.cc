@@ -329,6 +329,9 @@ namespace squeal
       }
       if (best.size() == n_disc && failing.empty())
         return make_modes(x, y, best);
+      // On a small mesh a full solution is cheaper than corrections of a bad start.
+      if (n_corrections == 0 && rows.size < 20000 && worst > 1e-7)
+        return std::nullopt;
       if (n_corrections == most_corrections || failing.empty() || dimension() > 100 + 16 * n_disc)
         return std::nullopt;
       const unsigned int before = dimension();
