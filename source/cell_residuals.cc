@@ -78,8 +78,8 @@ namespace squeal
   void CellResiduals<dim>::combine_at_points(const Material &material, const OperatorFactors &c,
                                              double *const *re, double *const *im) const
   {
-    const double lambda = material.lame_lambda(), mu = material.shear_modulus(),
-                 rho     = material.density;
+    const ElasticModuli<dim> C(material);
+    const double rho     = material.density;
     const Complex g_half = rho * c.g / 2., m = rho * c.m, m_star = rho * c.m_star;
     for (unsigned int q = 0; q < n_q; ++q)
     {
@@ -88,7 +88,6 @@ namespace squeal
       double gradient[2][dim][dim], along[2][dim], stress[2][dim][dim];
       for (unsigned int part = 0; part < 2; ++part)
       {
-        double divergence = 0;
         for (unsigned int i = 0; i < dim; ++i)
         {
           const double *field = (part == 0 ? re : im)[i] + q;
@@ -102,12 +101,14 @@ namespace squeal
           along[part][i] = 0;
           for (unsigned int d = 0; d < dim; ++d)
             along[part][i] += point.transport[d] * gradient[part][i][d];
-          divergence += gradient[part][i][i];
         }
         for (unsigned int i = 0; i < dim; ++i)
+        {
           for (unsigned int d = 0; d < dim; ++d)
-            stress[part][i][d] = mu * (gradient[part][i][d] + gradient[part][d][i]) +
-                                 (i == d ? lambda * divergence : 0.);
+            stress[part][i][d] = C.m[i][d] * (gradient[part][i][d] + gradient[part][d][i]);
+          for (unsigned int k = 0; k < dim; ++k)
+            stress[part][i][i] += C.l[i][k] * gradient[part][k][k];
+        }
       }
       for (unsigned int i = 0; i < dim; ++i)
       {
@@ -211,17 +212,17 @@ namespace squeal
       for (unsigned int i = 0; i < j; ++i)
         products(j, i) = products(i, j);
 
-    // lambda d_i W_a d_k W_b + mu d_k W_a d_i W_b + delta_ik mu sum_j d_j W_a d_j W_b
-    const double lambda = material.lame_lambda(), mu = material.shear_modulus();
+    // l_ik d_i W_a d_k W_b + m_ik d_k W_a d_i W_b + delta_ik sum_j m_ij d_j W_a d_j W_b
+    const ElasticModuli<dim> C(material);
     for (unsigned int i = 0; i < dim; ++i)
       for (unsigned int k = 0; k < dim; ++k)
         for (unsigned int b = 0; b < n; ++b)
           for (unsigned int a = 0; a < n; ++a)
           {
-            double value =
-                lambda * products(i * n + a, k * n + b) + mu * products(k * n + a, i * n + b);
+            double value = C.l[i][k] * products(i * n + a, k * n + b) +
+                           C.m[i][k] * products(k * n + a, i * n + b);
             for (unsigned int j = 0; j < dim && i == k; ++j)
-              value += mu * products(j * n + a, j * n + b);
+              value += C.m[i][j] * products(j * n + a, j * n + b);
             result(i * n + a, k * n + b) = value;
           }
   }

@@ -66,48 +66,59 @@ namespace squeal
     }
   };
 
-  /// C_ijkl = l_ik d_ij d_kl + m_ij (d_ik d_jl + d_il d_jk) as table[i][k][j][l]: the block (i,k)
-  /// maps int d_j N_a d_l N_b to the stiffness between component i of node a and component k of
-  /// node b. Isotropic: l = lambda, m = mu. Transversely isotropic, with D = 1 - nu_t - 2 nu_tn^2
-  /// E_n / E_t:
+  /// The moduli of C_ijkl = l_ik d_ij d_kl + m_ij (d_ik d_jl + d_il d_jk), both symmetric.
+  /// Isotropic: l = lambda, m = mu. Transversely isotropic, with D = 1 - nu_t - 2 nu_tn^2 E_n /
+  /// E_t:
   ///     l_tt = l_tt' = E_t (nu_t + nu_tn^2 E_n / E_t) / ((1 + nu_t) D),   m_tt = m_tt' = G_t,
   ///     l_tn = nu_tn E_n / D,   l_nn = E_n (1 - nu_t) / D - 2 G_tn,       m_tn = m_nn  = G_tn.
   /// In two dimensions this is plane strain.
   template <int dim>
+  struct ElasticModuli
+  {
+    std::array<std::array<double, dim>, dim> l, m;
+
+    explicit ElasticModuli(const Material &material)
+    {
+      double l_tt, l_tn, l_nn, m_n;
+      const double m_t = material.shear_modulus();
+      if (material.transversely_isotropic)
+      {
+        const double nu_t = material.poisson_ratio, nu_tn = material.axial_poisson_ratio,
+                     E_t = material.young_modulus, E_n = material.axial_young_modulus,
+                     D = material.coupling();
+        m_n            = material.axial_shear_modulus;
+        l_tt           = (E_t * nu_t + nu_tn * nu_tn * E_n) / ((1 + nu_t) * D);
+        l_tn           = nu_tn * E_n / D;
+        l_nn           = E_n * (1 - nu_t) / D - 2 * m_n;
+      }
+      else
+      {
+        l_tt = l_tn = l_nn = material.lame_lambda();
+        m_n                = m_t;
+      }
+      for (int i = 0; i < dim; ++i)
+        for (int k = 0; k < dim; ++k)
+        {
+          const int n_axial = (i == dim - 1) + (k == dim - 1);
+          l[i][k]           = n_axial == 2 ? l_nn : n_axial == 1 ? l_tn : l_tt;
+          m[i][k]           = n_axial > 0 ? m_n : m_t;
+        }
+    }
+  };
+
+  /// C_ijkl as table[i][k][j][l]: the block (i,k) maps int d_j N_a d_l N_b to the stiffness between
+  /// component i of node a and component k of node b.
+  template <int dim>
   std::array<double, dim * dim * dim * dim> elasticity_tensor(const Material &material)
   {
-    double l_tt, l_tn, l_nn, m_n;
-    const double m = material.shear_modulus();
-    if (material.transversely_isotropic)
-    {
-      const double nu_t = material.poisson_ratio, nu_tn = material.axial_poisson_ratio,
-                   E_t = material.young_modulus, E_n = material.axial_young_modulus,
-                   D = material.coupling();
-      m_n            = material.axial_shear_modulus;
-      l_tt           = (E_t * nu_t + nu_tn * nu_tn * E_n) / ((1 + nu_t) * D);
-      l_tn           = nu_tn * E_n / D;
-      l_nn           = E_n * (1 - nu_t) / D - 2 * m_n;
-    }
-    else
-    {
-      l_tt = l_tn = l_nn = material.lame_lambda();
-      m_n                = m;
-    }
-    const auto is_axial = [](const int i) { return i == dim - 1; };
-
+    const ElasticModuli<dim> moduli(material);
     std::array<double, dim * dim * dim * dim> table{};
     for (int i = 0, n = 0; i < dim; ++i)
       for (int k = 0; k < dim; ++k)
         for (int j = 0; j < dim; ++j)
           for (int l = 0; l < dim; ++l, ++n)
-          {
-            const double lambda = is_axial(i) && is_axial(k)   ? l_nn
-                                  : is_axial(i) || is_axial(k) ? l_tn
-                                                               : l_tt,
-                         mu     = is_axial(i) || is_axial(j) ? m_n : m;
-            table[n] =
-                lambda * (i == j) * (k == l) + mu * ((i == k) * (j == l) + (i == l) * (j == k));
-          }
+            table[n] = moduli.l[i][k] * (i == j) * (k == l) +
+                       moduli.m[i][j] * ((i == k) * (j == l) + (i == l) * (j == k));
     return table;
   }
 } // namespace squeal
