@@ -36,16 +36,6 @@ namespace squeal
       return combine(block, coefficients, coefficients.size() / n);
     }
 
-    /// The first rows of a with zeros below.
-    DenseMatrix with_rows(const DenseMatrix &a, const unsigned int n_rows)
-    {
-      DenseMatrix result(n_rows, a.n_columns);
-      for (unsigned int j = 0; j < a.n_columns; ++j)
-        std::copy_n(&a.values[std::size_t(j) * a.n_rows], std::min(n_rows, a.n_rows),
-                    &result.values[std::size_t(j) * n_rows]);
-      return result;
-    }
-
     /// Columns first ... first + n of a.
     DenseMatrix columns_of(const DenseMatrix &a, const unsigned int first, const unsigned int n)
     {
@@ -88,6 +78,10 @@ namespace squeal
       unsigned int n_solves() const
       {
         return solves;
+      }
+      Block release_basis()
+      {
+        return std::move(basis);
       }
       /// (n_columns + n_new) x n_columns.
       DenseMatrix hessenberg() const;
@@ -442,6 +436,7 @@ namespace squeal
                           "Eigenproblem/Solver.");
     }
     result.n_solves = arnoldi.n_solves();
+    result.space    = arnoldi.release_basis();
     return result;
   }
 } // namespace squeal

@@ -32,14 +32,6 @@ namespace squeal
       return result;
     }
 
-    DenseMatrix transposed(const DenseMatrix &a)
-    {
-      DenseMatrix result(a.n_columns, a.n_rows);
-      for (unsigned int j = 0; j < a.n_columns; ++j)
-        for (unsigned int i = 0; i < a.n_rows; ++i)
-          result(j, i) = a(i, j);
-      return result;
-    }
   } // namespace
 
   template <int dim>

@@ -33,6 +33,24 @@ namespace squeal
     return c;
   }
 
+  DenseMatrix transposed(const DenseMatrix &a)
+  {
+    DenseMatrix result(a.n_columns, a.n_rows);
+    for (unsigned int j = 0; j < a.n_columns; ++j)
+      for (unsigned int i = 0; i < a.n_rows; ++i)
+        result(j, i) = a(i, j);
+    return result;
+  }
+
+  DenseMatrix with_rows(const DenseMatrix &a, const unsigned int n_rows)
+  {
+    DenseMatrix result(n_rows, a.n_columns);
+    for (unsigned int j = 0; j < a.n_columns; ++j)
+      std::copy_n(a.values.data() + std::size_t(j) * a.n_rows, std::min(n_rows, a.n_rows),
+                  result.values.data() + std::size_t(j) * n_rows);
+    return result;
+  }
+
   DenseMatrix solve(DenseMatrix a, DenseMatrix b)
   {
     const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;

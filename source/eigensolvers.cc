@@ -185,6 +185,7 @@ namespace squeal
         std::vector<Complex> lambda; ///< with Im l >= 0
         Block vectors;               ///< Re and Im
         Pairs pairs;                 ///< those of the disc, if they are converged already
+        Block space;                 ///< searched, if the solver has a basis
         unsigned int n_solves = 0;
       };
       virtual Search search(const Task &task, unsigned int seed) const = 0;
@@ -244,6 +245,8 @@ namespace squeal
         Search result;
         result.lambda   = found.pairs.lambda;
         result.n_solves = found.n_solves;
+        if (task.options.keep_factors)
+          result.space = std::move(found.space);
         std::vector<unsigned int> inside;
         for (unsigned int j = 0; j < result.lambda.size(); ++j)
           if (task.in_disc(result.lambda[j]))
@@ -256,9 +259,8 @@ namespace squeal
       void add_left(const Task &task, Modes &modes) const override
       {
         BlockSearchOptions options = search_options(task, 2);
-        // Of vectors, their eigenvalues are known; sharp ones for problems nearby
-        options.tolerance  = task.options.keep_factors ? 1e-11 : 1e-8;
-        options.n_expected = modes.lambda.size() + task.n_rigid;
+        options.tolerance          = 1e-8; // of vectors: their eigenvalues are known
+        options.n_expected         = modes.lambda.size() + task.n_rigid;
         search_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
                             options, task.options, modes);
       }
@@ -382,6 +384,7 @@ namespace squeal
       if (options.keep_factors && has_all_of_disc() && shift == 0)
       {
         modes.factorization = factors;
+        modes.search_space  = std::move(found.space);
         modes.disc_right    = modes.re;
         modes.disc_right.append(modes.im);
         modes.disc_left = modes.left_re;

@@ -1,6 +1,8 @@
 #include <squeal/mode_follower.h>
+#include <squeal/reduced_tools.h>
 
 #include <cmath>
+#include <cstdint>
 
 namespace squeal
 {
@@ -14,6 +16,8 @@ namespace squeal
   {
     model   = &other;
     reduced = ReducedModel(options);
+    summed.reset();
+    is_as_solved = false;
     fingerprints.clear();
     counted_key.clear();
   }
@@ -23,26 +27,29 @@ namespace squeal
     /// A number that hardly two different matrices share.
     double fingerprint(const Matrix &matrix)
     {
-      PetscInt begin = 0, end = 0;
-      SQUEAL_PETSC(MatGetOwnershipRange(matrix, &begin, &end));
       double sum = 0;
-      for (PetscInt row = begin; row < end; ++row)
-      {
-        PetscInt n                = 0;
-        const PetscInt *columns   = nullptr;
-        const PetscScalar *values = nullptr;
-        SQUEAL_PETSC(MatGetRow(matrix, row, &n, &columns, &values));
-        double of_row = 0;
-        for (PetscInt k = 0; k < n; ++k)
-          of_row += values[k] * (1 + (columns[k] * 7919 % 1009));
-        sum += of_row * (1 + (row * 104729 % 1013));
-        SQUEAL_PETSC(MatRestoreRow(matrix, row, &n, &columns, &values));
-      }
+      reduced::for_entries(
+          matrix, [&](const std::int64_t row, const std::int64_t column, const double value)
+          { sum += value * (1 + column * 7919 % 1009) * (1 + row * 104729 % 1013); });
       MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM,
                     PetscObjectComm(reinterpret_cast<PetscObject>(Mat(matrix))));
       return sum;
     }
   } // namespace
+
+  void ModeFollower::assemble_model(const Parameters::All &parameters, const Factorization *nearby)
+  {
+    summed.reset(); // two of them would double the memory
+    is_as_solved = false;
+    model->assemble(parameters, nearby);
+  }
+
+  const QuadraticEigenproblem &ModeFollower::whole_problem() const
+  {
+    if (!summed)
+      summed = model->problem();
+    return *summed;
+  }
 
   std::vector<double> ModeFollower::reference_key()
   {
@@ -65,7 +72,7 @@ namespace squeal
     std::vector<double> key = reference_key();
     if (key != counted_key)
     {
-      counted     = count_reference_modes(model->problem(), search_radius(options.max_imaginary));
+      counted     = count_reference_modes(whole_problem(), search_radius(options.max_imaginary));
       counted_key = std::move(key);
     }
     return counted == anchor_count;
@@ -75,7 +82,7 @@ namespace squeal
   {
     if (reduced.is_anchored())
     {
-      model->assemble(parameters, reduced.factorization());
+      assemble_model(parameters, reduced.factorization());
       if (has_count_of_anchor())
         if (std::optional<Modes> modes = reduced.solve(model->terms()))
           return std::move(*modes);
@@ -85,9 +92,10 @@ namespace squeal
 
   Modes ModeFollower::solve_fully(const Parameters::All &parameters)
   {
-    model->assemble(parameters);
-    const QuadraticEigenproblem problem = model->problem();
-    whole_rows                          = problem.rows;
+    assemble_model(parameters, nullptr);
+    const QuadraticEigenproblem &problem = whole_problem();
+    whole_rows                           = problem.rows;
+    is_as_solved                         = true;
     ++n_full;
     try
     {
@@ -102,11 +110,13 @@ namespace squeal
     }
   }
 
-  void ModeFollower::anchor(const Modes &modes)
+  void ModeFollower::anchor(const Parameters::All &parameters, const Modes &modes)
   {
     if (!modes.factorization)
       return;
-    reduced.anchor(model->problem(), model->terms(), modes);
+    if (!is_as_solved) // the search for critical values went elsewhere
+      assemble_model(parameters, nullptr);
+    reduced.anchor(whole_problem(), model->terms(), modes);
     anchor_count = counted = modes.n_reference;
     counted_key            = reference_key();
   }
@@ -114,7 +124,7 @@ namespace squeal
   std::vector<ModeRow> ModeFollower::analyse(const Modes &modes) const
   {
     if (is_whole(modes))
-      return squeal::analyse(model->problem(), modes, 0, options.tolerance);
+      return squeal::analyse(whole_problem(), modes, 0, options.tolerance);
     const auto forms = reduced.rayleigh_forms(modes);
     return squeal::analyse(modes, forms.of_p, forms.of_q, 0, options.tolerance);
   }
@@ -134,21 +144,26 @@ namespace squeal
 
   bool ModeFollower::continue_branches(const BranchPoint &before, BranchPoint &next) const
   {
+    if (is_whole(before.modes) && is_whole(next.modes))
+      return squeal::continue_branches(whole_problem(), before, options.max_imaginary, next);
     const bool in_coordinates = !is_whole(before.modes) && !is_whole(next.modes);
     BranchPoint from = before, to = next;
-    from.modes         = in_coordinates ? reduced.pad(before.modes) : whole(before.modes);
-    to.modes           = in_coordinates ? next.modes : whole(next.modes);
-    const bool certain = squeal::continue_branches(
-        in_coordinates ? reduced.problem() : model->problem(), from, options.max_imaginary, to);
-    next.branches   = to.branches;
-    next.overlaps   = to.overlaps;
-    next.n_branches = to.n_branches;
+    from.modes = in_coordinates ? reduced.pad(before.modes) : whole(before.modes);
+    if (!in_coordinates)
+      to.modes = whole(next.modes);
+    const QuadraticEigenproblem small =
+        in_coordinates ? reduced.problem() : QuadraticEigenproblem();
+    const bool certain = squeal::continue_branches(in_coordinates ? small : whole_problem(), from,
+                                                   options.max_imaginary, to);
+    next.branches      = to.branches;
+    next.overlaps      = to.overlaps;
+    next.n_branches    = to.n_branches;
     return certain;
   }
 
-  QuadraticEigenproblem ModeFollower::assemble(const Parameters::All &parameters)
+  const QuadraticEigenproblem &ModeFollower::assemble(const Parameters::All &parameters)
   {
-    model->assemble(parameters, reduced.factorization());
-    return model->problem();
+    assemble_model(parameters, reduced.factorization());
+    return whole_problem();
   }
 } // namespace squeal

@@ -22,60 +22,21 @@ namespace squeal
 
   Block ReducedModel::displacements(Block block) const
   {
-    for (unsigned int k = 0; k < block.n_columns(); ++k)
-      std::fill_n(block.column(k) + block.n_local() - n_local_constraints, n_local_constraints, 0.);
+    clear_pressures(n_local_constraints, block);
     return block;
   }
 
-  Block ReducedModel::violations(const Block &block, const bool of_left) const
+  void ReducedModel::append(Block added, const double smallest)
   {
-    Block sum(rows, block.n_columns());
-    for (const Term &term : anchor_contact)
-    {
-      const Block image =
-          of_left ? multiply_transposed(*term.matrix, block) : multiply(*term.matrix, block);
-      for (unsigned int k = 0; k < block.n_columns(); ++k)
-        for (unsigned int i = block.n_local() - n_local_constraints; i < block.n_local(); ++i)
-          sum.column(k)[i] += term.coefficient * image.column(k)[i];
-    }
-    return sum;
-  }
-
-  Block ReducedModel::moved_by_anchor(const Block &block, const bool to_left) const
-  {
-    if (!has_constraints || compliant)
-      return block;
-    Block violation = violations(block, to_left);
-    for (const unsigned int r : opened)
-      if (rows.contains(interface_rows[r]))
-        for (unsigned int k = 0; k < block.n_columns(); ++k)
-          violation.column(k)[interface_rows[r] - rows.begin] = 0;
-    Block result = block;
-    const Block change =
-        displacements(to_left ? factors->solve_transposed(violation) : factors->solve(violation));
-    for (std::size_t i = 0; i < std::size_t(block.n_local()) * block.n_columns(); ++i)
-      result.data()[i] -= change.data()[i];
-    return result;
-  }
-
-  void ReducedModel::append(Block of_right, Block of_left, const double smallest)
-  {
-    // Both undergo what makes the right ones an orthonormal addition to V.
-    const auto remove_old = [&]()
-    {
-      if (dimension() == 0)
-        return;
-      const std::vector<double> c = inner_products(right.vectors, of_right);
-      subtract_combination(of_right, right.vectors, c);
-      subtract_combination(of_left, left.vectors, c);
-    };
-    remove_old();
+    // Twice, because what was small has lost its orthogonality to rounding.
     for (unsigned int pass = 0; pass < 2; ++pass)
     {
-      const unsigned int n = of_right.n_columns();
+      if (dimension() > 0)
+        subtract_combination(added, right, inner_products(right, added));
+      const unsigned int n = added.n_columns();
       if (n == 0)
         return;
-      const Components components = principal_components(of_right);
+      const Components components = principal_components(added);
       unsigned int n_kept         = 0;
       while (n_kept < n && components.sizes[n_kept] > (pass == 0 ? smallest : 0.5))
         ++n_kept;
@@ -83,28 +44,36 @@ namespace squeal
       for (unsigned int j = 0; j < n_kept; ++j)
         for (unsigned int i = 0; i < n; ++i)
           coefficients[i + std::size_t(j) * n] = components.vectors(i, j) / components.sizes[j];
-      of_right = combine(of_right, coefficients, n_kept);
-      of_left  = combine(of_left, coefficients, n_kept);
-      // What was small has lost its orthogonality to rounding: twice. So has it the constraints.
-      remove_old();
-      of_right = moved_by_anchor(of_right, false);
+      added = combine(added, coefficients, n_kept);
     }
-    right.vectors.append(of_right);
-    left.vectors.append(of_left);
+    right.append(added);
   }
 
-  void ReducedModel::append_pairs(Block right_ones, const Block &left_ones, const double smallest)
+  /// W = Z G^T (G G^T)^{-1}, G = V^T Z, which makes V^T W = I, where that is well conditioned.
+  void ReducedModel::test_by(const Block &left_vectors)
   {
-    Block of_left = moved_by_anchor(right_ones, true);
-    of_left.append(left_ones);
-    right_ones.append(moved_by_anchor(left_ones, false));
-    append(std::move(right_ones), std::move(of_left), smallest);
+    const unsigned int n = dimension(), n_left = left_vectors.n_columns();
+    const DenseMatrix g(n, n_left, inner_products(right, left_vectors));
+    const DenseMatrix pseudo_inverse = squeal::solve(outer_product(g, g), g);
+    std::vector<double> coefficients(std::size_t(n_left) * n);
+    for (unsigned int j = 0; j < n; ++j)
+      for (unsigned int i = 0; i < n_left; ++i)
+        coefficients[i + std::size_t(j) * n_left] = pseudo_inverse(j, i);
+    Block candidate                   = combine(left_vectors, coefficients, n);
+    const std::vector<double> squares = inner_products(candidate, candidate);
+    constexpr double longest          = 5;
+    for (unsigned int j = 0; j < n; ++j)
+      if (!(squares[j * (n + 1)] <= longest * longest))
+        return;
+    left = std::move(candidate);
   }
 
   void ReducedModel::anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
                             const Modes &modes)
   {
-    *this = ReducedModel(options);
+    auto known_to_vary = std::move(varying);
+    *this              = ReducedModel(options);
+    varying            = std::move(known_to_vary);
     // A small problem is solved as fast as projected.
     if (!modes.factorization || problem.rows.size <= 2 * modes.disc_right.n_columns())
       return;
@@ -112,18 +81,16 @@ namespace squeal
     n_local_constraints = problem.n_local_constraints;
     factors             = modes.factorization;
     n_disc              = modes.disc_right.n_columns() / 2;
-    right.vectors = left.vectors = Block(rows, 0);
-    compliant                    = problem.compliant;
-    has_constraints              = problem.n_constraints > 0;
-    anchor_contact               = terms;
-    candidates                   = matrices_of(terms);
+    compliant           = problem.compliant;
+    has_constraints     = problem.n_constraints > 0;
+    anchor_terms        = terms;
+    right = left = Block(rows, 0);
 
-    // Modes of unit displacements, and the row where each is largest
-    pending = {{displacements(modes.disc_right), displacements(modes.disc_left)}};
-    for (Block &block : pending)
+    // The modes' displacements, scaled to unit length, and the row where each is largest
+    const auto displacements_of = [&](Block block)
     {
-      const Block &of_displacements     = block;
-      const std::vector<double> squares = inner_products(of_displacements, of_displacements);
+      clear_pressures(n_local_constraints, block);
+      const std::vector<double> squares = inner_products(block, block);
       std::vector<double> factors(2 * n_disc);
       for (unsigned int j = 0; j < 2 * n_disc; ++j)
       {
@@ -134,8 +101,8 @@ namespace squeal
           double value = 0;
           int row      = 0;
         } largest;
-        for (unsigned int i = 0; i < of_displacements.n_local(); ++i)
-          if (const double value = std::abs(of_displacements.column(j)[i]); value > largest.value)
+        for (unsigned int i = 0; i < block.n_local(); ++i)
+          if (const double value = std::abs(block.column(j)[i]); value > largest.value)
           {
             largest.value = value;
             largest.row   = rows.begin + i;
@@ -144,30 +111,90 @@ namespace squeal
         peak_rows.push_back(largest.row);
       }
       scale_columns(block, factors);
-    }
+      return block;
+    };
+    const Block of_right = displacements_of(modes.disc_right),
+                of_left  = displacements_of(modes.disc_left);
+    append(of_right, 0.3);
     // The left vectors were given as Q^T y = 0, y = conj(z): the same span.
+    test_by(of_left);
+    append(of_right, smallest);
+    // Vectors of the search bring the modes beyond the disc, which corrections find slowly.
+    Block of_search = modes.search_space;
+    clear_pressures(n_local_constraints, of_search);
+    append(std::move(of_search), 1e-2);
   }
 
   // Terms.
 
+  ReducedModel::Members ReducedModel::members_of(const std::vector<Term> &terms)
+  {
+    Members members;
+    for (const Term &term : terms)
+      if (term.matrix && *term.matrix)
+      {
+        const auto at =
+            std::find_if(members.begin(), members.end(),
+                         [&](const Member &member)
+                         { return member.matrix == term.matrix && member.order == term.order; });
+        if (at == members.end())
+          members.push_back({term.matrix, term.order, term.coefficient});
+        else
+          at->coefficient += term.coefficient;
+      }
+    return members;
+  }
+
+  const ReducedModel::Member *ReducedModel::find(const Members &members, const Member &member)
+  {
+    for (const Member &other : members)
+      if (other.matrix == member.matrix && other.order == member.order)
+        return &other;
+    return nullptr;
+  }
+
   bool ReducedModel::find_fixed(const std::vector<Term> &terms)
   {
-    const auto present = matrices_of(terms);
-    const auto is_in   = [](const auto &list, const auto &matrix)
-    { return std::find(list.begin(), list.end(), matrix) != list.end(); };
-    for (const auto &matrix : present)
-      if (is_in(candidates, matrix) && !is_in(fixed, matrix))
-        fixed.push_back(matrix);
-    for (const auto &matrix : fixed)
-      fixed_norms.push_back(matrix->infinity_norm());
+    const Members before = members_of(anchor_terms), now = members_of(terms);
     std::vector<char> touched(rows.size);
-    for (const auto &list : {candidates, present})
-      for (const auto &matrix : list)
-        if (!is_in(fixed, matrix))
-          for_entries(*matrix, [&](const PetscInt row, const PetscInt column, double)
+    const auto touch = [&](const Members &members, const Members &others)
+    {
+      for (const Member &member : members)
+        if (!find(others, member))
+          for_entries(*member.matrix, [&](const PetscInt row, const PetscInt column, double)
                       { touched[row] = touched[column] = 1; });
-    candidates.clear();
+    };
+    touch(before, now);
+    touch(now, before);
     MPI_Allreduce(MPI_IN_PLACE, touched.data(), touched.size(), MPI_CHAR, MPI_MAX, rows.comm);
+
+    // Matrices with constant coefficients as one sum an order, others each by itself
+    for (unsigned int order = 0; order < 3; ++order)
+    {
+      Members members;
+      std::vector<Summand> summands;
+      for (const Member &member : now)
+      {
+        const Member *of_anchor = find(before, member);
+        if (!of_anchor || member.order != order)
+          continue;
+        if (of_anchor->coefficient != member.coefficient && !find(varying, member))
+          varying.push_back(member);
+        if (find(varying, member))
+          fixed.push_back({order, member.matrix, {member}});
+        else
+        {
+          members.push_back(member);
+          summands.push_back({member.coefficient, *member.matrix});
+        }
+      }
+      if (!members.empty())
+        fixed.push_back(
+            {order, std::make_shared<const Matrix>(sum_of(rows, summands)), std::move(members)});
+    }
+    for (const Fixed &part : fixed)
+      fixed_norms.push_back(part.matrix->infinity_norm());
+
     interface_number.assign(rows.size, -1);
     for (unsigned int row = 0; row < rows.size; ++row)
       if (touched[row])
@@ -183,50 +210,59 @@ namespace squeal
     for (const unsigned int row : interface_rows)
       is_constraint.push_back(constrained[row]);
     images.assign(fixed.size(), Block(rows, 0));
-    gram.assign(fixed.size() * fixed.size(), DenseMatrix());
     at_rows.resize(fixed.size());
-    outside.assign(fixed.size(), {});
-    inside.assign(fixed.size(), {});
     for (auto &of_form : projected)
       of_form.resize(fixed.size());
-    anchor_contact.erase(std::remove_if(anchor_contact.begin(), anchor_contact.end(),
-                                        [&](const Term &term) {
-                                          return term.order != 0 || !term.matrix || !*term.matrix ||
-                                                 is_in(fixed, term.matrix);
-                                        }),
-                         anchor_contact.end());
-    append_pairs(std::move(pending[0]), pending[1], smallest);
-    pending = {};
+    projected[petrov].assign(fixed.size(), DenseMatrix(left.n_columns(), 0));
+    anchor_terms.clear();
     return !fixed.empty() && 2 * interface_rows.size() < rows.size;
   }
 
   bool ReducedModel::gather_changing(const std::vector<Term> &terms)
   {
-    has_velocity_terms = false;
-    int known          = true;
+    const Members now = members_of(terms);
+    for (auto &of_order : coefficients)
+      of_order.assign(fixed.size(), 0.);
+    Members stay;
+    int known = true;
+    for (unsigned int i = 0; i < fixed.size(); ++i)
+    {
+      coefficients[fixed[i].order][i] = 1;
+      for (const Member &member : fixed[i].members)
+      {
+        stay.push_back(member);
+        const Member *present    = find(now, member);
+        const double coefficient = present ? present->coefficient : 0.;
+        if (find(varying, member))
+          coefficients[fixed[i].order][i] = coefficient;
+        else if (coefficient != member.coefficient)
+        {
+          // The sum no longer holds: the next anchor keeps this matrix apart.
+          varying.push_back(member);
+          known = false;
+        }
+      }
+    }
+    if (!known)
+      return false;
+
+    has_velocity_terms = std::any_of(terms.begin(), terms.end(),
+                                     [](const Term &term)
+                                     { return term.order == 1 && term.matrix && *term.matrix; });
     for (unsigned int order = 0; order < 3; ++order)
     {
       Entries &entries = changing[order];
       entries          = {};
-      coefficients[order].assign(fixed.size(), 0.);
-      for (const Term &term : terms)
-      {
-        if (term.order != order || !term.matrix || !*term.matrix)
-          continue;
-        has_velocity_terms |= order == 1;
-        const auto at = std::find(fixed.begin(), fixed.end(), term.matrix);
-        if (at != fixed.end())
-          coefficients[order][at - fixed.begin()] += term.coefficient;
-        else
-          for_entries(*term.matrix,
+      for (const Member &member : now)
+        if (member.order == order && !find(stay, member))
+          for_entries(*member.matrix,
                       [&](const PetscInt row, const PetscInt column, const double value)
                       {
                         entries.rows.push_back(interface_number[row]);
                         entries.columns.push_back(interface_number[column]);
-                        entries.values.push_back(term.coefficient * value);
+                        entries.values.push_back(member.coefficient * value);
                         known &= entries.rows.back() >= 0 && entries.columns.back() >= 0;
                       });
-      }
       gather(entries.rows, MPI_INT, rows.comm);
       gather(entries.columns, MPI_INT, rows.comm);
       gather(entries.values, MPI_DOUBLE, rows.comm);
@@ -254,15 +290,24 @@ namespace squeal
     for (unsigned int k = 0; k < added.size(); ++k)
       if (rows.contains(interface_rows[added[k]]))
         units.column(k)[interface_rows[added[k]] - rows.begin] = 1;
-    Block of_right                    = displacements(factors->solve(units)),
-          of_left                     = displacements(factors->solve_transposed(units));
-    const std::vector<double> squares = inner_products(of_right, of_right);
+    Block responses                   = displacements(factors->solve(units));
+    const std::vector<double> squares = inner_products(responses, responses);
     std::vector<double> lengths;
     for (unsigned int k = 0; k < added.size(); ++k)
       lengths.push_back(1 / std::sqrt(std::max(squares[k * (added.size() + 1)], 1e-300)));
-    scale_columns(of_right, lengths);
-    scale_columns(of_left, lengths);
-    append(std::move(of_right), std::move(of_left), smallest);
+    scale_columns(responses, lengths);
+    append(std::move(responses), smallest);
+  }
+
+  std::vector<unsigned int> ReducedModel::best_pairs(const Solutions &solutions) const
+  {
+    std::vector<unsigned int> best(solutions.lambda.size());
+    std::iota(best.begin(), best.end(), 0u);
+    std::stable_sort(best.begin(), best.end(),
+                     [&](const unsigned int a, const unsigned int b)
+                     { return solutions.errors[a] < solutions.errors[b]; });
+    best.resize(std::min<std::size_t>(best.size(), n_disc));
+    return best;
   }
 
   std::optional<Modes> ReducedModel::solve(const std::vector<Term> &terms)
@@ -281,46 +326,29 @@ namespace squeal
     {
       if (n_imaged < dimension())
         add_images();
-      if (!satisfy_constraints())
-        return std::nullopt;
+      satisfy_constraints();
       project_terms();
       Solutions x = last_right, y = last_left;
       if (x.lambda.empty() || !improve(x, y))
         solve_densely(x, y);
-      certify(x);
+      const Block residuals_of_x = residuals(x);
+      certify(residuals_of_x, x);
       // Of the pairs in the disc those with the smallest residuals: others are no modes of the
-      // whole problem.
-      std::vector<unsigned int> best(x.lambda.size()), failing;
-      std::iota(best.begin(), best.end(), 0u);
-      std::stable_sort(best.begin(), best.end(),
-                       [&](const unsigned int a, const unsigned int b)
-                       { return x.errors[a] < x.errors[b]; });
-      best.resize(std::min<std::size_t>(best.size(), n_disc));
-      const auto in_window = [&](const unsigned int i)
-      { return x.lambda[i].imag() <= options.max_imaginary; };
-      double worst = 0, largest_change = 0;
+      // whole problem. Beyond the window they need only be known.
+      const std::vector<unsigned int> best = best_pairs(x);
+      std::vector<unsigned int> failing;
+      double worst = 0;
       for (const unsigned int i : best)
       {
-        if (in_window(i))
+        const bool in_window = x.lambda[i].imag() <= options.max_imaginary;
+        if (in_window)
           worst = std::max(worst, x.errors[i]);
-        if (x.errors[i] > (in_window(i) ? accepted_error() : 1e-6))
+        if (x.errors[i] > (in_window ? accepted_error() : 1e-6))
           failing.push_back(i);
-      }
-      if (failing.empty())
-      {
-        project_tests();
-        const std::vector<double> change = changes(x);
-        for (const unsigned int i : best)
-          if (in_window(i))
-          {
-            largest_change = std::max(largest_change, change[i]);
-            if (change[i] > accepted_change())
-              failing.push_back(i);
-          }
       }
       std::ostringstream text;
       text << "  projected on " << dimension() << " vectors: " << best.size() << " of " << n_disc
-           << " modes, backward errors " << worst << ", changes " << largest_change;
+           << " modes, backward errors " << worst;
       options.progress(text.str());
       if (best.size() == n_disc && x.lambda.size() == n_disc)
       {
@@ -328,19 +356,19 @@ namespace squeal
         last_left  = y;
       }
       if (best.size() == n_disc && failing.empty())
+      {
+        project_tests();
         return make_modes(x, y, best);
-      // On a small mesh a full solution is cheaper than corrections of a bad start.
-      if (n_corrections == 0 && rows.size < 20000 && worst > 1e-7)
-        return std::nullopt;
-      if (n_corrections == most_corrections || failing.empty() || dimension() > 100 + 16 * n_disc)
+      }
+      // Contacts that have closed since the anchor are beyond the bases.
+      constexpr double hopeless = 1e-4;
+      if (n_corrections == most_corrections || failing.empty() || worst > hopeless ||
+          dimension() > 100 + 16 * n_disc)
         return std::nullopt;
       const unsigned int before = dimension();
-      const Block of_right      = right_corrections(x, failing),
-                  of_left       = left_corrections(terms, y, failing);
-      double largest            = 0;
-      for (const Block *block : {&of_right, &of_left})
-        largest = std::max(largest, principal_components(*block).sizes.front());
-      append_pairs(of_right, of_left, std::max(smallest, 1e-6 * largest));
+      Block added               = corrections(residuals_of_x, failing);
+      const double largest      = principal_components(added).sizes.front();
+      append(std::move(added), std::max(smallest, 1e-3 * largest));
       if (dimension() == before)
         return std::nullopt;
     }
@@ -426,15 +454,27 @@ namespace squeal
   Modes ReducedModel::expand(const Modes &modes) const
   {
     Modes result        = pad(modes);
-    const auto expanded = [&](const Block &basis, const Block &c)
+    const auto expanded = [&](const Block &c, const bool of_left)
     {
-      return combine(basis, {c.data(), c.data() + std::size_t(c.n_local()) * c.n_columns()},
-                     c.n_columns());
+      const unsigned int m = dimension(), n = c.n_columns(),
+                         n_left = of_left ? left.n_columns() : 0;
+      // W differs from V in its first columns
+      std::vector<double> of_v(c.data(), c.data() + std::size_t(m) * n), of_w;
+      for (unsigned int k = 0; k < n; ++k)
+        for (unsigned int i = 0; i < n_left; ++i)
+        {
+          of_w.push_back(-c.column(k)[i]); // it is subtracted
+          of_v[i + std::size_t(k) * m] = 0;
+        }
+      Block sum = combine(right, of_v, n);
+      if (n_left > 0)
+        subtract_combination(sum, left, of_w);
+      return sum;
     };
-    result.re      = expanded(right.vectors, result.re);
-    result.im      = expanded(right.vectors, result.im);
-    result.left_re = expanded(left.vectors, result.left_re);
-    result.left_im = expanded(left.vectors, result.left_im);
+    result.re      = expanded(result.re, false);
+    result.im      = expanded(result.im, false);
+    result.left_re = expanded(result.left_re, true);
+    result.left_im = expanded(result.left_im, true);
     return result;
   }
 

@@ -43,7 +43,7 @@ namespace squeal
     {
       const auto operator_of = [&](const unsigned int order)
       {
-        const DenseMatrix &a = operators[petrov][order];
+        const DenseMatrix &a = small_problem[order];
         return of_left ? transposed(a) : a;
       };
       std::vector<DensePair> pairs =
@@ -85,32 +85,39 @@ namespace squeal
   }
 
   void ReducedModel::set_column(Solutions &solutions, const unsigned int k,
-                                const std::vector<Complex> &vector)
+                                const std::vector<Complex> &vector) const
   {
     double square = 0;
     for (const Complex c : vector)
       square += std::norm(c);
-    for (unsigned int i = 0; i < vector.size(); ++i)
+    for (unsigned int i = 0; i < dimension(); ++i)
     {
-      solutions.re(i, k) = vector[i].real() / std::sqrt(square);
-      solutions.im(i, k) = vector[i].imag() / std::sqrt(square);
+      Complex sum = kernel.values.empty() ? vector[i] : 0.;
+      for (unsigned int j = 0; j < kernel.n_columns; ++j)
+        sum += kernel(i, j) * vector[j];
+      solutions.re(i, k) = sum.real() / std::sqrt(square);
+      solutions.im(i, k) = sum.imag() / std::sqrt(square);
     }
   }
 
   bool ReducedModel::improve(Solutions &x, Solutions &y) const
   {
-    const unsigned int m = dimension(), n = x.lambda.size();
+    const bool is_whole  = kernel.values.empty();
+    const unsigned int m = is_whole ? dimension() : kernel.n_columns, n = x.lambda.size();
+    const auto start = [&](const DenseMatrix &part)
+    {
+      const DenseMatrix padded = with_rows(part, dimension());
+      if (is_whole)
+        return padded;
+      DenseMatrix result(m, n);
+      gemm(true, 1, kernel, padded, 0, result);
+      return result;
+    };
+    const DenseMatrix x_re = start(x.re), x_im = start(x.im), y_re = start(y.re),
+                      y_im = start(y.im);
     for (Solutions *solutions : {&x, &y})
-      for (DenseMatrix *part : {&solutions->re, &solutions->im})
-      {
-        DenseMatrix padded(m, n);
-        for (unsigned int k = 0; k < n; ++k)
-          std::copy_n(&part->values[std::size_t(k) * part->n_rows], part->n_rows,
-                      &padded.values[std::size_t(k) * m]);
-        *part = std::move(padded);
-      }
-    const DenseMatrix &q = operators[petrov][0], &p = operators[petrov][1],
-                      &mass = operators[petrov][2];
+      solutions->re = solutions->im = DenseMatrix(dimension(), n);
+    const DenseMatrix &q = small_problem[0], &p = small_problem[1], &mass = small_problem[2];
     std::vector<Complex> at(std::size_t(m) * m), slope(at.size());
     constexpr unsigned int max_iterations = 5;
     for (unsigned int k = 0; k < n; ++k)
@@ -118,8 +125,8 @@ namespace squeal
       std::vector<Complex> right_vector(m), left_vector(m);
       for (unsigned int i = 0; i < m; ++i)
       {
-        right_vector[i] = {x.re(i, k), x.im(i, k)};
-        left_vector[i]  = {y.re(i, k), y.im(i, k)};
+        right_vector[i] = {x_re(i, k), x_im(i, k)};
+        left_vector[i]  = {y_re(i, k), y_im(i, k)};
       }
       Complex l      = x.lambda[k];
       bool converged = false;
@@ -167,7 +174,7 @@ namespace squeal
         }
         const Complex change = -residual / denominator;
         l += change;
-        converged = std::abs(change) <= 1e-11 * std::abs(l); // the next is its cube
+        converged = std::abs(change) <= 1e-8 * std::abs(l); // the next is its cube
       }
       if (!converged || std::abs(l) > radius())
         return false;
@@ -238,188 +245,71 @@ namespace squeal
     return result;
   }
 
-  /// |Q(l) x|^2 in all other rows.
-  std::vector<double> ReducedModel::squares_outside(const Solutions &solutions) const
+  Block ReducedModel::residuals(const Solutions &solutions) const
   {
     const unsigned int n                            = solutions.lambda.size();
     const std::vector<std::vector<Complex>> factors = factors_of(solutions.lambda);
-    std::vector<DenseMatrix> re(fixed.size()), im(fixed.size());
+    Block result(rows, 2 * n);
     for (unsigned int i = 0; i < fixed.size(); ++i)
-      scale_columns(solutions.re, solutions.im, factors[i], re[i], im[i]);
-    std::vector<double> result(n);
-    for (unsigned int i = 0; i < fixed.size(); ++i)
-      for (unsigned int k = i; k < fixed.size(); ++k)
-      {
-        DenseMatrix of_re(dimension(), n), of_im = of_re;
-        gemm(false, 1, gram[i + k * fixed.size()], re[k], 0, of_re);
-        gemm(false, 1, gram[i + k * fixed.size()], im[k], 0, of_im);
-        for (unsigned int j = 0; j < n; ++j)
-          for (unsigned int r = 0; r < dimension(); ++r)
-            result[j] += (i == k ? 1 : 2) * (re[i](r, j) * of_re(r, j) + im[i](r, j) * of_im(r, j));
-      }
-    for (double &square : result)
-      square = std::max(0., square);
+    {
+      DenseMatrix re, im;
+      scale_columns(solutions.re, solutions.im, factors[i], re, im);
+      std::vector<double> c = std::move(re.values);
+      c.insert(c.end(), im.values.begin(), im.values.end());
+      for (double &value : c)
+        value *= -1; // it is subtracted
+      subtract_combination(result, images[i], c);
+    }
+    const auto inside = residuals_at_interface(solutions);
+    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      if (rows.contains(interface_rows[r]))
+        for (unsigned int k = 0; k < 2 * n; ++k)
+          result.column(k)[interface_rows[r] - rows.begin] = inside[k / n](k % n, r);
     return result;
   }
 
-  void ReducedModel::certify(Solutions &solutions) const
+  void ReducedModel::certify(const Block &residuals, Solutions &solutions) const
   {
     const unsigned int n = solutions.lambda.size();
     std::array<double, 3> norms{};
     for (unsigned int order = 0; order < 3; ++order)
       for (unsigned int i = 0; i < fixed.size(); ++i)
         norms[order] = std::max(norms[order], std::abs(coefficients[order][i]) * fixed_norms[i]);
-    const auto residual                 = residuals_at_interface(solutions);
-    const std::vector<double> elsewhere = squares_outside(solutions);
     DenseMatrix re(n, peak_rows.size()), im = re;
     gemm(true, 1, solutions.re, peaks, 0, re);
     gemm(true, 1, solutions.im, peaks, 0, im);
+    std::array<DenseMatrix, 2> violation;
+    violation.fill(DenseMatrix(n, interface_rows.size()));
+    gemm(true, 1, solutions.re, right_change, 0, violation[0]);
+    gemm(true, 1, solutions.im, right_change, 0, violation[1]);
+    std::vector<double> largest(n);
+    for (unsigned int j = 0; j < n; ++j)
+      for (unsigned int i = 0; i < residuals.n_local(); ++i)
+        largest[j] =
+            std::max(largest[j], std::hypot(residuals.column(j)[i], residuals.column(n + j)[i]));
+    MPI_Allreduce(MPI_IN_PLACE, largest.data(), n, MPI_DOUBLE, MPI_MAX, rows.comm);
     solutions.errors.assign(n, 0.);
     for (unsigned int j = 0; j < n; ++j)
     {
-      // In the infinity norm: |r| is at most the 2-norm of the rows outside and the largest one
-      // inside, |x| at least the largest of some.
-      double largest = elsewhere[j], peak = 0;
+      // In the infinity norm; |x| is at least the largest of some rows.
+      double peak = 0, change = 0;
       for (unsigned int r = 0; r < interface_rows.size(); ++r)
-        largest = std::max(largest, std::norm(Complex(residual[0](j, r), residual[1](j, r))));
+        change = std::max(change, std::hypot(violation[0](j, r), violation[1](j, r)));
       for (unsigned int r = 0; r < peak_rows.size(); ++r)
         peak = std::max(peak, std::hypot(re(j, r), im(j, r)));
       const double l = std::abs(solutions.lambda[j]);
       solutions.errors[j] =
-          std::sqrt(largest) / ((l * l * norms[2] + l * norms[1] + norms[0]) * peak);
+          largest[j] / ((l * l * norms[2] + l * norms[1] + norms[0]) * peak) + change / peak;
     }
   }
 
-  std::vector<double> ReducedModel::changes(const Solutions &solutions) const
+  Block ReducedModel::corrections(const Block &residuals,
+                                  const std::vector<unsigned int> &which) const
   {
-    // dl = - v^H Q(l) x / (v^H Q'(l) x), v = x moved to the left constraints
-    const unsigned int n = solutions.lambda.size();
-    std::vector<Complex> residual(n), slope(n);
-    for (unsigned int order = 0; order < 3; ++order)
-    {
-      const DenseMatrix &a = operators[tested_by_right][order];
-      if (a.values.empty())
-        continue;
-      DenseMatrix re(dimension(), n), im = re;
-      gemm(false, 1, a, solutions.re, 0, re);
-      gemm(false, 1, a, solutions.im, 0, im);
-      for (unsigned int j = 0; j < n; ++j)
-      {
-        Complex form = 0;
-        for (unsigned int i = 0; i < dimension(); ++i)
-          form += Complex(solutions.re(i, j), -solutions.im(i, j)) * Complex(re(i, j), im(i, j));
-        residual[j] += std::pow(solutions.lambda[j], int(order)) * form;
-        if (order > 0)
-          slope[j] += double(order) * std::pow(solutions.lambda[j], int(order) - 1) * form;
-      }
-    }
-    std::vector<double> result(n);
-    for (unsigned int j = 0; j < n; ++j)
-      result[j] = std::abs(residual[j] / (slope[j] * solutions.lambda[j]));
-    return result;
-  }
-
-  namespace
-  {
-    /// Re and Im columns of some solutions side by side.
-    DenseMatrix chosen_columns(const DenseMatrix &re, const DenseMatrix &im,
-                               const std::vector<unsigned int> &which)
-    {
-      DenseMatrix result(re.n_rows, 2 * which.size());
-      for (unsigned int k = 0; k < which.size(); ++k)
-        for (unsigned int i = 0; i < re.n_rows; ++i)
-        {
-          result(i, k)                = re(i, which[k]);
-          result(i, which.size() + k) = im(i, which[k]);
-        }
-      return result;
-    }
-  } // namespace
-
-  /// Q_0^{-1} Q(l) x, Re and Im.
-  Block ReducedModel::right_corrections(const Solutions &solutions,
-                                        const std::vector<unsigned int> &which) const
-  {
-    Block residuals(rows, 2 * which.size());
-    const auto factors_by_matrix = factors_of(solutions.lambda);
-    for (unsigned int i = 0; i < fixed.size(); ++i)
-    {
-      DenseMatrix re, im;
-      scale_columns(solutions.re, solutions.im, factors_by_matrix[i], re, im);
-      DenseMatrix c = chosen_columns(re, im, which);
-      for (double &value : c.values)
-        value *= -1; // it is subtracted
-      subtract_combination(residuals, images[i], c.values);
-    }
-    const auto inside = residuals_at_interface(solutions);
-    for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      if (rows.contains(interface_rows[r]))
-        for (unsigned int k = 0; k < 2 * which.size(); ++k)
-          residuals.column(k)[interface_rows[r] - rows.begin] =
-              inside[k / which.size()](which[k % which.size()], r);
-    return displacements(factors->solve(residuals));
-  }
-
-  Block ReducedModel::left_changes(const DenseMatrix &coordinates) const
-  {
-    DenseMatrix at_rows(coordinates.n_columns, interface_rows.size());
-    gemm(true, 1, coordinates, left.change, 0, at_rows);
-    return scattered(at_rows);
-  }
-
-  Block ReducedModel::scattered(const DenseMatrix &at_rows) const
-  {
-    Block result(rows, at_rows.n_rows);
-    for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      if (rows.contains(interface_rows[r]))
-        for (unsigned int k = 0; k < at_rows.n_rows; ++k)
-          result.column(k)[interface_rows[r] - rows.begin] = at_rows(k, r);
-    return result;
-  }
-
-  /// What takes W d to  y - Q_0^{-T} Q(l)^T y,  y = W d moved to the constraints: Re and Im.
-  Block ReducedModel::left_corrections(const std::vector<Term> &terms, const Solutions &solutions,
-                                       const std::vector<unsigned int> &which) const
-  {
-    const unsigned int n     = which.size();
-    const DenseMatrix chosen = chosen_columns(solutions.re, solutions.im, which);
-    const Block changes      = left_changes(chosen);
-    Block y                  = combine(left.vectors, chosen.values, 2 * n);
-    DenseMatrix pressures(2 * n, interface_rows.size());
-    if (compliant)
-      gemm(true, 1, chosen, left_pressures, 0, pressures);
-    const Block of_pressures = scattered(pressures);
-    for (std::size_t i = 0; i < std::size_t(rows.n_local()) * 2 * n; ++i)
-      y.data()[i] += changes.data()[i] + of_pressures.data()[i];
-    Block residuals(rows, 2 * n);
-    for (const Term &term : terms)
-    {
-      if (!term.matrix || !*term.matrix)
-        continue;
-      const Block image = multiply_transposed(*term.matrix, y);
-      for (unsigned int k = 0; k < n; ++k)
-      {
-        const Complex factor =
-            term.coefficient * std::pow(solutions.lambda[which[k]], int(term.order));
-        for (unsigned int i = 0; i < rows.n_local(); ++i)
-        {
-          const Complex value = factor * Complex(image.column(k)[i], image.column(n + k)[i]);
-          residuals.column(k)[i] += value.real();
-          residuals.column(n + k)[i] += value.imag();
-        }
-      }
-    }
-    residuals = displacements(std::move(residuals));
-    if (has_constraints && !compliant)
-    {
-      const Block balance =
-          scattered(shortest_change(constraints(false), gather_rows(residuals, interface_rows)));
-      for (std::size_t i = 0; i < std::size_t(rows.n_local()) * 2 * n; ++i)
-        residuals.data()[i] += balance.data()[i];
-    }
-    Block result = displacements(factors->solve_transposed(residuals));
-    for (std::size_t i = 0; i < std::size_t(rows.n_local()) * 2 * n; ++i)
-      result.data()[i] = changes.data()[i] - result.data()[i];
-    return result;
+    Block chosen(rows, 0);
+    for (const unsigned int part : {0u, residuals.n_columns() / 2})
+      for (const unsigned int j : which)
+        chosen.append(residuals.columns(part + j, 1));
+    return displacements(factors->solve(chosen));
   }
 } // namespace squeal

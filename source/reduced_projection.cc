@@ -9,15 +9,57 @@ namespace squeal
 {
   using namespace reduced;
 
+  namespace
+  {
+    /// A with its first rows replaced.
+    DenseMatrix with_top(DenseMatrix a, const DenseMatrix &top)
+    {
+      for (unsigned int j = 0; j < a.n_columns; ++j)
+        for (unsigned int i = 0; i < top.n_rows; ++i)
+          a(i, j) = top(i, j);
+      return a;
+    }
+
+    std::vector<double> top_corner(const DenseMatrix &a, const unsigned int n)
+    {
+      std::vector<double> result;
+      for (unsigned int j = 0; j < n; ++j)
+        for (unsigned int i = 0; i < n; ++i)
+          result.push_back(a(i, j));
+      return result;
+    }
+  } // namespace
+
   // Projection.
+
+  /// Small vectors scaled to unit length have lost a little of the constraints to rounding.
+  void ReducedModel::clean(Block &added) const
+  {
+    if (!has_constraints || compliant)
+      return;
+    const DenseMatrix change =
+        shortest_change(constraints(false), gather_rows(added, interface_rows));
+    constexpr double rounding = 1e-3; // more is a gap
+    for (unsigned int j = 0; j < added.n_columns(); ++j)
+    {
+      double largest = 0;
+      for (unsigned int r = 0; r < interface_rows.size(); ++r)
+        largest = std::max(largest, std::abs(change(j, r)));
+      for (unsigned int r = 0; r < interface_rows.size() && largest <= rounding; ++r)
+        if (rows.contains(interface_rows[r]))
+          added.column(j)[interface_rows[r] - rows.begin] += change(j, r);
+    }
+  }
 
   void ReducedModel::add_images()
   {
     const unsigned int n_all = dimension(), n_new = n_all - n_imaged, n_fixed = fixed.size();
-    const Block added = right.vectors.columns(n_imaged, n_new);
+    Block added = right.columns(n_imaged, n_new);
+    clean(added);
+    std::copy_n(added.data(), std::size_t(rows.n_local()) * n_new, right.column(n_imaged));
     for (unsigned int i = 0; i < n_fixed; ++i)
     {
-      Block image              = multiply(*fixed[i], added);
+      Block image              = multiply(*fixed[i].matrix, added);
       const DenseMatrix of_new = gather_rows(image, interface_rows);
       DenseMatrix all(n_all, interface_rows.size());
       for (unsigned int r = 0; r < interface_rows.size(); ++r)
@@ -27,35 +69,46 @@ namespace squeal
       clear_rows(image, interface_rows);
       images[i].append(image);
     }
-    right.at_rows = gather_rows(right.vectors, interface_rows);
-    left.at_rows  = gather_rows(left.vectors, interface_rows);
-    peaks         = gather_rows(right.vectors, peak_rows);
+    right_rows                = gather_rows(right, interface_rows);
+    left_rows                 = with_top(right_rows, gather_rows(left, interface_rows));
+    peaks                     = gather_rows(right, peak_rows);
+    const unsigned int n_left = left.n_columns();
     for (unsigned int i = 0; i < n_fixed; ++i)
     {
-      for (unsigned int k = i; k < n_fixed; ++k)
+      // Rows first ... first + n of V^T A V or W^T A V, in the columns from column on
+      const auto products = [&](const Block &test, const DenseMatrix &test_rows,
+                                const unsigned int first, const unsigned int n,
+                                const unsigned int column, const unsigned int n_columns)
       {
-        DenseMatrix &g = gram[i + k * n_fixed];
-        g              = grow_products(g, images[i], images[k]);
-      }
-      for (const unsigned int form : {petrov, of_right})
-      {
-        const Basis &test  = form == petrov ? left : right;
-        outside[i][form]   = grow_products(outside[i][form], test.vectors, images[i]);
-        inside[i][form]    = grow_outer_products(inside[i][form], test.at_rows, at_rows[i]);
-        projected[form][i] = outside[i][form];
-        add(1, inside[i][form], projected[form][i]);
-      }
+        DenseMatrix result(n, n_columns,
+                           inner_products(test, first, n, images[i], column, n_columns));
+        add(1,
+            outer_product(some_rows(test_rows, first, n), some_rows(at_rows[i], column, n_columns)),
+            result);
+        return result;
+      };
+      projected[of_right][i] =
+          grow(projected[of_right][i], n_all,
+               [&](const unsigned int first, const unsigned int n, const unsigned int column,
+                   const unsigned int n_columns)
+               { return products(right, right_rows, first, n, column, n_columns); });
+      DenseMatrix top(n_left, n_all);
+      const DenseMatrix added_top = products(left, left_rows, 0, n_left, n_imaged, n_new);
+      for (unsigned int c = 0; c < n_all; ++c)
+        for (unsigned int r = 0; r < n_left; ++r)
+          top(r, c) = c < n_imaged ? projected[petrov][i](r, c) : added_top(r, c - n_imaged);
+      projected[petrov][i] = with_top(projected[of_right][i], top);
       // The left vectors' norms; M is symmetric.
       if (coefficients[2][i] != 0)
       {
-        const Block image = multiply(*fixed[i], left.vectors.columns(n_imaged, n_new));
-        const DenseMatrix columns(n_all, n_new, inner_products(left.vectors, image));
-        DenseMatrix known = std::move(projected[of_left][i]), whole(n_all, n_all);
-        for (unsigned int c = 0; c < n_all; ++c)
+        const DenseMatrix of_left_alone(n_left, n_left,
+                                        n_imaged == 0
+                                            ? inner_products(left, multiply(*fixed[i].matrix, left))
+                                            : top_corner(projected[of_left][i], n_left));
+        DenseMatrix whole = projected[petrov][i];
+        for (unsigned int c = 0; c < n_left; ++c)
           for (unsigned int r = 0; r < n_all; ++r)
-            whole(r, c) = c >= n_imaged   ? columns(r, c - n_imaged)
-                          : r >= n_imaged ? columns(c, r - n_imaged)
-                                          : known(r, c);
+            whole(r, c) = r < n_left ? of_left_alone(r, c) : projected[petrov][i](c, r);
         projected[of_left][i] = std::move(whole);
       }
     }
@@ -118,26 +171,58 @@ namespace squeal
     return result;
   }
 
-  /// False if contacts have closed, which the right vectors know nothing of.
-  bool ReducedModel::satisfy_constraints()
+  void ReducedModel::satisfy_constraints()
   {
-    left.change = DenseMatrix(dimension(), interface_rows.size());
+    left_change = right_change = DenseMatrix(dimension(), interface_rows.size());
     if (has_constraints && !compliant)
     {
-      left_constraints         = constraints(true);
-      left.change              = shortest_change(left_constraints, left.at_rows);
-      const DenseMatrix needed = shortest_change(constraints(false), right.at_rows);
-      double largest = 0, size = 0;
-      for (const double value : needed.values)
-        largest = std::max(largest, std::abs(value));
-      for (const double value : right.at_rows.values)
-        size = std::max(size, std::abs(value));
-      if (largest > 1e-5 * size)
-        return false;
+      left_constraints = constraints(true);
+      left_change      = shortest_change(left_constraints, left_rows);
+      right_change     = shortest_change(constraints(false), right_rows);
     }
-    left.moved = left.at_rows;
-    add(1, left.change, left.moved);
-    return true;
+    find_kernel();
+    left_moved = left_rows;
+    add(1, left_change, left_moved);
+  }
+
+  /// Vectors of gaps that are closed now leave the bases: Z spans the coordinates without.
+  void ReducedModel::find_kernel()
+  {
+    constexpr double closed = 1e-6; // of unit vectors
+    kernel                  = DenseMatrix();
+    double largest          = 0;
+    for (const double value : right_change.values)
+      largest = std::max(largest, std::abs(value));
+    if (largest <= closed)
+      return;
+    const unsigned int m            = dimension();
+    DenseMatrix vectors             = outer_product(right_change, right_change);
+    const std::vector<double> sizes = symmetric_eigen(vectors); // ascending
+    unsigned int n                  = 0;
+    while (n < m && sizes[n] <= closed * closed)
+      ++n;
+    kernel = DenseMatrix(m, n);
+    std::copy_n(vectors.values.data(), std::size_t(m) * n, kernel.values.data());
+    // The squares leave gaps of the root of rounding: Z -= R S^{-1} R^T G G^T Z, R the others.
+    DenseMatrix range(m, m - n), gaps(n, right_change.n_columns), c(m - n, n);
+    std::copy_n(vectors.values.data() + std::size_t(m) * n, range.values.size(),
+                range.values.data());
+    gemm(true, 1, kernel, right_change, 0, gaps);
+    gemm(true, 1, range, outer_product(right_change, gaps), 0, c);
+    for (unsigned int j = 0; j < n; ++j)
+      for (unsigned int i = 0; i < m - n; ++i)
+        c(i, j) /= sizes[n + i];
+    gemm(false, -1, range, c, 1, kernel);
+  }
+
+  DenseMatrix ReducedModel::in_kernel(const DenseMatrix &a) const
+  {
+    if (kernel.values.empty() || a.values.empty())
+      return a;
+    DenseMatrix image(a.n_rows, kernel.n_columns), result(kernel.n_columns, kernel.n_columns);
+    gemm(false, 1, a, kernel, 0, image);
+    gemm(true, 1, kernel, image, 0, result);
+    return result;
   }
 
   /// The pressures C^{-1} N^T u of a compliant contact in the constraints' rows; with the
@@ -216,23 +301,25 @@ namespace squeal
     right_pressures = {};
     if (compliant)
     {
-      left_pressures     = compliant_pressures(left.at_rows, true);
-      right_pressures[0] = compliant_pressures(right.at_rows, false);
+      left_pressures     = compliant_pressures(left_rows, true);
+      right_pressures[0] = compliant_pressures(right_rows, false);
     }
     for (unsigned int order = 0; order < 3; ++order)
     {
-      DenseMatrix with_pressures = right.at_rows;
+      DenseMatrix with_pressures = right_rows;
       if (order == 0)
         add(1, right_pressures[0], with_pressures);
       DenseMatrix &of_v = changing_images[order];
       of_v              = apply(changing[order], with_pressures);
-      clear_constraints(of_v);
+      if (compliant)
+        clear_constraints(of_v);
       images_at_rows[order] = sum_of_fixed(at_rows, order);
       DenseMatrix sum       = sum_of_fixed(projected[petrov], order);
       if (!of_v.values.empty())
-        add(1, outer_product(left.moved, of_v), sum);
+        add(1, outer_product(left_moved, of_v), sum);
       if (!images_at_rows[order].values.empty())
-        add(1, outer_product(left.change, images_at_rows[order]), sum);
+        add(1, outer_product(left_change, images_at_rows[order]), sum);
+      small_problem[order]     = in_kernel(sum);
       operators[petrov][order] = std::move(sum);
       add(1, of_v, images_at_rows[order]);
     }
@@ -242,20 +329,14 @@ namespace squeal
   void ReducedModel::project_tests()
   {
     const bool holds_pressures = has_constraints && !compliant;
-    DenseMatrix change(dimension(), interface_rows.size());
-    if (holds_pressures)
-      change = shortest_change(left_constraints, right.at_rows);
     for (unsigned int order = 0; order < 3; ++order)
     {
       DenseMatrix sum = sum_of_fixed(projected[of_right], order);
       if (!changing_images[order].values.empty())
-        add(1, outer_product(right.at_rows, changing_images[order]), sum);
-      operators[of_right][order] = sum;
-      if (holds_pressures && !images_at_rows[order].values.empty())
-        add(1, outer_product(change, images_at_rows[order]), sum);
-      operators[tested_by_right][order] = std::move(sum);
-      operators[of_left][order]         = sum_of_fixed(projected[of_left], order);
-      pressure_forms[order]             = DenseMatrix();
+        add(1, outer_product(right_rows, changing_images[order]), sum);
+      operators[of_right][order] = std::move(sum);
+      operators[of_left][order]  = sum_of_fixed(projected[of_left], order);
+      pressure_forms[order]      = DenseMatrix();
       if (holds_pressures && !images_at_rows[order].values.empty())
       {
         // The pressures that balance l^order A_order V best: -(C C^T)^{-1} C (...), C^T = N + mu T
@@ -263,7 +344,7 @@ namespace squeal
         // x^H (N + mu T) Lambda
         DenseMatrix forces = apply(changing[0], right_pressures[order]);
         clear_constraints(forces);
-        pressure_forms[order] = outer_product(right.at_rows, forces);
+        pressure_forms[order] = outer_product(right_rows, forces);
       }
     }
   }
@@ -287,20 +368,14 @@ namespace squeal
       result.push_back(
           {term.origin, order, term.coefficient, std::make_shared<const Matrix>(sparse(small))});
     };
-    DenseMatrix test_change = left.change;
+    DenseMatrix test_change = left_change;
     add(1, left_pressures, test_change);
     for (const Term &term : terms)
     {
-      const auto at = std::find(fixed.begin(), fixed.end(), term.matrix);
-      if (at != fixed.end())
-      {
-        DenseMatrix small = projected[petrov][at - fixed.begin()];
-        add(1, outer_product(left.change, at_rows[at - fixed.begin()]), small);
-        add_term(term, term.order, small);
-        continue;
-      }
-      const Block image = multiply(*term.matrix, right.vectors);
-      DenseMatrix small(dimension(), dimension(), inner_products(left.vectors, image));
+      const Block image = multiply(*term.matrix, right);
+      DenseMatrix small =
+          with_top(DenseMatrix(dimension(), dimension(), inner_products(right, image)),
+                   DenseMatrix(left.n_columns(), dimension(), inner_products(left, image)));
       add(1, outer_product(test_change, gather_rows(image, interface_rows)), small);
       add_term(term, term.order, small);
       // On the pressures, which are those of Lambda_0 + l Lambda_1 + l^2 Lambda_2
@@ -318,7 +393,7 @@ namespace squeal
       gather(entries.rows, MPI_INT, rows.comm);
       gather(entries.columns, MPI_INT, rows.comm);
       gather(entries.values, MPI_DOUBLE, rows.comm);
-      DenseMatrix test = left.moved;
+      DenseMatrix test = left_moved;
       add(1, left_pressures, test);
       for (unsigned int order = 0; order < 3 && !entries.values.empty(); ++order)
         if (!right_pressures[order].values.empty())

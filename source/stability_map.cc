@@ -85,6 +85,12 @@ namespace squeal
 
   // Solving.
 
+  void StabilityMap::anchor(const Position &at)
+  {
+    const Parameters::All &parameters = parameters_at(at);
+    follower.anchor(parameters, follower.solve_fully(parameters));
+  }
+
   const Parameters::All &StabilityMap::parameters_at(const Position &at)
   {
     for (unsigned int k = 0; k < 2; ++k)
@@ -131,7 +137,7 @@ namespace squeal
   StabilityMap::Evaluation StabilityMap::evaluate_divergence(const Position &at,
                                                              const StaticInstability &instability)
   {
-    const QuadraticEigenproblem problem = follower.assemble(parameters_at(at));
+    const QuadraticEigenproblem &problem = follower.assemble(parameters_at(at));
     std::vector<ParameterDerivative> derivatives;
     for (const std::string &parameter : parameters)
     {
@@ -281,8 +287,7 @@ namespace squeal
       eigenvalues.push_back(modes.lambda);
       if (follower.is_whole(modes))
       {
-        follower.assemble_fully(parameters_at(at)); // the search for crossings went elsewhere
-        follower.anchor(modes);
+        follower.anchor(parameters_at(at), modes);
         save();
       }
       if (point % n == n - 1)
@@ -459,7 +464,7 @@ namespace squeal
       if (seed.done)
         continue;
       // A curve depends on its seed alone, whatever was solved before.
-      follower.anchor(follower.solve_fully(parameters_at(seed.at)));
+      anchor(seed.at);
       const std::vector<BorderPoint> curve = trace(seed);
       for (const BorderPoint &point : curve)
         border_csv->add({std::to_string(n_curves), point.divergence ? "divergence" : "flutter",
@@ -535,7 +540,7 @@ namespace squeal
              std::to_string(n_curves) + " curves.");
     const bool on_grid = eigenvalues.size() < values[0].size() * values[1].size();
     if (on_grid)
-      follower.anchor(follower.solve_fully(parameters_at(position_of(eigenvalues.size() - 1))));
+      anchor(position_of(eigenvalues.size() - 1));
     return true;
   }
 

@@ -122,11 +122,10 @@ namespace squeal
     return change;
   }
 
-  void clear_pressures(const QuadraticEigenproblem &problem, Block &block)
+  void clear_pressures(const unsigned int n_local_constraints, Block &block)
   {
     for (unsigned int k = 0; k < block.n_columns(); ++k)
-      std::fill_n(block.column(k) + problem.rows.n_local() - problem.n_local_constraints,
-                  problem.n_local_constraints, 0.);
+      std::fill_n(block.column(k) + block.n_local() - n_local_constraints, n_local_constraints, 0.);
   }
 
   namespace
@@ -136,7 +135,7 @@ namespace squeal
     void clear_multipliers(const QuadraticEigenproblem &problem, Block &block)
     {
       if (!problem.compliant)
-        clear_pressures(problem, block);
+        clear_pressures(problem.n_local_constraints, block);
     }
   } // namespace
 

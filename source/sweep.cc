@@ -161,12 +161,7 @@ namespace squeal
     if (!follower.is_whole(point.modes))
       return;
     if (keeps_mesh)
-    {
-      // The search for critical values went elsewhere.
-      if (critical_csv)
-        follower.assemble_fully(parameters_at(point.value));
-      follower.anchor(point.modes);
-    }
+      follower.anchor(parameters_at(point.value), point.modes);
     MPI_Barrier(comm);
     std::vector<double> state = {point.value, double(point.n_branches)};
     for (const std::uintmax_t size : file_sizes(directory, tables))
@@ -204,7 +199,7 @@ namespace squeal
     if (last.modes.lambda.size() != last.branches.size())
       return false; // of another problem
     if (keeps_mesh)
-      follower.anchor(last.modes);
+      follower.anchor(parameters_at(last.value), last.modes);
     n_done = std::find(points.begin(), points.end(), last.value) - points.begin() + 1;
     cut_files(directory, tables, {state->begin() + 2, state->begin() + n_head}, comm);
     log.line("Resumed after " + std::to_string(n_done) + " of " + std::to_string(points.size()) +
@@ -376,7 +371,7 @@ namespace squeal
                                         follower.whole(divergent.modes), mode);
     const auto evaluate = [&](const double value)
     {
-      const QuadraticEigenproblem problem = follower.assemble(parameters_at(value));
+      const QuadraticEigenproblem &problem = follower.assemble(parameters_at(value));
       const auto at = instability.evaluate(problem, follower.derivatives(parameter));
       return std::make_pair(at.value,
                             at.derivatives.empty() ? std::nan("") : at.derivatives.front());

@@ -8,6 +8,7 @@ namespace squeal
   struct BlockSearch
   {
     Pairs pairs;               ///< all with Im l >= 0 and |l| <= radius, converged
+    Block space;               ///< an orthonormal basis U of all vectors searched
     unsigned int n_solves = 0; ///< right-hand sides solved
   };
 

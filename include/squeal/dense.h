@@ -38,6 +38,12 @@ namespace squeal
   /// A B^T.
   DenseMatrix outer_product(const DenseMatrix &a, const DenseMatrix &b);
 
+  /// A^T.
+  DenseMatrix transposed(const DenseMatrix &a);
+
+  /// The first rows of A, with zeros below if it has fewer.
+  DenseMatrix with_rows(const DenseMatrix &a, unsigned int n_rows);
+
   /// A^{-1} B by LU with partial pivoting. Throws SolverError if A is singular.
   DenseMatrix solve(DenseMatrix a, DenseMatrix b);
 

@@ -25,13 +25,8 @@ namespace squeal
     /// The same without projection; the result depends on the parameters only, not on what was
     /// solved before.
     Modes solve_fully(const Parameters::All &parameters);
-    void assemble_fully(const Parameters::All &parameters)
-    {
-      model->assemble(parameters);
-    }
-    /// Makes a full solution of the model as it is assembled now the anchor. Modes in coordinates
-    /// become invalid.
-    void anchor(const Modes &modes);
+    /// Makes a full solution for these parameters the anchor. Modes in coordinates become invalid.
+    void anchor(const Parameters::All &parameters, const Modes &modes);
 
     bool is_whole(const Modes &modes) const
     {
@@ -51,7 +46,7 @@ namespace squeal
     bool continue_branches(const BranchPoint &before, BranchPoint &next) const;
 
     /// Assembles the model and gives the whole problem, to which whole modes belong.
-    QuadraticEigenproblem assemble(const Parameters::All &parameters);
+    const QuadraticEigenproblem &assemble(const Parameters::All &parameters);
     std::vector<ParameterDerivative> derivatives(const std::string &parameter) const
     {
       return model->derivatives(parameter, reduced.factorization());
@@ -63,6 +58,9 @@ namespace squeal
     }
 
   private:
+    void assemble_model(const Parameters::All &parameters, const Factorization *nearby);
+    /// Of the model as it is assembled now.
+    const QuadraticEigenproblem &whole_problem() const;
     /// Whether the reference problem has as many modes in the disc as the anchor's: counted again
     /// where it is another one.
     bool has_count_of_anchor();
@@ -75,6 +73,8 @@ namespace squeal
     ReducedModel reduced;
     RowRange whole_rows;
     unsigned int n_full = 0;
+    mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
+    bool is_as_solved = false; ///< whether nothing was assembled since the last full solution
 
     unsigned int anchor_count = 0, counted = 0;
     std::vector<double> counted_key;

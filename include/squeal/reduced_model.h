@@ -13,25 +13,25 @@ namespace squeal
 {
   /// The equations of motion projected on vectors of a full solution, for parameters nearby.
   ///
-  /// With the right vectors' span V and the left vectors' span W, real and of the same dimension,
+  /// With a basis V of displacements and test vectors W of the same number, real,
   ///     (l^2 W^T M V + l W^T P V + W^T Q V) c = 0,   x = V c,   z = W d.
-  /// The error of l is of the order of the product of those of x and z. V and W hold displacements;
-  /// contact pressures drop out, and follow from the residual. Terms whose matrices stay the same
-  /// are projected once; those that change (the contact's) are projected again for every solution,
-  /// in the few rows that they couple.
+  /// V begins with the space in which the full solution, the anchor, was found, so that it knows
+  /// modes well beyond the window. W has the anchor's left vectors in place of the right ones, and
+  /// is V else. Terms whose matrices stay the same are projected once, those with constant
+  /// coefficients as one sum; those that change (the contact's) are projected again for every
+  /// solution, in the few rows that they couple.
   ///
-  /// Displacements of V satisfy N^T u = 0 exactly. Those of W must satisfy (N + mu T)^T w = 0,
-  /// which changes with the friction: each time they are moved there by the shortest way,
+  /// Displacements of V satisfy N^T u = 0. Those of W must satisfy (N + mu T)^T w = 0, which
+  /// changes with the friction: each time they are moved there by the shortest way,
   ///     w - C^T (C C^T)^{-1} C w,   C = (N + mu T)^T,
-  /// so that the pressures drop out of the projection; that these steps remain smooth is up to the
-  /// corrections below.
+  /// so that the contact pressures drop out of the projection; they follow from the residual.
   ///
-  /// Every solution is certified by the residual of the whole problem, and by how little its
-  /// eigenvalue changes when it is tested with x itself instead of z. What fails is corrected by
-  /// inverse iteration with the factors of the full solution,
-  ///     x - Q_0^{-1} Q(l) x,   z - Q_0^{-T} Q(l)^H z,
-  /// which makes V and W richer (block Davidson); so most parameter values need no factorisation.
-  /// Contacts that have opened since the anchor enter by the response of the anchor to a gap there.
+  /// Every solution is certified by the residual of the whole problem. What fails is corrected by
+  /// inverse iteration with the factors of the anchor, x - Q_0^{-1} Q(l) x, which makes V richer
+  /// (block Davidson); so most parameter values need no factorisation. Contacts that have opened
+  /// since the anchor enter by its response to a gap there; combinations of V with gaps that are
+  /// closed now are left out. The right pairs are as good as those of full solutions; the left
+  /// vectors are those of the projected problem.
   class ReducedModel
   {
   public:
@@ -82,20 +82,27 @@ namespace squeal
 
     unsigned int dimension() const
     {
-      return right.vectors.n_columns();
+      return right.n_columns();
     }
 
   private:
     using Complex = std::complex<double>;
 
-    /// A basis, displacements orthonormal, and its rows of the interface, those that the changing
-    /// terms couple: a column an interface row.
-    struct Basis
+    /// A matrix in one of the orders and the sum of its coefficients.
+    struct Member
     {
-      Block vectors;
-      DenseMatrix at_rows; ///< as they are
-      DenseMatrix change;  ///< left: what makes them satisfy the present constraints
-      DenseMatrix moved;   ///< the sum
+      std::shared_ptr<const Matrix> matrix;
+      unsigned int order;
+      double coefficient;
+    };
+    using Members = std::vector<Member>;
+    /// The sum of all matrices of an order with constant coefficients, or one whose coefficient
+    /// varies.
+    struct Fixed
+    {
+      unsigned int order;
+      std::shared_ptr<const Matrix> matrix;
+      Members members;
     };
     /// Entries of the changing terms of one order, on all ranks, numbered within the interface.
     struct Entries
@@ -110,13 +117,12 @@ namespace squeal
       DenseMatrix re, im;
       std::vector<double> errors; ///< bounds of backward errors
     };
-    /// W^T A V, V^T A V, W^T A W; V^T A V with V moved to the left constraints.
+    /// W^T A V, V^T A V, W^T A W.
     enum Form
     {
       petrov,
       of_right,
-      of_left,
-      tested_by_right
+      of_left
     };
     /// C, the constraints of the displacements, in the interface rows.
     struct Constraints
@@ -129,30 +135,28 @@ namespace squeal
     {
       return search_radius(options.max_imaginary);
     }
-    /// The bound may exceed the tolerance of full solutions, because it is a bound and eigenvalues
-    /// are of second order in it.
+    /// The eigenvalues of a projection are of the first order in the residual.
     double accepted_error() const
     {
-      return 5 * options.tolerance;
-    }
-    double accepted_change() const
-    {
-      return 1000 * options.tolerance;
+      return 0.1 * options.tolerance;
     }
     Block displacements(Block block) const;
-    /// The anchor's constraint rows applied to displacements.
-    Block violations(const Block &block, bool of_left) const;
-    /// The nearest displacements, by the anchor's stiffness, that satisfy its constraints.
-    Block moved_by_anchor(const Block &block, bool to_left) const;
-    /// Enlarges both bases by what the columns, pairs of right and left ones, add to them, except
-    /// for principal components of a size up to @p smallest.
-    void append(Block of_right, Block of_left, double smallest);
-    /// The same with right vectors and left ones, each with its like on the other side.
-    void append_pairs(Block right_ones, const Block &left_ones, double smallest);
+    /// Enlarges V by what the columns add to it, except for principal components of a size up to
+    /// @p smallest.
+    void append(Block added, double smallest);
+    /// Left vectors for those that V has now.
+    void test_by(const Block &left_vectors);
+    /// In the order of the terms: sums must not depend on addresses.
+    static Members members_of(const std::vector<Term> &terms);
+    static const Member *find(const Members &members, const Member &member);
     bool find_fixed(const std::vector<Term> &terms);
     bool gather_changing(const std::vector<Term> &terms);
+    void clean(Block &added) const;
     void add_images();
-    bool satisfy_constraints();
+    void satisfy_constraints();
+    void find_kernel();
+    /// Z^T A Z.
+    DenseMatrix in_kernel(const DenseMatrix &a) const;
     Constraints constraints(bool of_left) const;
     /// - C^T (C C^T)^{-1} C w in the interface rows.
     DenseMatrix shortest_change(const Constraints &constraints, const DenseMatrix &at_rows) const;
@@ -162,8 +166,6 @@ namespace squeal
     DenseMatrix compliant_pressures(const DenseMatrix &basis, bool of_left) const;
     DenseMatrix apply(const Entries &entries, const DenseMatrix &basis) const;
     void clear_constraints(DenseMatrix &at_rows) const;
-    /// Columns with the given interface rows, zero elsewhere.
-    Block scattered(const DenseMatrix &at_rows) const;
     DenseMatrix sum_of_fixed(const std::vector<DenseMatrix> &by_matrix, unsigned int order) const;
     void project_terms();
     void project_tests();
@@ -173,20 +175,18 @@ namespace squeal
     /// Those near given ones, of this or a smaller dimension, by two-sided Rayleigh quotient
     /// iteration; false if some do not converge.
     bool improve(Solutions &x, Solutions &y) const;
-    static void set_column(Solutions &solutions, unsigned int k,
-                           const std::vector<Complex> &vector);
+    /// Unit coordinates of Z v.
+    void set_column(Solutions &solutions, unsigned int k, const std::vector<Complex> &vector) const;
     std::vector<std::vector<Complex>> factors_of(const std::vector<Complex> &lambda) const;
     std::array<DenseMatrix, 2> residuals_at_interface(const Solutions &solutions) const;
-    std::vector<double> squares_outside(const Solutions &solutions) const;
-    void certify(Solutions &solutions) const;
-    /// |dl/l| of each solution for the test with x instead of z.
-    std::vector<double> changes(const Solutions &solutions) const;
-    Block right_corrections(const Solutions &solutions,
-                            const std::vector<unsigned int> &which) const;
-    Block left_corrections(const std::vector<Term> &terms, const Solutions &solutions,
-                           const std::vector<unsigned int> &which) const;
-    Block left_changes(const DenseMatrix &coordinates) const;
+    /// Q(l) x with the pressures that make the interface rows smallest, Re and Im.
+    Block residuals(const Solutions &solutions) const;
+    void certify(const Block &residuals, Solutions &solutions) const;
+    /// Q_0^{-1} Q(l) x of some, Re and Im.
+    Block corrections(const Block &residuals, const std::vector<unsigned int> &which) const;
     void add_openings();
+    /// The pairs with the smallest errors, as many as the anchor has in the disc.
+    std::vector<unsigned int> best_pairs(const Solutions &solutions) const;
     Modes make_modes(const Solutions &x, const Solutions &y,
                      const std::vector<unsigned int> &which) const;
     void normalise(Modes &modes) const;
@@ -197,7 +197,9 @@ namespace squeal
     std::shared_ptr<const Factorization> factors;
     unsigned int n_disc = 0; ///< modes of the anchor in the disc
 
-    std::vector<std::shared_ptr<const Matrix>> candidates, fixed;
+    std::vector<Term> anchor_terms; ///< until it is known which of them stay
+    Members varying;
+    std::vector<Fixed> fixed;
     std::vector<double> fixed_norms;
     std::array<std::vector<double>, 3> coefficients; ///< by order and fixed matrix
     bool has_velocity_terms = false;
@@ -206,27 +208,28 @@ namespace squeal
     std::vector<unsigned int> peak_rows;
     std::vector<char> is_constraint; ///< by interface row
     bool compliant = false, has_constraints = false;
-    std::vector<Term> anchor_contact; ///< of order 0, with the constraints
-    std::array<Block, 2> pending; ///< the anchor's vectors until the terms that change are known
-    Constraints left_constraints; ///< of the present terms
-    std::vector<unsigned int> opened; ///< interface rows of the openings in the bases
-    std::array<Entries, 3> changing;  ///< by order
-    Basis right, left;
-    unsigned int n_imaged = 0; ///< columns with images
+    Constraints left_constraints;      ///< of the present terms
+    std::vector<unsigned int> opened;  ///< interface rows of the openings in the bases
+    std::array<Entries, 3> changing;   ///< by order
+    Block right;                       ///< V, orthonormal displacements
+    Block left;                        ///< the first columns of W; the others are those of V
+    DenseMatrix right_rows, left_rows; ///< of V and W in the interface: a column a row
+    DenseMatrix left_change;           ///< what makes W satisfy the present constraints
+    DenseMatrix left_moved;            ///< left_rows + left_change
+    DenseMatrix right_change;          ///< the same for V: not zero where contacts have closed
+    DenseMatrix kernel;                ///< Z, orthonormal, of coordinates; empty: all
+    std::array<DenseMatrix, 3> small_problem; ///< Z^T W^T A V Z by order
+    unsigned int n_imaged = 0;                ///< columns with images
 
     std::vector<Block> images;                  ///< A V by fixed matrix, zero in the interface rows
-    std::vector<DenseMatrix> gram;              ///< images_i^T images_k, k >= i
     std::vector<DenseMatrix> at_rows;           ///< (A V) in the interface rows, by fixed matrix
     DenseMatrix peaks;                          ///< V in the rows where modes are largest
     std::array<DenseMatrix, 3> changing_images; ///< of V in the interface rows, by order
     std::array<DenseMatrix, 3> images_at_rows;  ///< of all terms, by order
-    /// Parts of W^T A V and V^T A V outside and inside of the interface rows, by fixed matrix
-    std::vector<std::array<DenseMatrix, 2>> outside, inside;
     std::array<std::vector<DenseMatrix>, 3> projected;   ///< by form and fixed matrix
-    std::array<std::array<DenseMatrix, 3>, 4> operators; ///< by form and order
-    /// The pressures Lambda_0 + l Lambda_1 + l^2 Lambda_2 of V, in the constraints' rows, and V^T
-    /// (N
-    /// + mu T) Lambda_order.
+    std::array<std::array<DenseMatrix, 3>, 3> operators; ///< by form and order
+    /// The pressures Lambda_0 + l Lambda_1 + l^2 Lambda_2 of V, in the constraints' rows, and
+    /// V^T (N + mu T) Lambda_order.
     std::array<DenseMatrix, 3> right_pressures, pressure_forms;
     DenseMatrix left_pressures; ///< of a compliant contact
     Solutions last_right, last_left;

@@ -73,17 +73,6 @@ namespace squeal
       return result;
     }
 
-    /// A B^T, the first part known.
-    inline DenseMatrix grow_outer_products(const DenseMatrix &known, const DenseMatrix &a,
-                                           const DenseMatrix &b)
-    {
-      return grow(
-          known, a.n_rows,
-          [&](const unsigned int row, const unsigned int n_rows, const unsigned int column,
-              const unsigned int n_columns)
-          { return outer_product(some_rows(a, row, n_rows), some_rows(b, column, n_columns)); });
-    }
-
     inline void add(const double factor, const DenseMatrix &a, DenseMatrix &sum)
     {
       if (a.values.empty() || factor == 0)
@@ -92,15 +81,6 @@ namespace squeal
         sum = DenseMatrix(a.n_rows, a.n_columns);
       for (std::size_t k = 0; k < a.values.size(); ++k)
         sum.values[k] += factor * a.values[k];
-    }
-
-    inline DenseMatrix transposed(const DenseMatrix &a)
-    {
-      DenseMatrix result(a.n_columns, a.n_rows);
-      for (unsigned int j = 0; j < a.n_columns; ++j)
-        for (unsigned int i = 0; i < a.n_rows; ++i)
-          result(j, i) = a(i, j);
-      return result;
     }
 
     inline RowRange small_rows(const unsigned int n)
@@ -131,15 +111,6 @@ namespace squeal
       for (unsigned int j = 0; j < block.n_columns(); ++j)
         for (unsigned int i = 0; i < block.n_local(); ++i)
           block.column(j)[i] *= factors[j];
-    }
-
-    inline std::vector<std::shared_ptr<const Matrix>> matrices_of(const std::vector<Term> &terms)
-    {
-      std::vector<std::shared_ptr<const Matrix>> matrices;
-      for (const Term &term : terms)
-        if (term.matrix && *term.matrix)
-          matrices.push_back(term.matrix);
-      return matrices;
     }
 
     template <typename Function>

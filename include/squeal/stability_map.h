@@ -73,6 +73,7 @@ namespace squeal
     }
 
     const Parameters::All &parameters_at(const Position &at);
+    void anchor(const Position &at);
     Evaluation evaluate(const Position &at, std::complex<double> expected);
     Evaluation evaluate_divergence(const Position &at, const StaticInstability &instability);
 

@@ -30,8 +30,9 @@ namespace squeal
     /// All eigenvalues of the searched disc, of which the window is a part.
     std::vector<std::complex<double>> disc_lambda;
     /// On demand and if the solver has them (keep_factors): right and left vectors of all modes of
-    /// the disc, Re then Im, and the factors of Q.
-    Block disc_right, disc_left;
+    /// the disc, Re then Im, a basis of the space in which the right ones were found, and the
+    /// factors of Q.
+    Block disc_right, disc_left, search_space;
     std::shared_ptr<const Factorization> factorization;
 
     /// What the completeness check found, as a sentence for the log.
@@ -151,7 +152,7 @@ namespace squeal
                          Pairs &pairs);
 
   /// Sets the contact pressures to zero.
-  void clear_pressures(const QuadraticEigenproblem &problem, Block &block);
+  void clear_pressures(unsigned int n_local_constraints, Block &block);
 
   /// Numbers in [-1, 1] that depend on row, column and seed, not on the number of ranks.
   Block scattered_numbers(const RowRange &rows, unsigned int n_columns, unsigned int seed);
