@@ -145,6 +145,24 @@ namespace squeal
     return members;
   }
 
+  std::vector<double> ReducedModel::varying_terms() const
+  {
+    std::vector<double> numbers;
+    const Members members = members_of(anchor_terms);
+    for (unsigned int k = 0; k < members.size(); ++k)
+      if (find(varying, members[k]))
+        numbers.push_back(k);
+    return numbers;
+  }
+
+  void ReducedModel::keep_apart(const std::vector<double> &numbers)
+  {
+    const Members members = members_of(anchor_terms);
+    for (const double k : numbers)
+      if (k < members.size())
+        varying.push_back(members[static_cast<unsigned int>(k)]);
+  }
+
   const ReducedModel::Member *ReducedModel::find(const Members &members, const Member &member)
   {
     for (const Member &other : members)
@@ -214,7 +232,6 @@ namespace squeal
     for (auto &of_form : projected)
       of_form.resize(fixed.size());
     projected[petrov].assign(fixed.size(), DenseMatrix(left.n_columns(), 0));
-    anchor_terms.clear();
     return !fixed.empty() && 2 * interface_rows.size() < rows.size;
   }
 
@@ -310,6 +327,28 @@ namespace squeal
     return best;
   }
 
+  /// Solves the projected problem and certifies the pairs; gives their residuals. The last pairs
+  /// are where to start from.
+  Block ReducedModel::solve_projected(Solutions &x, Solutions &y)
+  {
+    if (n_imaged < dimension())
+      add_images();
+    satisfy_constraints();
+    project_terms();
+    x = last_right;
+    y = last_left;
+    if (x.lambda.empty() || !improve(x, y))
+      solve_densely(x, y);
+    Block result = residuals(x);
+    certify(result, x);
+    if (x.lambda.size() == n_disc)
+    {
+      last_right = x;
+      last_left  = y;
+    }
+    return result;
+  }
+
   std::optional<Modes> ReducedModel::solve(const std::vector<Term> &terms)
   {
     if (!is_anchored())
@@ -322,17 +361,10 @@ namespace squeal
     if (!gather_changing(terms))
       return std::nullopt;
     add_openings();
+    Solutions x, y;
     for (unsigned int n_corrections = 0;; ++n_corrections)
     {
-      if (n_imaged < dimension())
-        add_images();
-      satisfy_constraints();
-      project_terms();
-      Solutions x = last_right, y = last_left;
-      if (x.lambda.empty() || !improve(x, y))
-        solve_densely(x, y);
-      const Block residuals_of_x = residuals(x);
-      certify(residuals_of_x, x);
+      const Block residuals_of_x = solve_projected(x, y);
       // Of the pairs in the disc those with the smallest residuals: others are no modes of the
       // whole problem. Beyond the window they need only be known.
       const std::vector<unsigned int> best = best_pairs(x);
@@ -350,11 +382,6 @@ namespace squeal
       text << "  projected on " << dimension() << " vectors: " << best.size() << " of " << n_disc
            << " modes, backward errors " << worst;
       options.progress(text.str());
-      if (best.size() == n_disc && x.lambda.size() == n_disc)
-      {
-        last_right = x;
-        last_left  = y;
-      }
       if (best.size() == n_disc && failing.empty())
       {
         project_tests();
@@ -362,8 +389,11 @@ namespace squeal
       }
       // Contacts that have closed since the anchor are beyond the bases.
       constexpr double hopeless = 1e-4;
+      // A correction divides errors by 20 or more and costs a vector a mode; a basis too large
+      // costs more than a new anchor.
+      const double n_needed = std::ceil(std::log(worst / accepted_error()) / std::log(20.));
       if (n_corrections == most_corrections || failing.empty() || worst > hopeless ||
-          dimension() > 100 + 16 * n_disc)
+          dimension() + n_needed * failing.size() > 100 + 16 * n_disc)
         return std::nullopt;
       const unsigned int before = dimension();
       Block added               = corrections(residuals_of_x, failing);

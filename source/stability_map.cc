@@ -497,7 +497,10 @@ namespace squeal
     std::vector<double> state;
     for (const std::uintmax_t size : file_sizes(directory, tables))
       state.push_back(size);
-    state.insert(state.end(), {double(n_curves), double(eigenvalues.size())});
+    const std::vector<double> varying_terms = follower.varying_terms();
+    state.insert(state.end(), {double(n_curves), double(varying_terms.size())});
+    state.insert(state.end(), varying_terms.begin(), varying_terms.end());
+    state.push_back(eigenvalues.size());
     for (const std::vector<Complex> &list : eigenvalues)
     {
       state.push_back(list.size());
@@ -517,12 +520,15 @@ namespace squeal
   bool StabilityMap::resume()
   {
     const std::optional<std::vector<double>> state = load_numbers(state_file());
-    int good                                       = state && state->size() > tables.size() + 2;
+    int good                                       = state && state->size() > tables.size() + 3;
     MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm);
     if (!good)
       return false;
     auto at  = state->begin() + tables.size();
     n_curves = *at++;
+    std::vector<double> varying_terms(*at++);
+    for (double &number : varying_terms)
+      number = *at++;
     eigenvalues.resize(*at++);
     for (std::vector<Complex> &list : eigenvalues)
     {
@@ -538,9 +544,8 @@ namespace squeal
     cut_files(directory, tables, {state->begin(), state->begin() + tables.size()}, comm);
     log.line("Resumed after " + std::to_string(eigenvalues.size()) + " points and " +
              std::to_string(n_curves) + " curves.");
-    const bool on_grid = eigenvalues.size() < values[0].size() * values[1].size();
-    if (on_grid)
-      anchor(position_of(eigenvalues.size() - 1));
+    anchor(position_of(eigenvalues.size() - 1));
+    follower.keep_apart(varying_terms);
     return true;
   }
 

@@ -28,6 +28,16 @@ namespace squeal
     /// Makes a full solution for these parameters the anchor. Modes in coordinates become invalid.
     void anchor(const Parameters::All &parameters, const Modes &modes);
 
+    /// Of the anchor: part of the state of a run that is to be resumed.
+    std::vector<double> varying_terms() const
+    {
+      return reduced.varying_terms();
+    }
+    void keep_apart(const std::vector<double> &varying_terms)
+    {
+      reduced.keep_apart(varying_terms);
+    }
+
     bool is_whole(const Modes &modes) const
     {
       return !ReducedModel::is_reduced(modes, whole_rows);

@@ -41,6 +41,11 @@ namespace squeal
     /// (EigensolverOptions::keep_factors).
     void anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
                 const Modes &modes);
+    /// The anchor's terms whose coefficients have been seen to change, by number. Sums do not
+    /// contain them; a run that is resumed is told, so that it adds in the same order.
+    std::vector<double> varying_terms() const;
+    void keep_apart(const std::vector<double> &varying_terms);
+
     bool is_anchored() const
     {
       return bool(factors);
@@ -185,6 +190,7 @@ namespace squeal
     /// Q_0^{-1} Q(l) x of some, Re and Im.
     Block corrections(const Block &residuals, const std::vector<unsigned int> &which) const;
     void add_openings();
+    Block solve_projected(Solutions &x, Solutions &y);
     /// The pairs with the smallest errors, as many as the anchor has in the disc.
     std::vector<unsigned int> best_pairs(const Solutions &solutions) const;
     Modes make_modes(const Solutions &x, const Solutions &y,
@@ -197,7 +203,7 @@ namespace squeal
     std::shared_ptr<const Factorization> factors;
     unsigned int n_disc = 0; ///< modes of the anchor in the disc
 
-    std::vector<Term> anchor_terms; ///< until it is known which of them stay
+    std::vector<Term> anchor_terms;
     Members varying;
     std::vector<Fixed> fixed;
     std::vector<double> fixed_norms;

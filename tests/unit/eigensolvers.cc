@@ -549,7 +549,6 @@ TEST_CASE("eigensolvers: projected modes are those of the problem itself")
                              {Origin::elasticity, 0, 1., stiffness},
                              {Origin::contact, 0, 1., contact}};
   };
-  options.progress = [](const std::string &t) { std::puts(t.c_str()); };
   ReducedModel reduced(options);
   auto problem             = constrained_chain(0.1);
   problem.may_move_rigidly = false;

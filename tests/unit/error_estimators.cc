@@ -112,6 +112,20 @@ TEST_CASE("error estimators: the correction is what one degree more changes, str
       }
 }
 
+TEST_CASE("error estimators: transversely isotropic bodies")
+{
+  Parameters::All prm = strip();
+  for (Parameters::MaterialSection *material : {&prm.rotor.material, &prm.pads.material})
+  {
+    material->transversely_isotropic = true;
+    material->axial_young_modulus    = 0.3 * material->young_modulus;
+    material->axial_poisson_ratio    = 0.15;
+    material->axial_shear_modulus    = 0.2 * material->young_modulus;
+  }
+  for (const unsigned int degree : {2u, 3u})
+    CHECK(worst_correction(make_strip(prm), prm, degree) <= 0.2);
+}
+
 TEST_CASE("error estimators: hanging nodes")
 {
   Parameters::All prm = strip();
