@@ -68,6 +68,28 @@ namespace squeal
     left = std::move(candidate);
   }
 
+  /// Approximate modes in a space of displacements, Re and Im, up to |l| <= radius.
+  Block ReducedModel::modes_of(const QuadraticEigenproblem &problem, const Block &space,
+                               const double largest) const
+  {
+    const unsigned int n    = space.n_columns();
+    const auto projected_of = [&](const Matrix &matrix)
+    { return DenseMatrix(n, n, inner_products(space, multiply(matrix, space))); };
+    std::vector<double> coefficients;
+    for (const DensePair &pair :
+         quadratic_eigenpairs(projected_of(problem.M), {}, projected_of(problem.Q), 0, radius()))
+      if (std::abs(pair.lambda) <= largest)
+        for (unsigned int part = 0; part < 2; ++part)
+        {
+          double square = 0;
+          for (const Complex c : pair.vector)
+            square += std::norm(c);
+          for (const Complex c : pair.vector)
+            coefficients.push_back((part == 0 ? c.real() : c.imag()) / std::sqrt(square));
+        }
+    return combine(space, coefficients, coefficients.size() / n);
+  }
+
   void ReducedModel::anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
                             const Modes &modes)
   {
@@ -119,10 +141,10 @@ namespace squeal
     // The left vectors were given as Q^T y = 0, y = conj(z): the same span.
     test_by(of_left);
     append(of_right, smallest);
-    // Vectors of the search bring the modes beyond the disc, which corrections find slowly.
+    // The search knows the modes beyond the disc roughly; corrections find them slowly.
     Block of_search = modes.search_space;
     clear_pressures(n_local_constraints, of_search);
-    append(std::move(of_search), 1e-2);
+    append(modes_of(problem, of_search, 2 * radius()), 1e-2);
   }
 
   // Terms.
@@ -393,7 +415,7 @@ namespace squeal
       // costs more than a new anchor.
       const double n_needed = std::ceil(std::log(worst / accepted_error()) / std::log(20.));
       if (n_corrections == most_corrections || failing.empty() || worst > hopeless ||
-          dimension() + n_needed * failing.size() > 100 + 16 * n_disc)
+          dimension() + n_needed * failing.size() > largest_dimension())
         return std::nullopt;
       const unsigned int before = dimension();
       Block added               = corrections(residuals_of_x, failing);

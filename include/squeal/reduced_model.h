@@ -15,8 +15,8 @@ namespace squeal
   ///
   /// With a basis V of displacements and test vectors W of the same number, real,
   ///     (l^2 W^T M V + l W^T P V + W^T Q V) c = 0,   x = V c,   z = W d.
-  /// V begins with the space in which the full solution, the anchor, was found, so that it knows
-  /// modes well beyond the window. W has the anchor's left vectors in place of the right ones, and
+  /// V begins with the modes of the full solution, the anchor, and with what its search knows of
+  /// the modes beyond them. W has the anchor's left vectors in place of the right ones, and
   /// is V else. Terms whose matrices stay the same are projected once, those with constant
   /// coefficients as one sum; those that change (the contact's) are projected again for every
   /// solution, in the few rows that they couple.
@@ -140,16 +140,22 @@ namespace squeal
     {
       return search_radius(options.max_imaginary);
     }
-    /// The eigenvalues of a projection are of the first order in the residual.
+    /// Eigenvalues of a projection are of the first order in the residual.
     double accepted_error() const
     {
       return 0.1 * options.tolerance;
+    }
+    /// Measured: beyond it a new anchor is cheaper, for 13 000 and for 41 000 unknowns.
+    unsigned int largest_dimension() const
+    {
+      return 50 + 10 * n_disc;
     }
     Block displacements(Block block) const;
     /// Enlarges V by what the columns add to it, except for principal components of a size up to
     /// @p smallest.
     void append(Block added, double smallest);
     /// Left vectors for those that V has now.
+    Block modes_of(const QuadraticEigenproblem &problem, const Block &space, double largest) const;
     void test_by(const Block &left_vectors);
     /// In the order of the terms: sums must not depend on addresses.
     static Members members_of(const std::vector<Term> &terms);
