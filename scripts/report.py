@@ -180,8 +180,9 @@ class Report:
             if unstable:
                 worst = max(unstable, key=lambda row: float(row[GROWTH]))
                 growing = [float(row["parameter"]) for row in unstable]
-                words.append(f"{len({row['branch'] for row in unstable})} of them grow{'s' if len(unstable) == 1 else ''} "
-                             f"at values between {number(min(growing))} and {number(max(growing))}; fastest "
+                n_growing = len({row["branch"] for row in unstable})
+                words.append(f"{n_growing} of them grow{'s' if n_growing == 1 else ''} at values between "
+                             f"{number(min(growing))} and {number(max(growing))}; fastest "
                              f"{fixed(worst[FREQUENCY], 1)} Hz at {number(worst['parameter'])} with "
                              f"{fixed(worst[GROWTH], 2)} 1/s.")
             else:

@@ -98,6 +98,11 @@ class CommandLine(st.TestCase):
         manual = json.loads(self.assertPrints("--print-parameters=json"))
         self.assertEqual([line.split("|")[1].strip() for line in lines[2:]], list(keys(manual)))
 
+    def test_reference_in_the_manual(self):
+        """doc/parameters.md is what the program says; its head tells how to make it again."""
+        self.assertTrue((st.PROJECT / "doc/parameters.md").read_text().endswith(
+            "\n\n" + self.assertPrints("--print-parameters=md")))
+
     def test_every_parameter_is_explained(self):
         for line in self.assertPrints("--print-parameters=md").splitlines()[2:]:
             self.assertNotEqual(line.replace(r"\|", "").split("|")[4].strip(), "", line)
