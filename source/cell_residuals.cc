@@ -31,7 +31,6 @@ namespace squeal
         }
       return result;
     }
-
   } // namespace
 
   template <int dim>

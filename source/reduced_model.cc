@@ -68,7 +68,6 @@ namespace squeal
     left = std::move(candidate);
   }
 
-  /// Approximate modes in a space of displacements, Re and Im, up to |l| <= radius.
   Block ReducedModel::modes_of(const QuadraticEigenproblem &problem, const Block &space,
                                const double largest) const
   {

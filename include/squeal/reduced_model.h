@@ -154,8 +154,9 @@ namespace squeal
     /// Enlarges V by what the columns add to it, except for principal components of a size up to
     /// @p smallest.
     void append(Block added, double smallest);
-    /// Left vectors for those that V has now.
+    /// Re and Im of the approximate modes with |l| <= largest in a space of displacements.
     Block modes_of(const QuadraticEigenproblem &problem, const Block &space, double largest) const;
+    /// Left vectors in place of those that V has now.
     void test_by(const Block &left_vectors);
     /// In the order of the terms: sums must not depend on addresses.
     static Members members_of(const std::vector<Term> &terms);
