@@ -7,240 +7,18 @@
 #include <squeal/matrix_model.h>
 #include <squeal/mesh_scene.h>
 #include <squeal/refinement.h>
-#include <squeal/stability_map.h>
 #include <squeal/static_report.h>
-#include <squeal/sweep.h>
 
 #include <deal.II/distributed/grid_refinement.h>
-
-#include <slepcsys.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 namespace squeal
 {
   using namespace dealii;
-
-  namespace
-  {
-    const std::vector<std::string> phase_names = {"mesh",         "assembly", "contact", "static",
-                                                  "eigenproblem", "estimate", "output"};
-
-    std::string cycles_header()
-    {
-      std::string header = "cycle,cells,dofs,multipliers";
-      for (const std::string &phase : phase_names)
-        header += ",seconds_" + phase;
-      return header + ",processor_seconds,seconds_total,memory_mib";
-    }
-  } // namespace
-
-  Analysis::Analysis(ParameterFile &file, const std::string &directory, const MPI_Comm comm)
-      : file(file), prm(file.parameters()), directory(directory), comm(comm), log(comm),
-        budget(prm.refinement)
-  {
-    start_run_directory(directory, file, comm);
-    log.open(directory + "/log.txt");
-    int n_ranks = 0;
-    MPI_Comm_size(comm, &n_ranks);
-    char slepc_version[256];
-    SQUEAL_PETSC(SlepcGetVersion(slepc_version, sizeof(slepc_version)));
-    log.line("squeal " SQUEAL_VERSION " (deal.II " DEAL_II_PACKAGE_VERSION ", " +
-             std::string(slepc_version).substr(0, std::string(slepc_version).find(',')) +
-#ifdef DEBUG
-             ", debug"
-#else
-             ", release"
-#endif
-             "), " +
-             std::to_string(n_ranks) + (n_ranks == 1 ? " rank" : " ranks"));
-    log.print(describe(prm, directory));
-    modes_csv  = std::make_unique<Table>(directory + "/modes.csv", modes_header, comm);
-    cycles_csv = std::make_unique<Table>(directory + "/cycles.csv", cycles_header(), comm);
-    contributions_csv =
-        std::make_unique<Table>(directory + "/contributions.csv", contributions_header, comm);
-  }
-
-  EigensolverOptions Analysis::eigensolver_options()
-  {
-    EigensolverOptions options;
-    options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
-    options.tolerance     = prm.eigenproblem.tolerance;
-    options.shift         = prm.eigenproblem.shift;
-    options.progress      = [this](const std::string &text) { log.progress(text); };
-    return options;
-  }
-
-  void Analysis::sweep(Model &model, const ModelFactory &make_model)
-  {
-    if (prm.sweep.is_map())
-      StabilityMap(file, model, eigensolver_options(), directory, comm, log).run();
-    else
-      Sweep(file, model, make_model, eigensolver_options(), directory, comm, log).run();
-  }
-
-  void Analysis::climb(Model &model)
-  {
-    Table ladder_csv(directory + "/ladder.csv", std::string("stage,") + modes_header, comm);
-    std::vector<std::vector<ModeRow>> rows;
-    for (const std::string &stage : Parameters::stage_names)
-    {
-      file.choose("Stage", stage);
-      model.assemble(prm);
-      PhaseTimer::Scope scope(timer, "eigenproblem");
-      const QuadraticEigenproblem problem = model.problem();
-      modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, eigensolver_options());
-      rows.push_back(analyse(problem, modes, 0, prm.eigenproblem.tolerance));
-      for (const ModeRow &row : rows.back())
-      {
-        std::vector<std::string> fields = {stage};
-        const auto of_mode              = modes_fields(row);
-        fields.insert(fields.end(), of_mode.begin(), of_mode.end());
-        ladder_csv.add(fields);
-      }
-      log.line("Stage " + stage + ": " + std::to_string(rows.back().size()) + " modes. " +
-               modes.completeness + ".");
-    }
-    file.choose("Stage", "ladder");
-    log.print(
-        "\nGrowth rates, 1/s, and verdicts of the stages; modes are paired by their eigenvalues\n" +
-        ladder_table(Parameters::stage_names, rows) +
-        "\nOnly the stage full supports a verdict on a real brake: without damping every "
-        "circulatory\ngyroscopic system is unstable, and damping of one kind alone settles "
-        "nothing.\n");
-  }
-
-  void Analysis::find_modes(const Model &model, const unsigned int cycle)
-  {
-    std::vector<ModeRow> rows;
-    {
-      PhaseTimer::Scope scope(timer, "eigenproblem");
-      const QuadraticEigenproblem problem = model.problem();
-      const EigensolverOptions options    = eigensolver_options();
-      modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
-      rows  = analyse(problem, modes, cycle, options.tolerance);
-    }
-    const std::clock_t before = std::clock();
-    estimate(rows);
-    const double of_bars = double(std::clock() - before) / CLOCKS_PER_SEC;
-    for (const ModeRow &row : rows)
-      modes_csv->add(modes_fields(row));
-    rows_of_cycle.push_back(rows);
-
-    log.line("Completeness: " + modes.completeness + ".");
-    if (modes.seconds.factorization > 0)
-    {
-      char text[240];
-      std::snprintf(text, sizeof(text),
-                    "Eigenproblem, processor seconds: counting %.2f, factorisation %.2f, right "
-                    "vectors %.2f, left vectors %.2f, error bars %.2f; %u right-hand sides.",
-                    modes.seconds.counting, modes.seconds.factorization, modes.seconds.right,
-                    modes.seconds.left, of_bars, modes.n_solves);
-      log.line(text);
-    }
-    if (modes.n_rigid_body_modes > 0)
-      log.line("Not listed: " + std::to_string(modes.n_rigid_body_modes) +
-               " rigid-body modes at zero frequency.");
-    log.print("\n" + modes_table(rows));
-    const unsigned int n_unstable = std::count_if(
-        rows.begin(), rows.end(),
-        [](const ModeRow &row) { return row.verdict == "flutter" || row.verdict == "divergence"; });
-    log.line("\n" + std::to_string(rows.size()) + " modes up to " +
-             number(prm.eigenproblem.maximum_frequency) + " Hz, " + std::to_string(n_unstable) +
-             " unstable (marked >).");
-    PhaseTimer::Scope scope(timer, "eigenproblem");
-    explain_modes(model, rows, cycle);
-  }
-
-  /// Contributions of each origin to each growth rate, and sensitivities if asked for.
-  void Analysis::explain_modes(const Model &model, const std::vector<ModeRow> &rows,
-                               const unsigned int cycle)
-  {
-    if (rows.empty())
-      return;
-    const std::vector<Contribution> parts = contributions(model, modes, rows);
-    for (const Contribution &part : parts)
-      contributions_csv->add(contributions_fields(cycle, part));
-    std::vector<unsigned int> numbers;
-    unsigned int least_stable = 0;
-    for (unsigned int j = 0; j < rows.size(); ++j)
-    {
-      if (rows[j].verdict == "flutter" || rows[j].verdict == "divergence")
-        numbers.push_back(rows[j].mode);
-      if (rows[j].growth_rate() > rows[least_stable].growth_rate())
-        least_stable = j;
-    }
-    if (numbers.empty())
-      numbers = {rows[least_stable].mode};
-    if (numbers.size() > 10)
-      numbers.resize(10);
-    log.print("Why: the growth rate as a sum over its causes\n" +
-              contributions_table(parts, numbers));
-
-    constexpr double large_condition = 100;
-    for (const ModeRow &row : rows)
-      if (row.condition_number.value_or(0) > large_condition)
-        log.line("Mode " + std::to_string(row.mode) + " has the condition number " +
-                 number(std::round(*row.condition_number)) +
-                 ": it is close to coalescence, where errors grow like the square root of a "
-                 "perturbation and sensitivities hold only for tiny changes.");
-
-    if (!prm.output.sensitivities)
-      return;
-    if (!sensitivities_csv)
-      sensitivities_csv =
-          std::make_unique<Table>(directory + "/sensitivities.csv", sensitivities_header, comm);
-    for (const ParameterDerivative &derivative : model.derivatives())
-    {
-      const auto d_lambda = sensitivities(derivative, modes);
-      for (unsigned int j = 0; j < rows.size(); ++j)
-        sensitivities_csv->add(sensitivities_fields(cycle, rows[j].mode, derivative, d_lambda[j]));
-    }
-  }
-
-  void Analysis::finish_cycle(const unsigned int cycle, const std::uint64_t cells,
-                              const unsigned int dofs, const unsigned int multipliers)
-  {
-    dofs_of_cycle.push_back(dofs);
-    std::vector<std::string> fields = {std::to_string(cycle), std::to_string(cells),
-                                       std::to_string(dofs), std::to_string(multipliers)};
-    for (const std::string &phase : phase_names)
-      fields.push_back(number(timer.seconds(phase)));
-    // Of all ranks and threads: what other programs on the machine take is not in it.
-    const std::clock_t now = std::clock();
-    fields.push_back(
-        number(Utilities::MPI::sum(double(now - processor_start) / CLOCKS_PER_SEC, comm)));
-    processor_start     = now;
-    const double memory = peak_memory_mib(comm);
-    fields.push_back(number(timer.total()));
-    fields.push_back(number(memory));
-    cycles_csv->add(fields);
-    report_phases();
-    budget.add_mesh(dofs, timer.total(), memory / 1024);
-    timer.restart();
-  }
-
-  void Analysis::report_phases()
-  {
-    const double total = timer.total();
-    log.line("\n  phase            seconds    share");
-    for (const std::string &phase : phase_names)
-      if (timer.seconds(phase) > 0)
-      {
-        char text[100];
-        std::snprintf(text, sizeof(text), "  %-14s %9.2f   %5.1f %%", phase.c_str(),
-                      timer.seconds(phase), 100 * timer.seconds(phase) / total);
-        log.line(text);
-      }
-    char text[160];
-    std::snprintf(text, sizeof(text),
-                  "  %-14s %9.2f\n  Peak memory %.0f MiB, of this the factorisation for "
-                  "shift-invert %.0f MiB.",
-                  "total", total, peak_memory_mib(comm), modes.factor_memory_mib);
-    log.line(text);
-  }
 
   namespace
   {
@@ -253,10 +31,9 @@ namespace squeal
                   const MPI_Comm comm)
           : Analysis(file, directory, comm), model(geometry, prm, comm, log, timer),
             static_csv(
-                directory + "/static.csv",
-                "cycle,pad,normal_force_n,friction_force_n,friction_torque_nm,contact_area_m2,"
-                "max_pressure_pa,max_penetration_m,self_energising_gain",
-                comm)
+                table("static.csv",
+                      "cycle,pad,normal_force_n,friction_force_n,friction_torque_nm,"
+                      "contact_area_m2,max_pressure_pa,max_penetration_m,self_energising_gain"))
       {
         log.print(geometry.report);
         if (!geometry.report.empty())
@@ -265,25 +42,31 @@ namespace squeal
 
       void run() override
       {
-        for (unsigned int cycle = 0; cycle < prm.refinement.n_cycles(); ++cycle)
+        const bool refines = prm.refinement.n_cycles() > 1;
+        unsigned int cycle = replay();
+        // A sweep without refinement, and the ladder, need no modes of this mesh beforehand.
+        while (!record.finished && (refines || (!prm.sweep.active() && prm.stage_name != "ladder")))
         {
-          if (cycle > 0 && !refine())
-            break;
-          make_mesh(cycle);
-          if (prm.sweep.active() || prm.stage_name == "ladder")
-          {
-            prm.sweep.active() ? sweep(model, make_model()) : climb(model);
-            report_phases();
-            break;
-          }
           model.assemble(prm);
           report_static(cycle);
           find_modes(model, cycle);
           write_fields(cycle);
           finish_cycle(cycle, model.spaces().triangulation.n_global_active_cells(),
                        model.spaces().rows.size, model.spaces().n_multipliers);
+          record.finished = ++cycle == prm.refinement.n_cycles() || !refine();
+          if (refines && (!record.finished || prm.sweep.active()))
+            record.save(directory, comm);
+          if (!record.finished)
+            make_mesh(cycle);
         }
         report_convergence();
+        if (prm.sweep.active() || prm.stage_name == "ladder")
+        {
+          modes = Modes();
+          prm.sweep.active() ? sweep(model, make_model()) : climb(model);
+          report_phases();
+        }
+        RefinementRecord::remove(directory, comm);
         log.line("\nResults: " + directory);
       }
 
@@ -293,6 +76,10 @@ namespace squeal
       bool refine();
       bool is_affordable(double n_unknowns);
       void make_mesh(unsigned int cycle);
+      /// The first mesh, or the one on which an interrupted run goes on, and its number.
+      unsigned int replay();
+      /// Divides the flagged cells.
+      void divide();
       /// Models for other parameters of the geometry and the discretisation.
       ModelFactory make_model()
       {
@@ -314,7 +101,7 @@ namespace squeal
       void report_convergence();
 
       BrakeModel<dim> model;
-      Table static_csv;
+      const std::unique_ptr<Table> static_csv;
       EigenvalueErrors errors;
     };
 
@@ -361,12 +148,13 @@ namespace squeal
       {
         if (!is_affordable(growth * spaces.rows.size))
           return false;
-        mesh.refine_global(1);
+        mesh.set_all_refine_flags();
+        divide();
         return true;
       }
       constexpr double bulk = 0.7;
       const std::vector<double> by_cell =
-          refinement_indicators(rows_of_cycle.back(), errors, prm.refinement.tolerance);
+          refinement_indicators(rows, errors, prm.refinement.tolerance);
       if (Utilities::MPI::max(by_cell.size(), comm) == 0)
       {
         log.line(prm.refinement.tolerance > 0 ? "\nAll modes are known to the tolerance."
@@ -387,8 +175,46 @@ namespace squeal
       const double n_cells = mesh.n_global_active_cells();
       if (!is_affordable(spaces.rows.size * (1 + (growth - 1) * n_marked / n_cells)))
         return false;
-      mesh.execute_coarsening_and_refinement();
+      divide();
       return true;
+    }
+
+    template <int dim>
+    void BrakeSqueal<dim>::divide()
+    {
+      auto &mesh = model.spaces().triangulation;
+      std::vector<CellId::binary_type> own;
+      for (const auto &cell : mesh.active_cell_iterators())
+        if (cell->is_locally_owned() && cell->refine_flag_set())
+          own.push_back(cell->id().template to_binary<dim>());
+      auto &divided = record.cycles.back().divided_cells;
+      for (const auto &of_rank : Utilities::MPI::all_gather(comm, own))
+        divided.insert(divided.end(), of_rank.begin(), of_rank.end());
+      mesh.execute_coarsening_and_refinement();
+    }
+
+    template <int dim>
+    unsigned int BrakeSqueal<dim>::replay()
+    {
+      auto &mesh = model.spaces().triangulation;
+      for (const RefinementRecord::Cycle &done : record.cycles)
+      {
+        budget.add_mesh({double(done.n_unknowns), done.seconds, done.memory_gib});
+        const std::set<CellId::binary_type> divided(done.divided_cells.begin(),
+                                                    done.divided_cells.end());
+        if (divided.empty()) // the last one of all
+          continue;
+        for (const auto &cell : mesh.active_cell_iterators())
+          if (cell->is_locally_owned() && divided.count(cell->id().template to_binary<dim>()) > 0)
+            cell->set_refine_flag();
+        mesh.execute_coarsening_and_refinement();
+      }
+      const unsigned int n_done = record.cycles.size();
+      if (n_done > 0)
+        log.line("\nResumed after " + std::to_string(n_done) +
+                 (n_done == 1 ? " mesh." : " meshes."));
+      make_mesh(record.finished ? n_done - 1 : n_done);
+      return n_done;
     }
 
     template <int dim>
@@ -417,11 +243,11 @@ namespace squeal
       const SelfLocking locking = checks ? model.self_locking() : SelfLocking();
       for (const ContactResultants &r : model.resultants())
       {
-        static_csv.add({std::to_string(cycle), r.name, number(r.normal_force),
-                        slides ? number(r.friction_force) : "",
-                        slides ? number(r.friction_torque) : "", number(r.area),
-                        number(r.max_pressure), computed ? number(r.max_penetration) : "",
-                        checks ? number(locking.gain) : ""});
+        static_csv->add({std::to_string(cycle), r.name, number(r.normal_force),
+                         slides ? number(r.friction_force) : "",
+                         slides ? number(r.friction_torque) : "", number(r.area),
+                         number(r.max_pressure), computed ? number(r.max_penetration) : "",
+                         checks ? number(locking.gain) : ""});
         char text[240];
         std::snprintf(text, sizeof(text),
                       "Pad %s: normal force %.6g N, friction force %.6g N, torque %.6g N m, area "
@@ -457,7 +283,6 @@ namespace squeal
           write_contact(spaces, *model.contact(), state, prm.terms().friction, directory, cycle);
       }
 
-      const std::vector<ModeRow> &rows = rows_of_cycle.back();
       std::vector<unsigned int> wanted;
       unsigned int least_stable = 0;
       for (unsigned int j = 0; j < rows.size(); ++j)
@@ -485,14 +310,19 @@ namespace squeal
     void BrakeSqueal<dim>::report_convergence()
     {
       const auto reference = prm.refinement.reference_eigenvalues();
+      std::vector<std::vector<ModeRow>> rows_of_cycle;
+      std::vector<unsigned int> dofs_of_cycle;
+      std::vector<double> sizes;
+      for (const RefinementRecord::Cycle &done : record.cycles)
+      {
+        // Adaptive meshes have no one size of cells: what counts is the number of unknowns.
+        sizes.push_back(prm.refinement.strategy == "adaptive" ? std::pow(done.n_unknowns, -1. / dim)
+                                                              : std::pow(0.5, sizes.size()));
+        rows_of_cycle.push_back(done.rows);
+        dofs_of_cycle.push_back(done.n_unknowns);
+      }
       if (rows_of_cycle.size() < 2 && (rows_of_cycle.empty() || reference.empty()))
         return;
-      // Adaptive meshes have no one size of cells: what counts is the number of unknowns.
-      std::vector<double> sizes;
-      for (unsigned int c = 0; c < dofs_of_cycle.size(); ++c)
-        sizes.push_back(prm.refinement.strategy == "adaptive"
-                            ? std::pow(dofs_of_cycle[c], -1. / dim)
-                            : std::pow(0.5, c));
       const std::vector<ConvergenceRow> rows = convergence_rows(
           rows_of_cycle, dofs_of_cycle, sizes, prm.discretization.degree, reference);
       Table csv(directory + "/convergence.csv", convergence_header, comm);
@@ -541,38 +371,5 @@ namespace squeal
     if (prm.scene == "strip")
       return std::make_unique<BrakeSqueal<2>>(make_strip(prm), file, directory, comm);
     return std::make_unique<BrakeSqueal<3>>(make_bodies(prm), file, directory, comm);
-  }
-
-  std::string describe(const Parameters::All &prm, const std::string &directory)
-  {
-    std::ostringstream text;
-    text << "Scene " << prm.scene;
-    if (prm.scene != "matrices")
-    {
-      text << ", stage " << prm.stage_name << ", " << prm.n_pads() << " pads";
-      if (prm.n_pads() > 0)
-      {
-        text << ", contact by " << prm.contact.formulation
-             << (prm.contact.formulation == "mortar"
-                     ? ""
-                     : " " + number(prm.contact.penalty_stiffness) + " N/m^3");
-        if (prm.terms().friction)
-          text << ", friction " << prm.contact.friction_law << " "
-               << prm.contact.friction_coefficient << ", steady pressure "
-               << prm.contact.steady_pressure;
-      }
-      text << ", " << prm.operation.angular_velocity << " rad/s";
-      const auto &d = prm.discretization;
-      text << "\nCoarse mesh: "
-           << (prm.scene == "mesh"
-                   ? prm.mesh.file
-                   : "rotor " + d.rotor_cells_text + ", each pad " + d.pad_cells_text + " cells")
-           << "; degree " << d.degree << "; " << prm.refinement.n_cycles() << " mesh(es), "
-           << prm.refinement.strategy;
-    }
-    text << "\nEvery mode up to " << number(prm.eigenproblem.maximum_frequency)
-         << " Hz by the solver " << prm.eigenproblem.solver << ", tolerance "
-         << prm.eigenproblem.tolerance << "\nResults go to " << directory << "\n";
-    return text.str();
   }
 } // namespace squeal

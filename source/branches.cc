@@ -2,39 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
 
 namespace squeal
 {
-  void save_numbers(const std::string &filename, const std::vector<double> &numbers)
-  {
-    const std::string unfinished = filename + ".part";
-    {
-      std::ofstream out(unfinished, std::ios::binary);
-      const std::uint64_t size = numbers.size();
-      out.write(reinterpret_cast<const char *>(&size), sizeof(size));
-      out.write(reinterpret_cast<const char *>(numbers.data()), size * sizeof(double));
-      if (!out.flush())
-        throw std::runtime_error("The file " + unfinished +
-                                 " cannot be written; is the disk full?");
-    }
-    std::filesystem::rename(unfinished, filename);
-  }
-
-  std::optional<std::vector<double>> load_numbers(const std::string &filename)
-  {
-    std::ifstream in(filename, std::ios::binary);
-    std::uint64_t size = 0;
-    if (!in || !in.read(reinterpret_cast<char *>(&size), sizeof(size)) || size > (1ull << 32))
-      return std::nullopt;
-    std::vector<double> numbers(size);
-    if (!in.read(reinterpret_cast<char *>(numbers.data()), size * sizeof(double)))
-      return std::nullopt;
-    return numbers;
-  }
-
   bool continue_branches(const QuadraticEigenproblem &problem, const BranchPoint &before,
                          const double max_imaginary, BranchPoint &next)
   {

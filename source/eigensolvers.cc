@@ -373,11 +373,12 @@ namespace squeal
                        radius, false, options);
       }
       modes.n_solves += found.n_solves;
-      modes.n_rigid_body_modes = n_rigid;
-      modes.n_reference        = n_expected + n_rigid;
-      modes.factor_memory_mib  = factorization.memory_mib();
-      modes.completeness       = completeness;
-      seconds.right            = watch.lap();
+      modes.n_rigid_body_modes   = n_rigid;
+      modes.n_reference          = n_expected + n_rigid;
+      modes.factor_memory_mib    = factorization.memory_mib();
+      modes.predicted_memory_mib = factorization.predicted_memory_mib();
+      modes.completeness         = completeness;
+      seconds.right              = watch.lap();
       add_left(task, modes);
       seconds.left  = watch.lap();
       modes.seconds = seconds;

@@ -1,4 +1,5 @@
 #include <squeal/fields.h>
+#include <squeal/files.h>
 
 #include <deal.II/base/data_out_base.h>
 #include <deal.II/dofs/dof_tools.h>
@@ -7,7 +8,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
 namespace squeal
 {
@@ -22,19 +22,14 @@ namespace squeal
     const unsigned int n    = Utilities::MPI::n_mpi_processes(comm);
     const auto piece        = [&](const unsigned int r)
     { return n == 1 ? base + ".vtu" : base + "." + std::to_string(r) + ".vtu"; };
-    std::ofstream out(directory + "/" + piece(rank));
-    write_vtu(out);
-    if (!out)
-      throw std::runtime_error("The file " + directory + "/" + piece(rank) +
-                               " cannot be written; is the disk full?");
+    write_file(directory + "/" + piece(rank), write_vtu);
     const std::string record = base + ".pvtu";
     if (rank == 0)
     {
       std::vector<std::string> pieces;
       for (unsigned int r = 0; r < n; ++r)
         pieces.push_back(piece(r));
-      std::ofstream pvtu(directory + "/" + record);
-      write_pvtu(pvtu, pieces);
+      write_file(directory + "/" + record, [&](std::ostream &pvtu) { write_pvtu(pvtu, pieces); });
     }
     return record;
   }
@@ -151,8 +146,7 @@ namespace squeal
     {
       if (Utilities::MPI::this_mpi_process(comm) != 0)
         return;
-      std::ofstream out(filename);
-      DataOutBase::write_pvd_record(out, records);
+      write_file(filename, [&](std::ostream &out) { DataOutBase::write_pvd_record(out, records); });
     }
 
   } // namespace

@@ -1,5 +1,7 @@
 #include <squeal/dense.h>
+#include <squeal/interruption.h>
 #include <squeal/linear_algebra.h>
+#include <squeal/memory.h>
 
 #include <petscsys.h>
 
@@ -7,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace squeal
 {
@@ -387,19 +390,17 @@ namespace squeal
         MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
     try
     {
-      SQUEAL_PETSC(MatMumpsSetIcntl(mat, 14, 50)); // room for delayed pivots, percent
       if (!lu)
         SQUEAL_PETSC(MatMumpsSetIcntl(mat, 24, 1)); // null pivots are counted, as an inertia needs
+      check_interruption();
+      analyse(matrix, lu, info);
+      // Room for delayed pivots, percent. It is reserved but rarely used, so that the prediction is
+      // made without.
+      SQUEAL_PETSC(MatMumpsSetIcntl(mat, 14, 50));
       if (lu)
-      {
-        SQUEAL_PETSC(MatLUFactorSymbolic(mat, matrix, nullptr, nullptr, &info));
         SQUEAL_PETSC(MatLUFactorNumeric(mat, matrix, &info));
-      }
       else
-      {
-        SQUEAL_PETSC(MatCholeskyFactorSymbolic(mat, matrix, nullptr, &info));
         SQUEAL_PETSC(MatCholeskyFactorNumeric(mat, matrix, &info));
-      }
       MatFactorError error;
       SQUEAL_PETSC(MatFactorGetError(mat, &error));
       if (error != MAT_FACTOR_NOERROR)
@@ -428,6 +429,37 @@ namespace squeal
     }
   }
 
+  void Factorization::analyse(const Matrix &matrix, const bool lu, MatFactorInfo &info)
+  {
+    if (lu)
+      SQUEAL_PETSC(MatLUFactorSymbolic(mat, matrix, nullptr, nullptr, &info));
+    else
+      SQUEAL_PETSC(MatCholeskyFactorSymbolic(mat, matrix, nullptr, &info));
+    MPI_Comm comm = MPI_COMM_NULL;
+    SQUEAL_PETSC(PetscObjectGetComm(PetscObject(Mat(matrix)), &comm));
+    check_memory(comm);
+  }
+
+  void Factorization::check_memory(const MPI_Comm comm)
+  {
+    constexpr double mib = 1e6 / (1024. * 1024.);
+    PetscInt of_rank = 0, of_all = 0;
+    SQUEAL_PETSC(MatMumpsGetInfo(mat, 15, &of_rank)); // predicted, 10^6 bytes
+    SQUEAL_PETSC(MatMumpsGetInfog(mat, 17, &of_all));
+    predicted_mib     = of_all * mib;
+    const double load = memory_load(of_rank * mib, comm);
+    if (load > 1)
+    {
+      std::ostringstream message;
+      message.precision(3);
+      message << "The factorisation of " << what << " needs about " << predicted_mib / 1024
+              << " GiB, " << load
+              << " times what is available. Use a coarser mesh, a lower degree, "
+              << "or more machines; Refinement/Maximum memory ends a refinement in time.";
+      throw SolverError(message.str());
+    }
+  }
+
   Factorization::~Factorization()
   {
     if (mat)
@@ -439,6 +471,7 @@ namespace squeal
     Block solution(right_hand_sides.row_range(), right_hand_sides.n_columns());
     if (right_hand_sides.n_columns() == 0)
       return solution;
+    check_interruption();
     const Matrix b = view(right_hand_sides), x = view(solution);
     SQUEAL_PETSC(MatMatSolve(mat, b, x));
     for (std::size_t i = 0; i < std::size_t(solution.n_local()) * solution.n_columns(); ++i)

@@ -1,10 +1,11 @@
+#include <squeal/interruption.h>
 #include <squeal/log.h>
 
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <iostream>
+#include <stdexcept>
 
 namespace squeal
 {
@@ -22,11 +23,11 @@ namespace squeal
   {
   }
 
-  void Log::open(const std::string &filename)
+  void Log::open(const std::string &filename, const bool append)
   {
     if (!speaks)
       return;
-    file.open(filename);
+    file.open(filename, append ? std::ios::app : std::ios::out);
     file << so_far << std::flush;
     so_far.clear();
   }
@@ -39,14 +40,16 @@ namespace squeal
       std::cout << "\r\033[K";
     progress_shown = false;
     std::cout << text << std::flush;
-    if (file.is_open())
-      file << text << std::flush;
-    else
+    if (!file.is_open())
       so_far += text;
+    else if (!(file << text << std::flush))
+      throw std::runtime_error(
+          "log.txt cannot be written; is the disk full? Results so far are kept.");
   }
 
   void Log::progress(const std::string &text)
   {
+    check_interruption();
     if (!speaks || !terminal)
       return;
     std::cout << "\r\033[K" << text << std::flush;
@@ -68,14 +71,5 @@ namespace squeal
   {
     phases.clear();
     start = std::chrono::steady_clock::now();
-  }
-
-  double peak_memory_mib(const MPI_Comm comm)
-  {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    double mib = usage.ru_maxrss / 1024.; // kilobytes on Linux
-    MPI_Allreduce(MPI_IN_PLACE, &mib, 1, MPI_DOUBLE, MPI_SUM, comm);
-    return mib;
   }
 } // namespace squeal

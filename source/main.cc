@@ -1,5 +1,6 @@
 #include <squeal/brake_squeal.h>
 #include <squeal/errors.h>
+#include <squeal/interruption.h>
 
 #include <deal.II/base/mpi.h>
 
@@ -123,6 +124,8 @@ int main(int argc, char *argv[])
   PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
   dealii::deal_II_exceptions::disable_abort_on_exception();
 
+  squeal::end_cleanly_on_signals();
+
   const MPI_Comm comm = MPI_COMM_WORLD;
   try
   {
@@ -135,6 +138,21 @@ int main(int argc, char *argv[])
   catch (const squeal::SolverError &error)
   {
     return fail(squeal::exit_solver_error, error.what(), comm);
+  }
+  catch (const squeal::Interrupted &signal)
+  {
+    return fail(squeal::exit_other,
+                std::string("ended by ") + signal.what() +
+                    ". Results so far are kept; a refinement, sweep or map goes on when it is "
+                    "started again with the same parameters.",
+                comm);
+  }
+  catch (const std::bad_alloc &)
+  {
+    return fail(squeal::exit_solver_error,
+                "out of memory. Results so far are kept. Use a coarser mesh or a machine with more "
+                "memory.",
+                comm);
   }
   catch (const std::exception &error)
   {

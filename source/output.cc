@@ -2,6 +2,8 @@
 #include <squeal/log.h>
 #include <squeal/output.h>
 
+#include <deal.II/base/mpi.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -13,16 +15,6 @@ namespace squeal
 {
   namespace
   {
-    void write_file(const std::filesystem::path &path, const std::string &text)
-    {
-      std::ofstream out(path, std::ios::binary);
-      out << text << std::flush;
-      if (!out)
-        throw InputError(
-            "Output/Directory: the file " + path.string() +
-            " cannot be written. Is the directory writable, is there space on the disk?");
-    }
-
     std::string formatted(const char *format, const double value)
     {
       char text[64];
@@ -42,51 +34,74 @@ namespace squeal
     return value ? number(*value) : "";
   }
 
-  void start_run_directory(const std::string &directory, const ParameterFile &file,
-                           const MPI_Comm comm)
+  namespace
   {
-    std::string error;
-    if (is_rank_zero(comm))
+    /// Results of an earlier run, which must not be taken for those of the next.
+    bool is_result(const std::filesystem::path &path)
+    {
+      const std::string name = path.filename(), extension = path.extension();
+      static const std::vector<std::string> names = {
+          "modes.csv",  "contributions.csv", "sensitivities.csv", "cycles.csv", "static.csv",
+          "ladder.csv", "convergence.csv",   "convergence.tex",   "sweep.csv",  "critical.csv",
+          "map.csv",    "border.csv",        "mesh.csv",          "log.txt",    "report.html"};
+      static const std::vector<std::string> extensions = {".vtu", ".pvtu", ".pvd", ".state"};
+      return std::count(names.begin(), names.end(), name) > 0 ||
+             std::count(extensions.begin(), extensions.end(), extension) > 0;
+    }
+
+    /// On one rank.
+    bool make_run_directory(const std::filesystem::path &directory, const ParameterFile &file)
+    {
+      const std::string key = "Output/Directory = " + directory.string();
+      std::error_code code;
+      std::filesystem::create_directories(directory, code);
+      if (code)
+        throw InputError(key + ": the directory cannot be made (" + code.message() + ").");
       try
       {
-        std::error_code code;
-        std::filesystem::create_directories(directory, code);
-        if (code)
-          throw InputError("Output/Directory = " + directory + ": the directory cannot be made (" +
-                           code.message() + ").");
         std::ostringstream used;
         file.print_used(used);
-        // A sweep of the same parameters that was interrupted is resumed.
-        const std::filesystem::path record = std::filesystem::path(directory) / "parameters.prm";
+        // A run of the same parameters that was interrupted is resumed.
+        const std::filesystem::path record = directory / "parameters.prm";
         std::ostringstream before;
         if (std::filesystem::exists(record))
           before << std::ifstream(record, std::ios::binary).rdbuf();
-        const bool resumable = before.str() == used.str();
-        write_file(std::filesystem::path(directory) / "original.prm", file.original_text());
-        write_file(std::filesystem::path(directory) / "parameters.prm", used.str());
-        // Results of an earlier run in the same place must not be taken for this one's.
+        bool resumable = false;
         for (const auto &entry : std::filesystem::directory_iterator(directory))
-        {
-          const std::string extension = entry.path().extension(), name = entry.path().filename();
-          if (extension == ".vtu" || extension == ".pvtu" || extension == ".pvd" ||
-              name == "modes.csv" || name == "contributions.csv" || name == "sensitivities.csv" ||
-              name == "cycles.csv" || name == "static.csv" || name == "log.txt" ||
-              name == "ladder.csv" || name == "convergence.csv" || name == "convergence.tex" ||
-              (!resumable && (name == "sweep.csv" || name == "critical.csv" || name == "map.csv" ||
-                              name == "border.csv" || extension == ".state")))
+          resumable |= entry.path().extension() == ".state" && before.str() == used.str();
+        write_file(directory / "original.prm",
+                   [&](std::ostream &out) { out << file.original_text(); });
+        write_file(record, [&](std::ostream &out) { out << used.str(); });
+        for (const auto &entry : std::filesystem::directory_iterator(directory))
+          if (entry.path().extension() == ".part" || (!resumable && is_result(entry.path())))
             std::filesystem::remove(entry.path());
-        }
+        return resumable;
+      }
+      catch (const std::exception &error)
+      {
+        throw InputError(key + ": " + error.what());
+      }
+    }
+  } // namespace
+
+  bool start_run_directory(const std::string &directory, const ParameterFile &file,
+                           const MPI_Comm comm)
+  {
+    std::string error;
+    bool resumable = false;
+    if (is_rank_zero(comm))
+      try
+      {
+        resumable = make_run_directory(directory, file);
       }
       catch (const std::exception &e)
       {
         error = e.what();
       }
-    unsigned int length = error.size();
-    MPI_Bcast(&length, 1, MPI_UNSIGNED, 0, comm);
-    error.resize(length);
-    MPI_Bcast(error.data(), length, MPI_CHAR, 0, comm);
-    if (length > 0)
+    error = dealii::Utilities::MPI::broadcast(comm, error);
+    if (!error.empty())
       throw InputError(error);
+    return dealii::Utilities::MPI::broadcast(comm, resumable);
   }
 
   Table::Table(const std::string &filename, const std::string &header, const MPI_Comm comm,
@@ -94,7 +109,7 @@ namespace squeal
       : filename(filename), writes(is_rank_zero(comm))
   {
     if (writes && !(append && std::filesystem::exists(filename)))
-      write_file(filename, header + "\n");
+      write_file(filename, [&](std::ostream &out) { out << header << '\n'; });
   }
 
   void Table::add(const std::vector<std::string> &fields)
@@ -104,41 +119,7 @@ namespace squeal
     std::string line;
     for (const std::string &field : fields)
       line += (line.empty() && &field == &fields.front() ? "" : ",") + field;
-    std::ofstream out(filename, std::ios::app);
-    out << line << '\n' << std::flush;
-    if (!out)
-      throw std::runtime_error("The file " + filename + " cannot be written; is the disk full?");
-  }
-
-  std::vector<std::uintmax_t> file_sizes(const std::string &directory,
-                                         const std::vector<std::string> &names)
-  {
-    std::vector<std::uintmax_t> sizes;
-    for (const std::string &name : names)
-    {
-      const std::string file = directory + "/" + name;
-      sizes.push_back(std::filesystem::exists(file) ? std::filesystem::file_size(file) : 0);
-    }
-    return sizes;
-  }
-
-  void cut_files(const std::string &directory, const std::vector<std::string> &names,
-                 const std::vector<std::uintmax_t> &sizes, const MPI_Comm comm)
-  {
-    if (is_rank_zero(comm))
-      for (unsigned int k = 0; k < names.size(); ++k)
-      {
-        const std::string file = directory + "/" + names[k];
-        if (std::filesystem::exists(file))
-          std::filesystem::resize_file(file, sizes[k]);
-      }
-    MPI_Barrier(comm);
-  }
-
-  void write_text(const std::string &filename, const std::string &text, const MPI_Comm comm)
-  {
-    if (is_rank_zero(comm))
-      write_file(filename, text);
+    append_to_file(filename, line + "\n");
   }
 
   const char *modes_header =

@@ -453,8 +453,10 @@ namespace squeal
             "Stage = ladder: it climbs on one mesh of the scenes brake, strip and mesh, without a "
             "sweep.");
       if (sweep.active() && refinement.n_cycles() > 1)
-        throw InputError("Refinement/Strategy = " + refinement.strategy +
-                         ": a sweep uses one mesh; allowed is none.");
+        for (const std::string &parameter : {sweep.parameter, sweep.second_parameter})
+          if (parameter != "none" && !Sweep::keeps_mesh(parameter))
+            throw InputError("Refinement/Strategy = " + refinement.strategy + ": a sweep over " +
+                             parameter + " makes a mesh for each value; allowed is none.");
       if (scene == "matrices")
       {
         matrices.check();

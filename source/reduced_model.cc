@@ -92,9 +92,11 @@ namespace squeal
   void ReducedModel::anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
                             const Modes &modes)
   {
-    auto known_to_vary = std::move(varying);
-    *this              = ReducedModel(options);
-    varying            = std::move(known_to_vary);
+    const Members known_to_vary = std::move(varying), present = members_of(terms);
+    *this = ReducedModel(options);
+    for (const Member &member : known_to_vary)
+      if (find(present, member)) // else its matrix is gone
+        varying.push_back(member);
     // A small problem is solved as fast as projected.
     if (!modes.factorization || problem.rows.size <= 2 * modes.disc_right.n_columns())
       return;
@@ -154,14 +156,11 @@ namespace squeal
     for (const Term &term : terms)
       if (term.matrix && *term.matrix)
       {
-        const auto at =
-            std::find_if(members.begin(), members.end(),
-                         [&](const Member &member)
-                         { return member.matrix == term.matrix && member.order == term.order; });
-        if (at == members.end())
-          members.push_back({term.matrix, term.order, term.coefficient});
+        const Member member{term.matrix, term.order, term.coefficient};
+        if (const Member *known = find(members, member))
+          members[known - members.data()].coefficient += term.coefficient;
         else
-          at->coefficient += term.coefficient;
+          members.push_back(member);
       }
     return members;
   }
@@ -180,7 +179,7 @@ namespace squeal
   {
     const Members members = members_of(anchor_terms);
     for (const double k : numbers)
-      if (k < members.size())
+      if (k < members.size() && !find(varying, members[static_cast<unsigned int>(k)]))
         varying.push_back(members[static_cast<unsigned int>(k)]);
   }
 

@@ -36,12 +36,6 @@ namespace squeal
     return result;
   }
 
-  void RefinementBudget::add_mesh(const double n_unknowns, const double seconds,
-                                  const double memory)
-  {
-    meshes.push_back({n_unknowns, seconds, memory});
-  }
-
   double RefinementBudget::predict(double Mesh::*value, const double n_unknowns,
                                    const double first_exponent) const
   {

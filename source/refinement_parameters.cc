@@ -17,11 +17,13 @@ namespace squeal
     void Refinement::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Refinement");
-      prm.add_parameter("Strategy", strategy,
-                        "none: one mesh. uniform: every cell is refined from cycle to cycle. "
-                        "adaptive: the cells that contribute most to the estimated errors of modes "
-                        "whose error bar exceeds Tolerance (or whose verdict is undecided).",
-                        Patterns::Selection("none|uniform|adaptive"));
+      prm.add_parameter(
+          "Strategy", strategy,
+          "none: one mesh. uniform: every cell is refined from cycle to cycle. "
+          "adaptive: the cells that contribute most to the estimated errors of modes "
+          "whose error bar exceeds Tolerance (or whose verdict is undecided). A sweep "
+          "or map begins on the last mesh, made for the parameters as they stand.",
+          Patterns::Selection("none|uniform|adaptive"));
       prm.add_parameter("Cycles", cycles, "At most so many meshes.", Patterns::Integer(1, 100));
       prm.add_parameter(
           "Tolerance", tolerance,

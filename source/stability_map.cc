@@ -27,7 +27,7 @@ namespace squeal
     for (unsigned int k = 0; k < 2; ++k)
     {
       file.value_of(parameters[k]);
-      if (!sweep_keeps_mesh(parameters[k]))
+      if (!Parameters::Sweep::keeps_mesh(parameters[k]))
         throw InputError((k == 0 ? "Sweep/Parameter = " : "Sweep/Second parameter = ") +
                          parameters[k] +
                          ": a stability map keeps the mesh. Allowed are numbers of the sections "

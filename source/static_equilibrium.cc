@@ -141,6 +141,37 @@ namespace squeal
 
   namespace
   {
+    bool is_nonlinear(const FrictionLaw &friction)
+    {
+      return friction.kind == FrictionLaw::Kind::expression;
+    }
+
+    /// The given load and that of the contact.
+    template <int dim>
+    Block total_load(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+                     const bool with_friction, const Block &load)
+    {
+      Block sum = contact.load(pressure, with_friction);
+      for (unsigned int i = 0; i < sum.n_local(); ++i)
+        sum.data()[i] += load.data()[i];
+      return sum;
+    }
+
+    /// Pressures and contacts of a new state, and a line about them. Returns whether neither
+    /// changes any more.
+    template <int dim>
+    bool take_step(Contact<dim> &contact, StaticEquilibrium &result, const MPI_Comm comm)
+    {
+      auto pressure       = contact.pressure_of(result.state);
+      const double change = relative_change(result.pressure, pressure, comm);
+      result.pressure     = std::move(pressure);
+      const auto set      = contact.update_active_set(result.state);
+      result.iterations.push_back(
+          {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change});
+      return set.n_changed == 0 &&
+             (!is_nonlinear(contact.contact_model().friction) || change < 1e-11);
+    }
+
     /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts
     /// closed as at first or with those of the last active set.
     template <int dim>
@@ -181,8 +212,8 @@ namespace squeal
       // A friction law that depends on the pressure, and penalty contact with its many points,
       // change the matrix in each step; for mortar contact one factorisation serves all active sets
       // of a moderate number of releases.
-      const bool nonlinear = contact.contact_model().friction.kind == FrictionLaw::Kind::expression;
-      bool factor_once     = contact.contact_model().mortar && !nonlinear;
+      bool factor_once =
+          contact.contact_model().mortar && !is_nonlinear(contact.contact_model().friction);
       constexpr unsigned int most_releases = 400;
 
       result.pressure = contact.uniform_pressure(0);
@@ -190,12 +221,7 @@ namespace squeal
       const auto assemble = [&]()
       { return static_tangent(rows, body_terms, contact, result.pressure, with_friction); };
       const auto right_hand_side = [&]()
-      {
-        Block sum = contact.load(result.pressure, with_friction);
-        for (unsigned int i = 0; i < sum.n_local(); ++i)
-          sum.data()[i] += load.data()[i];
-        return sum;
-      };
+      { return total_load(contact, result.pressure, with_friction, load); };
       std::unique_ptr<ReleaseSolver> release_solver;
       if (factor_once)
         release_solver = std::make_unique<ReleaseSolver>(rows, assemble(), right_hand_side());
@@ -219,13 +245,7 @@ namespace squeal
           result.state = solve_refined(A, factorization, right_hand_side());
         }
 
-        auto pressure       = contact.pressure_of(result.state);
-        const double change = relative_change(result.pressure, pressure, rows.comm);
-        result.pressure     = std::move(pressure);
-        const auto set      = contact.update_active_set(result.state);
-        result.iterations.push_back(
-            {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change});
-        if (set.n_changed == 0 && (!nonlinear || change < 1e-11))
+        if (take_step(contact, result, rows.comm))
           return;
 
         const std::vector<std::string> lost = contact.lost_contacts();
@@ -233,7 +253,8 @@ namespace squeal
           throw SolverError(
               "The static equilibrium has no contact on the pad '" + lost.front() +
               "': nothing presses it onto the rotor. Check Pads/Pressure and Contact/Initial gap.");
-        if (set.n_changed > 0 && !visited.insert(contact.active_set_hash()).second)
+        if (result.iterations.back().n_changed > 0 &&
+            !visited.insert(contact.active_set_hash()).second)
           break;
       }
       throw Unsettled("The active set of the static equilibrium does not settle (" +
@@ -250,7 +271,6 @@ namespace squeal
                             const bool with_friction, const Block &load)
   {
     const RowRange &rows = before.state.row_range();
-    const bool nonlinear = contact.contact_model().friction.kind == FrictionLaw::Kind::expression;
     // Preconditioned residuals are relative errors of the state.
     constexpr double tolerance              = 1e-12;
     constexpr unsigned int most_corrections = 60, max_iterations = 10;
@@ -278,20 +298,12 @@ namespace squeal
             add(term.coefficient, *term.matrix);
         return y;
       };
-      Block right_hand_side = contact.load(result.pressure, with_friction);
-      for (unsigned int i = 0; i < right_hand_side.n_local(); ++i)
-        right_hand_side.data()[i] += load.data()[i];
       if (!gmres(
-              tangent, [&](const Block &x) { return nearby.solve(x); }, right_hand_side,
-              result.state, tolerance, most_corrections))
+              tangent, [&](const Block &x) { return nearby.solve(x); },
+              total_load(contact, result.pressure, with_friction, load), result.state, tolerance,
+              most_corrections))
         return std::nullopt;
-      auto pressure       = contact.pressure_of(result.state);
-      const double change = relative_change(result.pressure, pressure, rows.comm);
-      result.pressure     = std::move(pressure);
-      const auto set      = contact.update_active_set(result.state);
-      result.iterations.push_back(
-          {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change});
-      if (set.n_changed == 0 && (!nonlinear || change < 1e-11))
+      if (take_step(contact, result, rows.comm))
         return result;
       if (!contact.lost_contacts().empty())
         return std::nullopt;

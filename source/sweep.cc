@@ -14,12 +14,6 @@ namespace squeal
   {
     const std::vector<std::string> tables = {"sweep.csv", "critical.csv"};
 
-    bool begins_with_one_of(const std::string &path, const std::vector<std::string> &starts)
-    {
-      return std::any_of(starts.begin(), starts.end(),
-                         [&](const std::string &start) { return path.rfind(start, 0) == 0; });
-    }
-
     /// The mode of a branch at a point, or -1.
     int index_of(const BranchPoint &point, const unsigned int branch)
     {
@@ -28,25 +22,21 @@ namespace squeal
     }
   } // namespace
 
-  bool sweep_keeps_mesh(const std::string &parameter)
-  {
-    return begins_with_one_of(parameter,
-                              {"Operation/", "Contact/", "Pads/Pressure", "Rotor/Material/",
-                               "Pads/Material/", "Mesh/Part", "Matrices/"});
-  }
-
   Sweep::Sweep(ParameterFile &file, Model &model, const ModelFactory &make_model,
                const EigensolverOptions &options, const std::string &directory, const MPI_Comm comm,
                Log &log)
       : file(file), make_model(make_model), parameter(file.parameters().sweep.parameter),
-        keeps_mesh(sweep_keeps_mesh(parameter)), options(options), directory(directory), comm(comm),
-        log(log), follower(options, file.parameters().eigenproblem.solver)
+        keeps_mesh(Parameters::Sweep::keeps_mesh(parameter)), options(options),
+        directory(directory), comm(comm), log(log),
+        follower(options, file.parameters().eigenproblem.solver)
   {
     follower.set_model(model);
     file.value_of(parameter);
-    const bool makes_mesh =
-        make_model &&
-        begins_with_one_of(parameter, {"Rotor/", "Pads/", "Strip/", "Mesh/", "Discretization/"});
+    const std::vector<std::string> sections = {"Rotor/", "Pads/", "Strip/", "Mesh/",
+                                               "Discretization/"};
+    const bool makes_mesh = make_model && std::any_of(sections.begin(), sections.end(),
+                                                      [&](const std::string &section)
+                                                      { return parameter.rfind(section, 0) == 0; });
     if (!keeps_mesh && !makes_mesh)
       throw InputError(
           "Sweep/Parameter = " + parameter +

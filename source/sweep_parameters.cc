@@ -76,6 +76,15 @@ namespace squeal
       }
     } // namespace
 
+    bool Sweep::keeps_mesh(const std::string &parameter)
+    {
+      const std::vector<std::string> starts = {"Operation/",      "Contact/",       "Pads/Pressure",
+                                               "Rotor/Material/", "Pads/Material/", "Mesh/Part",
+                                               "Matrices/"};
+      return std::any_of(starts.begin(), starts.end(),
+                         [&](const std::string &start) { return parameter.rfind(start, 0) == 0; });
+    }
+
     std::vector<double> Sweep::points() const
     {
       return list_of_points("Sweep/Values", values);

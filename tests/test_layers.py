@@ -7,8 +7,10 @@ import squeal_testing as st
 
 # A file includes only from lower floors. A new file gets a place here: the lowest floor on which it can stand.
 FLOORS = [
-    ["errors", "materials", "friction_laws", "log"],
-    ["expressions", "dense", "mesh_file"],
+    ["errors"],
+    ["interruption", "memory"],
+    ["materials", "friction_laws", "log"],
+    ["expressions", "dense", "mesh_file", "files"],
     ["parameters", "linear_algebra", "gmsh_file", "abaqus_file"],
     ["gmres", "sparse_products", "parameter_file", "sweep_parameters", "refinement_parameters", "mesh_parameters", "material_parameters", "geometry", "matrix_market", "eigenproblem", "mortar", "self_locking"],
     ["spaces", "mesh_checks", "reduced_tools"],
@@ -25,8 +27,9 @@ FLOORS = [
     ["brake_derivatives", "reduced_projection", "reduced_pairs", "branches", "error_bounds"],
     ["error_estimators"],
     ["output", "static_report", "mode_follower"],
-    ["sweep", "convergence", "refinement"],
+    ["sweep", "convergence", "refinement", "refinement_record"],
     ["stability_map"],
+    ["analysis"],
     ["brake_squeal"],
     ["main"],
 ]

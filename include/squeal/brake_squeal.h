@@ -1,64 +1,10 @@
 #pragma once
 
-#include <squeal/eigensolvers.h>
-#include <squeal/log.h>
-#include <squeal/output.h>
-#include <squeal/parameter_file.h>
-#include <squeal/refinement.h>
-
-#include <ctime>
-#include <memory>
+#include <squeal/analysis.h>
 
 namespace squeal
 {
-  /// What both kinds of analysis share: where results go, how modes are found and reported.
-  class Analysis
-  {
-  public:
-    Analysis(ParameterFile &file, const std::string &directory, MPI_Comm comm);
-    virtual ~Analysis() = default;
-
-    /// The whole analysis. Throws InputError, SolverError.
-    virtual void run() = 0;
-
-  protected:
-    /// Solves, analyses, appends to modes.csv and shows the table.
-    void find_modes(const Model &model, unsigned int cycle);
-    /// Fills in the errors of the discretisation; without a mesh there are none.
-    virtual void estimate(std::vector<ModeRow> &) {}
-    EigensolverOptions eigensolver_options();
-    /// The sweep or the stability map of the parameter file, on the present mesh or, where the
-    /// parameter changes it, on meshes of @p make_model.
-    void sweep(Model &model, const ModelFactory &make_model);
-    /// All stages one after the other (theory.md, section 5): ladder.csv and a table.
-    void climb(Model &model);
-    /// Appends to cycles.csv.
-    void finish_cycle(unsigned int cycle, std::uint64_t cells, unsigned int dofs,
-                      unsigned int multipliers);
-    void report_phases();
-
-    ParameterFile &file;
-    const Parameters::All &prm;
-    const std::string directory;
-    const MPI_Comm comm;
-    Log log;
-    PhaseTimer timer;
-    RefinementBudget budget;
-    std::clock_t processor_start = std::clock(); ///< of the present cycle
-
-    Modes modes;
-    std::vector<std::vector<ModeRow>> rows_of_cycle;
-    std::vector<unsigned int> dofs_of_cycle;
-
-  private:
-    void explain_modes(const Model &model, const std::vector<ModeRow> &rows, unsigned int cycle);
-    std::unique_ptr<Table> modes_csv, cycles_csv, contributions_csv, sensitivities_csv;
-  };
-
   /// The analysis that the scene of the parameter file asks for. Collective.
   std::unique_ptr<Analysis> make_analysis(ParameterFile &file, const std::string &directory,
                                           MPI_Comm comm);
-
-  /// Prints what a run would do, for --check.
-  std::string describe(const Parameters::All &parameters, const std::string &directory);
 } // namespace squeal

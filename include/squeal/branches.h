@@ -2,7 +2,6 @@
 
 #include <squeal/stability.h>
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,11 +17,6 @@ namespace squeal
     unsigned int n_branches = 0;        ///< branches so far
     std::vector<ModeRow> rows;          ///< of the modes
   };
-
-  /// Numbers in a file that is complete or does not exist. Throws std::runtime_error.
-  void save_numbers(const std::string &filename, const std::vector<double> &numbers);
-  /// Nothing if there is no such file or it is damaged.
-  std::optional<std::vector<double>> load_numbers(const std::string &filename);
 
   /// The branches of the modes of @p next, which continue those of @p before: the assignment with
   /// the largest overlaps

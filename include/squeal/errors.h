@@ -23,6 +23,12 @@ namespace squeal
     using SolverError::SolverError;
   };
 
+  /// A signal, named by the message, ended the run: exit status 1.
+  struct Interrupted : std::runtime_error
+  {
+    using std::runtime_error::runtime_error;
+  };
+
   /// Exit statuses of the program; the names users' scripts rely on.
   enum ExitStatus : int
   {

@@ -200,7 +200,8 @@ namespace squeal
       lu,
       ldlt
     };
-    /// Throws SolverError if the matrix is singular or memory runs out.
+    /// Throws SolverError if the matrix is singular, and if the memory that the analysis of its
+    /// pattern predicts is not there, before any of it is taken.
     Factorization(const Matrix &matrix, Kind kind, const std::string &what);
     ~Factorization();
     Factorization(const Factorization &)            = delete;
@@ -218,14 +219,23 @@ namespace squeal
     /// Signs of the eigenvalues of a symmetric matrix (Sylvester's law). Kind ldlt only.
     Inertia inertia() const;
 
-    double memory_mib() const; ///< of the factors, all ranks together
+    double memory_mib() const; ///< used, all ranks together
+    double predicted_memory_mib() const
+    {
+      return predicted_mib;
+    }
     Mat factor() const
     {
       return mat;
     }
 
   private:
+    void analyse(const Matrix &matrix, bool lu, MatFactorInfo &info);
+    /// Throws SolverError if the machine lacks the memory that the analysis predicts.
+    void check_memory(MPI_Comm comm);
+
     Mat mat = nullptr;
     std::string what;
+    double predicted_mib = 0;
   };
 } // namespace squeal

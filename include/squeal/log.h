@@ -20,8 +20,9 @@ namespace squeal
   public:
     explicit Log(MPI_Comm comm);
 
-    /// Everything printed so far and from now on goes to this file too.
-    void open(const std::string &filename);
+    /// Everything printed so far and from now on goes to this file too, at the end of what it holds
+    /// already with @p append.
+    void open(const std::string &filename, bool append = false);
 
     void print(const std::string &text);
     void line(const std::string &text)
@@ -29,7 +30,8 @@ namespace squeal
       print(text + "\n");
     }
 
-    /// A line that the next one overwrites; shown on terminals only.
+    /// A line that the next one overwrites; shown on terminals only. Ends the run if a signal has
+    /// come: throws Interrupted.
     void progress(const std::string &text);
 
   private:
@@ -81,7 +83,4 @@ namespace squeal
     std::map<std::string, double> phases;
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   };
-
-  /// Peak resident memory so far, summed over ranks, MiB.
-  double peak_memory_mib(MPI_Comm comm);
 } // namespace squeal

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/files.h>
 #include <squeal/parameter_file.h>
 #include <squeal/stability.h>
 
@@ -15,9 +16,11 @@ namespace squeal
   std::string number(double value, int n_digits = 12);
   std::string number(const std::optional<double> &value);
 
-  /// Makes the directory and its record of the input: original.prm and parameters.prm. Collective;
-  /// throws InputError on every rank if the directory cannot be written.
-  void start_run_directory(const std::string &directory, const ParameterFile &file, MPI_Comm comm);
+  /// Makes the directory and its record of the input: original.prm and parameters.prm. Results of
+  /// an earlier run are removed, unless it had the same parameters and was interrupted: then they
+  /// stay, and the return value is true. Collective; throws InputError on every rank if the
+  /// directory cannot be written.
+  bool start_run_directory(const std::string &directory, const ParameterFile &file, MPI_Comm comm);
 
   /// A CSV file that grows line by line; complete lines are on disk after each call. Rank 0 writes.
   class Table
@@ -32,19 +35,6 @@ namespace squeal
     const std::string filename;
     const bool writes;
   };
-
-  /// Rank 0 writes a whole file.
-  void write_text(const std::string &filename, const std::string &text, MPI_Comm comm);
-
-  /// The sizes of files of a directory, zero for those that do not exist: what a run that is
-  /// interrupted may come back to.
-  std::vector<std::uintmax_t> file_sizes(const std::string &directory,
-                                         const std::vector<std::string> &names);
-
-  /// Takes off what an interrupted run wrote after the files had these sizes: a line may have been
-  /// cut. Collective.
-  void cut_files(const std::string &directory, const std::vector<std::string> &names,
-                 const std::vector<std::uintmax_t> &sizes, MPI_Comm comm);
 
   /// The header of modes.csv, as the first columns that users rely on, and one line of it.
   extern const char *modes_header;

@@ -244,6 +244,8 @@ namespace squeal
       {
         return second_parameter != "none";
       }
+      /// Whether the mesh stays as it is when a parameter changes.
+      static bool keeps_mesh(const std::string &parameter);
       /// The values, ascending or descending as given. Throw InputError.
       std::vector<double> points() const;
       std::vector<double> second_points() const;

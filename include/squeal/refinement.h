@@ -26,17 +26,19 @@ namespace squeal
   public:
     explicit RefinementBudget(const Parameters::Refinement &limits) : limits(limits) {}
 
-    /// A finished mesh. @p memory is the peak so far, GiB.
-    void add_mesh(double n_unknowns, double seconds, double memory);
+    struct Mesh
+    {
+      double n_unknowns, seconds, memory; ///< the peak so far, GiB
+    };
+    void add_mesh(const Mesh &finished)
+    {
+      meshes.push_back(finished);
+    }
 
     /// Why a mesh of about so many unknowns must not be begun, for the log; empty if it may.
     std::string objection(double n_unknowns) const;
 
   private:
-    struct Mesh
-    {
-      double n_unknowns, seconds, memory;
-    };
     /// The value of a member for the next mesh; exponents below one are not believed.
     double predict(double Mesh::*value, double n_unknowns, double first_exponent) const;
 

@@ -40,7 +40,7 @@ namespace squeal
     unsigned int n_reference        = 0; ///< modes of the reference problem in the searched disc
     unsigned int n_rigid_body_modes = 0; ///< zero eigenvalues, not listed
     unsigned int n_solves           = 0; ///< right-hand sides
-    double factor_memory_mib        = 0;
+    double factor_memory_mib = 0, predicted_memory_mib = 0;
 
     /// Processor seconds of this rank.
     struct Seconds

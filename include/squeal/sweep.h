@@ -10,9 +10,6 @@
 
 namespace squeal
 {
-  /// Whether the mesh stays as it is when this parameter changes.
-  bool sweep_keeps_mesh(const std::string &parameter);
-
   /// Follows the modes of a model along one parameter and, if asked for, locates critical values.
   ///
   /// Points near an anchor, a value with a full solution, are solved by projection. Where branches

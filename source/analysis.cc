@@ -1,0 +1,270 @@
+#include <squeal/analysis.h>
+#include <squeal/memory.h>
+#include <squeal/stability_map.h>
+#include <squeal/sweep.h>
+
+#include <slepcsys.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  namespace
+  {
+    const std::vector<std::string> phase_names = {"mesh",         "assembly", "contact", "static",
+                                                  "eigenproblem", "estimate", "output"};
+
+    std::string cycles_header()
+    {
+      std::string header = "cycle,cells,dofs,multipliers";
+      for (const std::string &phase : phase_names)
+        header += ",seconds_" + phase;
+      return header + ",processor_seconds,seconds_total,memory_mib";
+    }
+  } // namespace
+
+  Analysis::Analysis(ParameterFile &file, const std::string &directory, const MPI_Comm comm)
+      : file(file), prm(file.parameters()), directory(directory), comm(comm), log(comm),
+        budget(prm.refinement), resumable(start_run_directory(directory, file, comm))
+  {
+    log.open(directory + "/log.txt", resumable);
+    int n_ranks = 0;
+    MPI_Comm_size(comm, &n_ranks);
+    char slepc_version[256];
+    SQUEAL_PETSC(SlepcGetVersion(slepc_version, sizeof(slepc_version)));
+    log.line("squeal " SQUEAL_VERSION " (deal.II " DEAL_II_PACKAGE_VERSION ", " +
+             std::string(slepc_version).substr(0, std::string(slepc_version).find(',')) +
+#ifdef DEBUG
+             ", debug"
+#else
+             ", release"
+#endif
+             "), " +
+             std::to_string(n_ranks) + (n_ranks == 1 ? " rank" : " ranks"));
+    log.print(describe(prm, directory));
+    if (resumable)
+      if (auto found = RefinementRecord::resume(directory, comm))
+        record = std::move(*found);
+    modes_csv         = table("modes.csv", modes_header);
+    cycles_csv        = table("cycles.csv", cycles_header());
+    contributions_csv = table("contributions.csv", contributions_header);
+  }
+
+  std::unique_ptr<Table> Analysis::table(const std::string &name, const std::string &header)
+  {
+    return std::make_unique<Table>(directory + "/" + name, header, comm, !record.cycles.empty());
+  }
+
+  EigensolverOptions Analysis::eigensolver_options()
+  {
+    EigensolverOptions options;
+    options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
+    options.tolerance     = prm.eigenproblem.tolerance;
+    options.shift         = prm.eigenproblem.shift;
+    options.progress      = [this](const std::string &text) { log.progress(text); };
+    return options;
+  }
+
+  void Analysis::sweep(Model &model, const ModelFactory &make_model)
+  {
+    if (prm.sweep.is_map())
+      StabilityMap(file, model, eigensolver_options(), directory, comm, log).run();
+    else
+      Sweep(file, model, make_model, eigensolver_options(), directory, comm, log).run();
+  }
+
+  void Analysis::climb(Model &model)
+  {
+    Table ladder_csv(directory + "/ladder.csv", std::string("stage,") + modes_header, comm);
+    std::vector<std::vector<ModeRow>> rows;
+    for (const std::string &stage : Parameters::stage_names)
+    {
+      file.choose("Stage", stage);
+      model.assemble(prm);
+      PhaseTimer::Scope scope(timer, "eigenproblem");
+      const QuadraticEigenproblem problem = model.problem();
+      modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, eigensolver_options());
+      rows.push_back(analyse(problem, modes, 0, prm.eigenproblem.tolerance));
+      for (const ModeRow &row : rows.back())
+      {
+        std::vector<std::string> fields = {stage};
+        const auto of_mode              = modes_fields(row);
+        fields.insert(fields.end(), of_mode.begin(), of_mode.end());
+        ladder_csv.add(fields);
+      }
+      log.line("Stage " + stage + ": " + std::to_string(rows.back().size()) + " modes. " +
+               modes.completeness + ".");
+    }
+    file.choose("Stage", "ladder");
+    log.print(
+        "\nGrowth rates, 1/s, and verdicts of the stages; modes are paired by their eigenvalues\n" +
+        ladder_table(Parameters::stage_names, rows) +
+        "\nOnly the stage full supports a verdict on a real brake: without damping every "
+        "circulatory\ngyroscopic system is unstable, and damping of one kind alone settles "
+        "nothing.\n");
+  }
+
+  void Analysis::find_modes(const Model &model, const unsigned int cycle)
+  {
+    {
+      PhaseTimer::Scope scope(timer, "eigenproblem");
+      const QuadraticEigenproblem problem = model.problem();
+      const EigensolverOptions options    = eigensolver_options();
+      modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
+      rows  = analyse(problem, modes, cycle, options.tolerance);
+    }
+    const std::clock_t before = std::clock();
+    estimate(rows);
+    const double of_bars = double(std::clock() - before) / CLOCKS_PER_SEC;
+    for (const ModeRow &row : rows)
+      modes_csv->add(modes_fields(row));
+
+    log.line("Completeness: " + modes.completeness + ".");
+    if (modes.seconds.factorization > 0)
+    {
+      char text[240];
+      std::snprintf(text, sizeof(text),
+                    "Eigenproblem, processor seconds: counting %.2f, factorisation %.2f, right "
+                    "vectors %.2f, left vectors %.2f, error bars %.2f; %u right-hand sides.",
+                    modes.seconds.counting, modes.seconds.factorization, modes.seconds.right,
+                    modes.seconds.left, of_bars, modes.n_solves);
+      log.line(text);
+    }
+    if (modes.n_rigid_body_modes > 0)
+      log.line("Not listed: " + std::to_string(modes.n_rigid_body_modes) +
+               " rigid-body modes at zero frequency.");
+    log.print("\n" + modes_table(rows));
+    const unsigned int n_unstable = std::count_if(
+        rows.begin(), rows.end(),
+        [](const ModeRow &row) { return row.verdict == "flutter" || row.verdict == "divergence"; });
+    log.line("\n" + std::to_string(rows.size()) + " modes up to " +
+             number(prm.eigenproblem.maximum_frequency) + " Hz, " + std::to_string(n_unstable) +
+             " unstable (marked >).");
+    PhaseTimer::Scope scope(timer, "eigenproblem");
+    explain_modes(model, cycle);
+  }
+
+  /// Contributions of each origin to each growth rate, and sensitivities if asked for.
+  void Analysis::explain_modes(const Model &model, const unsigned int cycle)
+  {
+    if (rows.empty())
+      return;
+    const std::vector<Contribution> parts = contributions(model, modes, rows);
+    for (const Contribution &part : parts)
+      contributions_csv->add(contributions_fields(cycle, part));
+    std::vector<unsigned int> numbers;
+    unsigned int least_stable = 0;
+    for (unsigned int j = 0; j < rows.size(); ++j)
+    {
+      if (rows[j].verdict == "flutter" || rows[j].verdict == "divergence")
+        numbers.push_back(rows[j].mode);
+      if (rows[j].growth_rate() > rows[least_stable].growth_rate())
+        least_stable = j;
+    }
+    if (numbers.empty())
+      numbers = {rows[least_stable].mode};
+    if (numbers.size() > 10)
+      numbers.resize(10);
+    log.print("Why: the growth rate as a sum over its causes\n" +
+              contributions_table(parts, numbers));
+
+    constexpr double large_condition = 100;
+    for (const ModeRow &row : rows)
+      if (row.condition_number.value_or(0) > large_condition)
+        log.line("Mode " + std::to_string(row.mode) + " has the condition number " +
+                 number(std::round(*row.condition_number)) +
+                 ": it is close to coalescence, where errors grow like the square root of a "
+                 "perturbation and sensitivities hold only for tiny changes.");
+
+    if (!prm.output.sensitivities)
+      return;
+    if (!sensitivities_csv)
+      sensitivities_csv = table("sensitivities.csv", sensitivities_header);
+    for (const ParameterDerivative &derivative : model.derivatives())
+    {
+      const auto d_lambda = sensitivities(derivative, modes);
+      for (unsigned int j = 0; j < rows.size(); ++j)
+        sensitivities_csv->add(sensitivities_fields(cycle, rows[j].mode, derivative, d_lambda[j]));
+    }
+  }
+
+  void Analysis::finish_cycle(const unsigned int cycle, const std::uint64_t cells,
+                              const unsigned int dofs, const unsigned int multipliers)
+  {
+    std::vector<std::string> fields = {std::to_string(cycle), std::to_string(cells),
+                                       std::to_string(dofs), std::to_string(multipliers)};
+    for (const std::string &phase : phase_names)
+      fields.push_back(number(timer.seconds(phase)));
+    // Of all ranks and threads: what other programs on the machine take is not in it.
+    const std::clock_t now = std::clock();
+    fields.push_back(
+        number(Utilities::MPI::sum(double(now - processor_start) / CLOCKS_PER_SEC, comm)));
+    processor_start     = now;
+    const double memory = peak_memory_mib(comm);
+    fields.push_back(number(timer.total()));
+    fields.push_back(number(memory));
+    cycles_csv->add(fields);
+    report_phases();
+    record.cycles.push_back({rows, dofs, timer.total(), memory / 1024, {}});
+    budget.add_mesh({double(dofs), timer.total(), memory / 1024});
+    timer.restart();
+  }
+
+  void Analysis::report_phases()
+  {
+    const double total = timer.total();
+    log.line("\n  phase            seconds    share");
+    for (const std::string &phase : phase_names)
+      if (timer.seconds(phase) > 0)
+      {
+        char text[100];
+        std::snprintf(text, sizeof(text), "  %-14s %9.2f   %5.1f %%", phase.c_str(),
+                      timer.seconds(phase), 100 * timer.seconds(phase) / total);
+        log.line(text);
+      }
+    char text[200];
+    std::snprintf(text, sizeof(text),
+                  "  %-14s %9.2f\n  Peak memory %.0f MiB, of this the factorisation for "
+                  "shift-invert %.0f MiB (predicted %.0f).",
+                  "total", total, peak_memory_mib(comm), modes.factor_memory_mib,
+                  modes.predicted_memory_mib);
+    log.line(text);
+  }
+
+  std::string describe(const Parameters::All &prm, const std::string &directory)
+  {
+    std::ostringstream text;
+    text << "Scene " << prm.scene;
+    if (prm.scene != "matrices")
+    {
+      text << ", stage " << prm.stage_name << ", " << prm.n_pads() << " pads";
+      if (prm.n_pads() > 0)
+      {
+        text << ", contact by " << prm.contact.formulation
+             << (prm.contact.formulation == "mortar"
+                     ? ""
+                     : " " + number(prm.contact.penalty_stiffness) + " N/m^3");
+        if (prm.terms().friction)
+          text << ", friction " << prm.contact.friction_law << " "
+               << prm.contact.friction_coefficient << ", steady pressure "
+               << prm.contact.steady_pressure;
+      }
+      text << ", " << prm.operation.angular_velocity << " rad/s";
+      const auto &d = prm.discretization;
+      text << "\nCoarse mesh: "
+           << (prm.scene == "mesh"
+                   ? prm.mesh.file
+                   : "rotor " + d.rotor_cells_text + ", each pad " + d.pad_cells_text + " cells")
+           << "; degree " << d.degree << "; " << prm.refinement.n_cycles() << " mesh(es), "
+           << prm.refinement.strategy;
+    }
+    text << "\nEvery mode up to " << number(prm.eigenproblem.maximum_frequency)
+         << " Hz by the solver " << prm.eigenproblem.solver << ", tolerance "
+         << prm.eigenproblem.tolerance << "\nResults go to " << directory << "\n";
+    return text.str();
+  }
+} // namespace squeal
