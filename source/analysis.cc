@@ -227,12 +227,17 @@ namespace squeal
         log.line(text);
       }
     char text[200];
-    std::snprintf(text, sizeof(text),
-                  "  %-14s %9.2f\n  Peak memory %.0f MiB, of this the factorisation for "
-                  "shift-invert %.0f MiB (predicted %.0f).",
-                  "total", total, peak_memory_mib(comm), modes.factor_memory_mib,
-                  modes.predicted_memory_mib);
-    log.line(text);
+    std::snprintf(text, sizeof(text), "  %-14s %9.2f\n  Peak memory %.0f MiB", "total", total,
+                  peak_memory_mib(comm));
+    std::string line = text;
+    if (modes.factor_memory_mib > 0)
+    {
+      std::snprintf(text, sizeof(text),
+                    ", of this the factorisation for shift-invert %.0f MiB (predicted %.0f)",
+                    modes.factor_memory_mib, modes.predicted_memory_mib);
+      line += text;
+    }
+    log.line(line + ".");
   }
 
   std::string describe(const Parameters::All &prm, const std::string &directory)

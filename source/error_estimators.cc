@@ -211,7 +211,7 @@ namespace squeal
         const Matrix A = sum_of(spaces.rows, contact_terms, order);
         if (!A)
           continue;
-        const std::array<Block, 2> products = {{multiply(A, right), multiply(transpose(A), left)}};
+        const std::array<Block, 2> products = {{multiply(A, right), multiply_transposed(A, left)}};
         for (const bool is_left : {false, true})
           for (unsigned int j = 0; j < m; ++j)
           {

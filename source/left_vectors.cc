@@ -10,13 +10,6 @@ namespace squeal
 
   namespace
   {
-    Matrix share(const Matrix &matrix)
-    {
-      if (matrix)
-        SQUEAL_PETSC(PetscObjectReference(reinterpret_cast<PetscObject>(static_cast<Mat>(matrix))));
-      return Matrix(static_cast<Mat>(matrix));
-    }
-
     /// Columns of the solution X of A X = B, complex, by Gaussian elimination with pivoting; false
     /// if A is singular to rounding. Column-major, n x n.
     bool solve_in_place(std::vector<Complex> a, std::vector<Complex> &b, const unsigned int n)
@@ -105,10 +98,10 @@ namespace squeal
   {
     QuadraticEigenproblem adjoint;
     adjoint.rows                = problem.rows;
-    adjoint.M                   = share(problem.M);
-    adjoint.P                   = transpose(problem.P);
-    adjoint.Q                   = transpose(problem.Q);
-    adjoint.reference           = share(problem.reference);
+    adjoint.M                   = problem.M.view(false);
+    adjoint.P                   = problem.P.view(true);
+    adjoint.Q                   = problem.Q.view(true);
+    adjoint.reference           = problem.reference.view(false);
     adjoint.n_constraints       = problem.n_constraints;
     adjoint.compliant           = problem.compliant;
     adjoint.n_local_constraints = problem.n_local_constraints;

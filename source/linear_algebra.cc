@@ -38,8 +38,24 @@ namespace squeal
   {
     PetscReal norm = 0;
     if (mat)
-      SQUEAL_PETSC(MatNorm(mat, NORM_INFINITY, &norm));
+      SQUEAL_PETSC(MatNorm(mat, transposes ? NORM_1 : NORM_INFINITY, &norm));
     return norm;
+  }
+
+  Matrix Matrix::view(const bool transposed) const
+  {
+    if (mat)
+      SQUEAL_PETSC(PetscObjectReference(reinterpret_cast<PetscObject>(mat)));
+    Matrix result(mat);
+    result.transposes = transposes != transposed;
+    return result;
+  }
+
+  Matrix::operator Mat() const
+  {
+    if (transposes)
+      throw std::logic_error("A transposed view of a matrix is for products only.");
+    return mat;
   }
 
   std::uint64_t Matrix::n_nonzeros() const
@@ -161,14 +177,6 @@ namespace squeal
     }
     compress(sum);
     return sum;
-  }
-
-  Matrix transpose(const Matrix &matrix)
-  {
-    Mat result = nullptr;
-    if (matrix)
-      SQUEAL_PETSC(MatTranspose(matrix, MAT_INITIAL_MATRIX, &result));
-    return Matrix(result);
   }
 
   Matrix symmetric_part(const RowRange &rows, const Matrix &matrix)

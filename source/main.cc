@@ -8,11 +8,25 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 
+// Of OpenBLAS, if that is the BLAS in use.
+extern "C" __attribute__((weak)) void openblas_set_num_threads(int);
+
 namespace
 {
+  /// OpenBLAS would take a thread for every core, which wait for each other in the small products
+  /// of a sparse factorisation: twice the processor time for no gain. Ranks are the better use of
+  /// cores; who sets the number of threads gets them.
+  void use_one_thread_unless_told()
+  {
+    if (openblas_set_num_threads && !std::getenv("OMP_NUM_THREADS") &&
+        !std::getenv("OPENBLAS_NUM_THREADS"))
+      openblas_set_num_threads(1);
+  }
+
   const char *usage =
       "squeal " SQUEAL_VERSION ": predicts disc-brake squeal\n"
       "\n"
@@ -125,6 +139,7 @@ int main(int argc, char *argv[])
   dealii::deal_II_exceptions::disable_abort_on_exception();
 
   squeal::end_cleanly_on_signals();
+  use_one_thread_unless_told();
 
   const MPI_Comm comm = MPI_COMM_WORLD;
   try

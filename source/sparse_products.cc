@@ -169,21 +169,22 @@ namespace squeal
       std::vector<PetscInt> sent;
     };
 
-    Block product(const Matrix &matrix, const Block &block, const bool transposed)
+    Block product(const Matrix &matrix, const Block &block, const bool of_transpose)
     {
+      const bool transposed     = of_transpose != matrix.is_transposed();
       const unsigned int n_rows = block.n_local(), n_columns = block.n_columns();
       Block result(block.row_range(), n_columns);
       if (!matrix || n_columns == 0)
         return result;
       PetscBool is_parallel = PETSC_FALSE;
-      SQUEAL_PETSC(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(Mat(matrix)), MATMPIAIJ,
+      SQUEAL_PETSC(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix.stored()), MATMPIAIJ,
                                           &is_parallel));
-      Mat own = matrix, coupling = nullptr;
+      Mat own = matrix.stored(), coupling = nullptr;
       const PetscInt *ghosts = nullptr;
       PetscInt n_ghosts      = 0;
       if (is_parallel)
       {
-        SQUEAL_PETSC(MatMPIAIJGetSeqAIJ(matrix, &own, &coupling, &ghosts));
+        SQUEAL_PETSC(MatMPIAIJGetSeqAIJ(matrix.stored(), &own, &coupling, &ghosts));
         SQUEAL_PETSC(MatGetSize(coupling, nullptr, &n_ghosts));
       }
       const Csr own_rows(own);

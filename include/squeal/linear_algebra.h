@@ -23,20 +23,35 @@ namespace squeal
   public:
     Matrix() = default;
     explicit Matrix(Mat mat) : mat(mat) {}
-    Matrix(Matrix &&other) noexcept : mat(std::exchange(other.mat, nullptr)) {}
+    Matrix(Matrix &&other) noexcept
+        : mat(std::exchange(other.mat, nullptr)), transposes(other.transposes)
+    {
+    }
     Matrix &operator=(Matrix &&other) noexcept
     {
       std::swap(mat, other.mat);
+      std::swap(transposes, other.transposes);
       return *this;
     }
     Matrix(const Matrix &)            = delete;
     Matrix &operator=(const Matrix &) = delete;
     ~Matrix();
 
-    operator Mat() const
+    /// The same matrix or its transpose, without a copy of the entries: for multiply() and
+    /// infinity_norm() only.
+    Matrix view(bool transposed) const;
+    bool is_transposed() const
+    {
+      return transposes;
+    }
+    /// What PETSc stores: of a transposed view the matrix itself.
+    Mat stored() const
     {
       return mat;
     }
+
+    /// Throws std::logic_error for a transposed view.
+    operator Mat() const;
     explicit operator bool() const
     {
       return mat != nullptr;
@@ -46,7 +61,8 @@ namespace squeal
     std::uint64_t n_nonzeros() const; ///< summed over all ranks
 
   private:
-    Mat mat = nullptr;
+    Mat mat         = nullptr;
+    bool transposes = false;
   };
 
   /// The rows of the distributed unknowns that this rank owns: [begin, end) of size in all.
@@ -85,9 +101,6 @@ namespace squeal
   /// sum_i c_i A_i on the union of the patterns, in two passes over the rows. Empty if every
   /// summand is.
   Matrix sum_of(const RowRange &rows, const std::vector<Summand> &summands);
-
-  /// A^T; empty if A is.
-  Matrix transpose(const Matrix &matrix);
 
   /// (A + A^T)/2.
   Matrix symmetric_part(const RowRange &rows, const Matrix &matrix);
