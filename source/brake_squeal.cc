@@ -4,6 +4,7 @@
 #include <squeal/convergence.h>
 #include <squeal/error_estimators.h>
 #include <squeal/fields.h>
+#include <squeal/half_problems.h>
 #include <squeal/matrix_model.h>
 #include <squeal/mesh_scene.h>
 #include <squeal/refinement.h>
@@ -73,6 +74,15 @@ namespace squeal
     return options;
   }
 
+  void Analysis::solve(const Model &model, const QuadraticEigenproblem &problem)
+  {
+    std::optional<MirrorSymmetry> symmetry;
+    if (prm.eigenproblem.mirror_symmetry)
+      symmetry = model.mirror_symmetry();
+    modes = solve_by_symmetry(*make_eigensolver(prm.eigenproblem.solver), problem,
+                              eigensolver_options(), symmetry);
+  }
+
   void Analysis::sweep(Model &model, const ModelFactory &make_model)
   {
     if (prm.sweep.is_map())
@@ -91,7 +101,7 @@ namespace squeal
       model.assemble(prm);
       PhaseTimer::Scope scope(timer, "eigenproblem");
       const QuadraticEigenproblem problem = model.problem();
-      modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, eigensolver_options());
+      solve(model, problem);
       rows.push_back(analyse(problem, modes, 0, prm.eigenproblem.tolerance));
       for (const ModeRow &row : rows.back())
       {
@@ -118,9 +128,8 @@ namespace squeal
     {
       PhaseTimer::Scope scope(timer, "eigenproblem");
       const QuadraticEigenproblem problem = model.problem();
-      const EigensolverOptions options    = eigensolver_options();
-      modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
-      rows  = analyse(problem, modes, cycle, options.tolerance);
+      solve(model, problem);
+      rows = analyse(problem, modes, cycle, prm.eigenproblem.tolerance);
     }
     const std::clock_t before = std::clock();
     estimate(rows);
@@ -365,7 +374,7 @@ namespace squeal
         return true;
       }
       constexpr double bulk = 0.7;
-      const std::vector<double> by_cell =
+      std::vector<double> by_cell =
           refinement_indicators(rows_of_cycle.back(), errors, prm.refinement.tolerance);
       if (Utilities::MPI::max(by_cell.size(), comm) == 0)
       {
@@ -373,6 +382,8 @@ namespace squeal
                                               : "\nAll verdicts are decided.");
         return false;
       }
+      if (prm.eigenproblem.mirror_symmetry)
+        average_mirror_cells(spaces, by_cell);
       Vector<float> criteria(mesh.n_active_cells());
       unsigned int number = 0;
       for (const auto &cell : mesh.active_cell_iterators())

@@ -51,6 +51,8 @@ namespace squeal
     std::vector<unsigned int> dofs_of_cycle;
 
   private:
+    /// Finds the modes.
+    void solve(const Model &model, const QuadraticEigenproblem &problem);
     void explain_modes(const Model &model, const std::vector<ModeRow> &rows, unsigned int cycle);
     std::unique_ptr<Table> modes_csv, cycles_csv, contributions_csv, sensitivities_csv;
   };
