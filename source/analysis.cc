@@ -1,4 +1,5 @@
 #include <squeal/analysis.h>
+#include <squeal/half_problems.h>
 #include <squeal/memory.h>
 #include <squeal/stability_map.h>
 #include <squeal/sweep.h>
@@ -69,6 +70,15 @@ namespace squeal
     return options;
   }
 
+  void Analysis::solve(const Model &model, const QuadraticEigenproblem &problem)
+  {
+    std::optional<MirrorSymmetry> symmetry;
+    if (prm.eigenproblem.mirror_symmetry)
+      symmetry = model.mirror_symmetry();
+    modes = solve_by_symmetry(*make_eigensolver(prm.eigenproblem.solver), problem,
+                              eigensolver_options(), symmetry);
+  }
+
   void Analysis::sweep(Model &model, const ModelFactory &make_model)
   {
     if (prm.sweep.is_map())
@@ -87,7 +97,7 @@ namespace squeal
       model.assemble(prm);
       PhaseTimer::Scope scope(timer, "eigenproblem");
       const QuadraticEigenproblem problem = model.problem();
-      modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, eigensolver_options());
+      solve(model, problem);
       rows.push_back(analyse(problem, modes, 0, prm.eigenproblem.tolerance));
       for (const ModeRow &row : rows.back())
       {
@@ -113,9 +123,8 @@ namespace squeal
     {
       PhaseTimer::Scope scope(timer, "eigenproblem");
       const QuadraticEigenproblem problem = model.problem();
-      const EigensolverOptions options    = eigensolver_options();
-      modes = make_eigensolver(prm.eigenproblem.solver)->solve(problem, options);
-      rows  = analyse(problem, modes, cycle, options.tolerance);
+      solve(model, problem);
+      rows = analyse(problem, modes, cycle, prm.eigenproblem.tolerance);
     }
     const std::clock_t before = std::clock();
     estimate(rows);

@@ -152,15 +152,16 @@ namespace squeal
         divide();
         return true;
       }
-      constexpr double bulk = 0.7;
-      const std::vector<double> by_cell =
-          refinement_indicators(rows, errors, prm.refinement.tolerance);
+      constexpr double bulk       = 0.7;
+      std::vector<double> by_cell = refinement_indicators(rows, errors, prm.refinement.tolerance);
       if (Utilities::MPI::max(by_cell.size(), comm) == 0)
       {
         log.line(prm.refinement.tolerance > 0 ? "\nAll modes are known to the tolerance."
                                               : "\nAll verdicts are decided.");
         return false;
       }
+      if (prm.eigenproblem.mirror_symmetry)
+        average_mirror_cells(spaces, by_cell);
       Vector<float> criteria(mesh.n_active_cells());
       unsigned int number = 0;
       for (const auto &cell : mesh.active_cell_iterators())

@@ -71,47 +71,49 @@ namespace squeal
       }
       return factors;
     }
+  } // namespace
 
-    /// x^H M x = 1 with the largest component real, z^H Q'(l) x = 2 l, and the condition numbers.
-    void normalise(const QuadraticEigenproblem &problem, Modes &modes)
-    {
-      const unsigned int n = modes.lambda.size(), n_local = problem.rows.n_local();
-      // Sums over the rows of x^H M x, z^H M z, z^H (2 l M + P) x
-      std::vector<Complex> sums(3 * n), factors = turning_factors(problem.rows, modes.re, modes.im),
-                                        left_factors(n);
-      const Block m_re = multiply(problem.M, modes.re), m_im = multiply(problem.M, modes.im),
-                  p_re = multiply(problem.P, modes.re), p_im = multiply(problem.P, modes.im),
-                  z_re = multiply(problem.M, modes.left_re),
-                  z_im = multiply(problem.M, modes.left_im);
-      const auto entry =
-          [](const Block &re, const Block &im, const unsigned int k, const unsigned int i)
-      { return Complex(re.column(k)[i], im.column(k)[i]); };
-      for (unsigned int k = 0; k < n; ++k)
-        for (unsigned int i = 0; i < n_local; ++i)
-        {
-          const Complex x = entry(modes.re, modes.im, k, i),
-                        z = entry(modes.left_re, modes.left_im, k, i), mx = entry(m_re, m_im, k, i);
-          sums[3 * k] += std::conj(x) * mx;
-          sums[3 * k + 1] += std::conj(z) * entry(z_re, z_im, k, i);
-          sums[3 * k + 2] += std::conj(z) * (2. * modes.lambda[k] * mx + entry(p_re, p_im, k, i));
-        }
-      MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2 * sums.size(), MPI_DOUBLE, MPI_SUM,
-                    problem.rows.comm);
-      modes.condition.clear();
-      for (unsigned int k = 0; k < n; ++k)
+  void normalise(const QuadraticEigenproblem &problem, Modes &modes)
+  {
+    const unsigned int n = modes.lambda.size(), n_local = problem.rows.n_local();
+    // Sums over the rows of x^H M x, z^H M z, z^H (2 l M + P) x
+    std::vector<Complex> sums(3 * n), factors = turning_factors(problem.rows, modes.re, modes.im),
+                                      left_factors(n);
+    const Block m_re = multiply(problem.M, modes.re), m_im = multiply(problem.M, modes.im),
+                p_re = multiply(problem.P, modes.re), p_im = multiply(problem.P, modes.im),
+                z_re = multiply(problem.M, modes.left_re),
+                z_im = multiply(problem.M, modes.left_im);
+    const auto entry =
+        [](const Block &re, const Block &im, const unsigned int k, const unsigned int i)
+    { return Complex(re.column(k)[i], im.column(k)[i]); };
+    for (unsigned int k = 0; k < n; ++k)
+      for (unsigned int i = 0; i < n_local; ++i)
       {
-        const double x_norm   = std::sqrt(sums[3 * k].real()),
-                     z_norm   = std::sqrt(sums[3 * k + 1].real());
-        const Complex product = sums[3 * k + 2];
-        modes.condition.push_back(z_norm * x_norm * std::abs(2. * modes.lambda[k]) /
-                                  std::abs(product));
-        factors[k] /= x_norm;
-        left_factors[k] = std::conj(2. * modes.lambda[k] / (product * factors[k]));
+        const Complex x = entry(modes.re, modes.im, k, i),
+                      z = entry(modes.left_re, modes.left_im, k, i), mx = entry(m_re, m_im, k, i);
+        sums[3 * k] += std::conj(x) * mx;
+        sums[3 * k + 1] += std::conj(z) * entry(z_re, z_im, k, i);
+        sums[3 * k + 2] += std::conj(z) * (2. * modes.lambda[k] * mx + entry(p_re, p_im, k, i));
       }
-      scale(modes.re, modes.im, factors);
-      scale(modes.left_re, modes.left_im, left_factors);
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2 * sums.size(), MPI_DOUBLE, MPI_SUM,
+                  problem.rows.comm);
+    modes.condition.clear();
+    for (unsigned int k = 0; k < n; ++k)
+    {
+      const double x_norm   = std::sqrt(sums[3 * k].real()),
+                   z_norm   = std::sqrt(sums[3 * k + 1].real());
+      const Complex product = sums[3 * k + 2];
+      modes.condition.push_back(z_norm * x_norm * std::abs(2. * modes.lambda[k]) /
+                                std::abs(product));
+      factors[k] /= x_norm;
+      left_factors[k] = std::conj(2. * modes.lambda[k] / (product * factors[k]));
     }
+    scale(modes.re, modes.im, factors);
+    scale(modes.left_re, modes.left_im, left_factors);
+  }
 
+  namespace
+  {
     /// The modes inside the window, sorted.
     Modes in_window(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
                     Modes modes)
@@ -126,10 +128,7 @@ namespace squeal
           order.push_back(j); // real eigenvalues only if they diverge
       std::sort(order.begin(), order.end(),
                 [&](const unsigned int a, const unsigned int b)
-                {
-                  return std::make_pair(modes.lambda[a].imag(), modes.lambda[a].real()) <
-                         std::make_pair(modes.lambda[b].imag(), modes.lambda[b].real());
-                });
+                { return precedes(modes.lambda[a], modes.lambda[b]); });
 
       Modes result              = modes;
       result.disc_lambda        = modes.lambda;

@@ -325,8 +325,17 @@ namespace squeal
     Polygon outline(const FaceElement<3> &element, const SurfaceFace<3> &rotor_face,
                     const DividedEdges &divided, const SurfaceFace<3> &pad_face)
     {
+      // Where edges of both sides coincide, rounding must not decide whether the clipped polygon
+      // has a corner more, and so which quadrature it gets.
       const auto to_pad = [&](const Point<2> &xi)
-      { return element.project(pad_face, element.frame(rotor_face, xi).x); };
+      {
+        Point<2> image = element.project(pad_face, element.frame(rotor_face, xi).x);
+        for (unsigned int d = 0; d < 2; ++d)
+          for (const double end : {0., 1.})
+            if (std::abs(image[d] - end) < 1e-12)
+              image[d] = end;
+        return image;
+      };
       const auto far_from_square = [](const Point<2> &a, const Point<2> &b)
       {
         for (unsigned int d = 0; d < 2; ++d)

@@ -126,7 +126,7 @@ namespace squeal
       "cycle,mode,growth_rate_1_per_s,frequency_hz,damping_ratio,verdict,"
       "growth_rate_error_1_per_s,frequency_error_hz,backward_error,condition_number,"
       "d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2,rayleigh_defect,criterion_1_per_s4,"
-      "left_backward_error,corrected_growth_rate_1_per_s,corrected_frequency_hz";
+      "left_backward_error,corrected_growth_rate_1_per_s,corrected_frequency_hz,mirror";
 
   const char *contributions_header =
       "cycle,mode,origin,body,d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2,growth_rate_1_per_s,"
@@ -246,7 +246,8 @@ namespace squeal
             number(row.criterion),
             number(row.left_backward_error),
             row.corrected ? number(row.corrected->real()) : "",
-            row.corrected ? number(std::abs(row.corrected->imag()) / (2 * M_PI)) : ""};
+            row.corrected ? number(std::abs(row.corrected->imag()) / (2 * M_PI)) : "",
+            row.mirror};
   }
 
   namespace

@@ -315,6 +315,12 @@ namespace squeal
                         "Estimate what the mesh does to every growth rate and frequency (scenes "
                         "with a mesh; not in sweeps). Without, verdicts trust the mesh.",
                         Patterns::Bool());
+      prm.add_parameter(
+          "Mirror symmetry", mirror_symmetry,
+          "Where the brake is its own mirror image about the rotor's mid-plane, solve for "
+          "symmetric and antisymmetric modes one after the other (not in sweeps): faster, and "
+          "less memory. Other brakes are solved as a whole.",
+          Patterns::Bool());
       prm.leave_subsection();
     }
 

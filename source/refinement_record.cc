@@ -2,18 +2,18 @@
 #include <squeal/log.h>
 #include <squeal/refinement_record.h>
 
-#include <cmath>
+#include <algorithm>
 #include <filesystem>
-#include <limits>
 
 namespace squeal
 {
   namespace
   {
-    const std::vector<std::string> tables   = {"modes.csv", "cycles.csv", "contributions.csv",
-                                               "sensitivities.csv", "static.csv"};
-    const std::vector<std::string> verdicts = {"stable", "flutter", "divergence", "marginal",
-                                               "undecided"};
+    const std::vector<std::string> tables     = {"modes.csv", "cycles.csv", "contributions.csv",
+                                                 "sensitivities.csv", "static.csv"};
+    const std::vector<std::string> verdicts   = {"stable", "flutter", "divergence", "marginal",
+                                                 "undecided"};
+    const std::vector<std::string> symmetries = {"", "symmetric", "antisymmetric"};
 
     std::string state_file(const std::string &directory)
     {
@@ -51,9 +51,14 @@ namespace squeal
       row.cycle = cycle;
       row.mode  = mode;
       visit_complex(row.lambda);
-      double verdict = std::find(verdicts.begin(), verdicts.end(), row.verdict) - verdicts.begin();
-      visit(verdict);
-      row.verdict = verdict < verdicts.size() ? verdicts[std::size_t(verdict)] : "";
+      const auto visit_name = [&](const std::vector<std::string> &names, std::string &name)
+      {
+        double number = std::find(names.begin(), names.end(), name) - names.begin();
+        visit(number);
+        name = number < names.size() ? names[std::size_t(number)] : "";
+      };
+      visit_name(verdicts, row.verdict);
+      visit_name(symmetries, row.mirror);
       visit_optional(row.growth_rate_error);
       visit_optional(row.frequency_error);
       visit_optional(row.corrected);

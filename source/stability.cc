@@ -70,6 +70,8 @@ namespace squeal
         row.condition_number    = modes.condition[j];
         row.left_backward_error = modes.left_backward_error[j];
       }
+      if (j < modes.mirror.size())
+        row.mirror = modes.mirror[j];
       const auto roots = rayleigh_roots(row.d, row.g, row.k, row.n);
       row.rayleigh_defect =
           std::min(std::abs(roots[0] - row.lambda), std::abs(roots[1] - row.lambda)) /

@@ -55,6 +55,8 @@ namespace squeal
     std::vector<ModeRow> rows; ///< of the present cycle
 
   private:
+    /// Finds the modes.
+    void solve(const Model &model, const QuadraticEigenproblem &problem);
     void explain_modes(const Model &model, unsigned int cycle);
     std::unique_ptr<Table> modes_csv, cycles_csv, contributions_csv, sensitivities_csv;
   };

@@ -56,6 +56,10 @@ namespace squeal
     derivatives(const std::string &only, const Factorization *nearby = nullptr) const override;
 
     std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override;
+    std::optional<MirrorSymmetry> mirror_symmetry() const override
+    {
+      return find_mirror_symmetry(spaces_);
+    }
 
     Spaces<dim> &spaces()
     {

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace squeal
 {
@@ -17,6 +18,15 @@ namespace squeal
     virtual Modes solve(const QuadraticEigenproblem &problem,
                         const EigensolverOptions &options) const = 0;
   };
+
+  /// The order of modes: by |Im l|, then by Re l.
+  inline bool precedes(const std::complex<double> &a, const std::complex<double> &b)
+  {
+    return std::make_pair(a.imag(), a.real()) < std::make_pair(b.imag(), b.real());
+  }
+
+  /// x^H M x = 1 with the largest component real, z^H Q'(l) x = 2 l, and the condition numbers.
+  void normalise(const QuadraticEigenproblem &problem, Modes &modes);
 
   /// The solver of that name: block_krylov, krylov or dense. To add one: a class and a row in the
   /// table.

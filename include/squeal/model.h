@@ -1,10 +1,12 @@
 #pragma once
 
 #include <squeal/eigenproblem.h>
+#include <squeal/mirror.h>
 #include <squeal/parameters.h>
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,6 +54,12 @@ namespace squeal
     /// Names of the bodies and, for each row of this rank, the number of its body.
     virtual std::pair<std::vector<std::string>, std::vector<unsigned int>>
     bodies_of_rows() const = 0;
+
+    /// The reflection about the rotor's mid-plane, if the equations have one.
+    virtual std::optional<MirrorSymmetry> mirror_symmetry() const
+    {
+      return {};
+    }
 
   protected:
     void add_term(const Origin origin, const unsigned int order, const double coefficient,

@@ -208,6 +208,7 @@ namespace squeal
       double tolerance         = 1e-9;
       double shift             = 0;
       bool error_bars          = true;
+      bool mirror_symmetry     = true;
 
       void declare(dealii::ParameterHandler &prm);
     };

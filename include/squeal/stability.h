@@ -27,6 +27,7 @@ namespace squeal
     /// k d^2 + n d g - n^2 of criterion (34), 1/s^4: with d > 0 both roots of (31) are stable iff
     /// it is positive.
     double criterion = 0;
+    std::string mirror; ///< symmetric, antisymmetric
 
     double growth_rate() const
     {

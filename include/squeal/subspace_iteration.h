@@ -26,6 +26,9 @@ namespace squeal
     /// perturbation dQ of the operator moves l by at most condition |dQ| / |2 l|, |dQ| in the norm
     /// of M, to first order.
     std::vector<double> condition;
+    /// Whether the mode is symmetric or antisymmetric about the rotor's mid-plane; empty: not
+    /// known.
+    std::vector<std::string> mirror;
 
     /// All eigenvalues of the searched disc, of which the window is a part.
     std::vector<std::complex<double>> disc_lambda;

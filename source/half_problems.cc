@@ -1,0 +1,84 @@
+#include <squeal/half_problems.h>
+#include <squeal/left_vectors.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace squeal
+{
+  namespace
+  {
+    /// What both halves found, one after the other, as vectors of the whole.
+    void append(const HalfSpace &space, const Modes &half, const std::string &name, Modes &modes)
+    {
+      const auto join = [](auto &all, const auto &more)
+      { all.insert(all.end(), more.begin(), more.end()); };
+      join(modes.lambda, half.lambda);
+      join(modes.disc_lambda, half.disc_lambda);
+      modes.mirror.insert(modes.mirror.end(), half.lambda.size(), name);
+      for (Block Modes::*block : {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im})
+        (modes.*block).append(space.expand(half.*block));
+      modes.completeness += (modes.completeness.empty() ? "" : "; ") + name + ", " +
+                            std::to_string(space.row_range().size) +
+                            " unknowns: " + half.completeness;
+      modes.n_reference += half.n_reference;
+      modes.n_rigid_body_modes += half.n_rigid_body_modes;
+      modes.n_solves += half.n_solves;
+      modes.factor_memory_mib    = std::max(modes.factor_memory_mib, half.factor_memory_mib);
+      modes.predicted_memory_mib = std::max(modes.predicted_memory_mib, half.predicted_memory_mib);
+      modes.seconds.counting += half.seconds.counting;
+      modes.seconds.factorization += half.seconds.factorization;
+      modes.seconds.right += half.seconds.right;
+      modes.seconds.left += half.seconds.left;
+    }
+
+    void sort_by_frequency(Modes &modes)
+    {
+      std::vector<unsigned int> order(modes.lambda.size());
+      std::iota(order.begin(), order.end(), 0u);
+      std::stable_sort(order.begin(), order.end(),
+                       [&](const unsigned int a, const unsigned int b)
+                       { return precedes(modes.lambda[a], modes.lambda[b]); });
+      const Pairs right = select({modes.lambda, modes.re, modes.im}, order),
+                  left  = select({modes.lambda, modes.left_re, modes.left_im}, order);
+      std::vector<std::string> mirror;
+      for (const unsigned int j : order)
+        mirror.push_back(modes.mirror[j]);
+      modes.lambda  = right.lambda;
+      modes.re      = right.re;
+      modes.im      = right.im;
+      modes.left_re = left.re;
+      modes.left_im = left.im;
+      modes.mirror  = mirror;
+    }
+
+    /// Backward errors are measured in norms, and the largest component is turned to the real
+    /// axis: those of the whole problem and its vectors.
+    void finish(const QuadraticEigenproblem &problem, Modes &modes)
+    {
+      modes.backward_error      = BackwardError(problem)(modes.lambda, modes.re, modes.im).errors;
+      modes.left_backward_error = left_backward_errors(problem, modes);
+      normalise(problem, modes);
+    }
+  } // namespace
+
+  Modes solve_by_symmetry(const Eigensolver &solver, const QuadraticEigenproblem &problem,
+                          const EigensolverOptions &options,
+                          const std::optional<MirrorSymmetry> &symmetry)
+  {
+    // Problems nearby are projected on one basis, with the factors of the whole.
+    if (!symmetry || options.keep_factors || !is_symmetric(problem, *symmetry))
+      return solver.solve(problem, options);
+    Modes modes;
+    for (Block Modes::*block : {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im})
+      modes.*block = Block(problem.rows, 0);
+    for (const std::string name : {"symmetric", "antisymmetric"})
+    {
+      const HalfSpace space(*symmetry, name == "symmetric");
+      append(space, solver.solve(space.restrict(problem), options), name, modes);
+    }
+    sort_by_frequency(modes);
+    finish(problem, modes);
+    return modes;
+  }
+} // namespace squeal

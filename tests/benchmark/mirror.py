@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""A symmetric brake solved as a whole and by its halves: processor seconds by part, memory, eigenvalues.
+
+    mirror.py [PARAMETER_FILE] [--program SQUEAL] [--set "Section/Key=value"]...
+
+The default is prm/brake.prm. Both runs are made one after the other on one machine, without fields. "eigenproblem" is
+wall time of the whole phase, with the check of the symmetry and the products for the halves.
+"""
+
+import argparse
+import os
+import re
+import subprocess
+import tempfile
+from pathlib import Path
+
+from accuracy import read_csv
+
+PROJECT = Path(__file__).resolve().parents[2]
+PARTS = r"counting ([\d.]+), factorisation ([\d.]+), right vectors ([\d.]+), left vectors ([\d.]+)"
+
+
+def run(arguments, mirror):
+    """Figures by name, and the eigenvalues."""
+    with tempfile.TemporaryDirectory() as directory:
+        settings = [f"Output/Directory={directory}", "Output/Fields=none", f"Eigenproblem/Mirror symmetry={mirror}"]
+        command = [arguments.program, arguments.file, *(a for s in arguments.set + settings for a in ("--set", s))]
+        subprocess.run(command, check=True, capture_output=True,
+                       env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
+        log = Path(directory, "log.txt").read_text()
+        modes = read_csv(f"{directory}/modes.csv")
+        cycle = read_csv(f"{directory}/cycles.csv")[-1]
+    parts = [float(value) for value in re.findall(PARTS, log)[-1]]
+    figures = dict(zip(["counting, s", "factorisation, s", "right vectors, s", "left vectors, s"], parts))
+    figures["sum of these, s"] = sum(parts)
+    figures["eigenproblem, s"] = float(cycle["seconds_eigenproblem"])
+    figures["whole run, s"] = float(cycle["processor_seconds"])
+    figures["factors, MiB"] = float(re.findall(r"shift-invert (\d+) MiB", log)[-1])
+    figures["peak memory, MiB"] = float(cycle["memory_mib"])
+    figures["largest backward error"] = max(float(mode["backward_error"]) for mode in modes)
+    last = [mode for mode in modes if mode["cycle"] == modes[-1]["cycle"]]
+    return figures, [complex(float(m["growth_rate_1_per_s"]), 6.283185307179586 * float(m["frequency_hz"])) for m in last]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", nargs="?", default=PROJECT / "prm/brake.prm")
+    parser.add_argument("--program", default=PROJECT / "build/release/squeal")
+    parser.add_argument("--set", action="append", default=[])
+    arguments = parser.parse_args()
+    (whole, of_whole), (halves, of_halves) = (run(arguments, mirror) for mirror in ("false", "true"))
+    print(f"{'':24s} {'whole':>10s} {'halves':>10s} {'ratio':>7s}")
+    for name, value in whole.items():
+        ratio = f"{value / halves[name]:7.2f}" if halves[name] > 0 else ""
+        print(f"{name:24s} {value:10.4g} {halves[name]:10.4g} {ratio}")
+    difference = max(min(abs(x - y) for y in of_halves) / abs(x) for x in of_whole)
+    print(f"{len(of_whole)} and {len(of_halves)} modes; largest relative difference of an eigenvalue {difference:.1e}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,291 @@
+#include "fields.h"
+
+#include <doctest/doctest.h>
+
+#include <squeal/brake_model.h>
+#include <squeal/half_problems.h>
+
+using namespace dealii;
+using namespace squeal;
+using namespace squeal::tests;
+using Complex = std::complex<double>;
+
+namespace
+{
+  Parameters::All small_brake(const std::string &arrangement = "both")
+  {
+    Parameters::All prm;
+    prm.discretization.rotor_cells = {{2, 9, 1}};
+    prm.discretization.pad_cells   = {{1, 2, 1}};
+    prm.pads.arrangement           = arrangement;
+    return prm;
+  }
+
+  /// No symmetry of its own: all components are different polynomials with odd and even powers.
+  Tensor<1, 3> some_field(const Point<3> &x)
+  {
+    return Tensor<1, 3>({1 + 3 * x[0] - 50 * x[2] + 9 * x[1] * x[2],
+                         2 - x[1] + 70 * x[2] * x[2] + x[2], 4 + x[0] * x[1] + 90 * x[2]});
+  }
+
+  /// (S u)(x) = R u(R x) with R = diag(1, 1, -1).
+  Tensor<1, 3> reflected_field(const Point<3> &x)
+  {
+    Tensor<1, 3> u = some_field(Point<3>(x[0], x[1], -x[2]));
+    u[2]           = -u[2];
+    return u;
+  }
+
+  double difference(const Block &a, const Block &b)
+  {
+    Block d = a;
+    for (std::size_t i = 0; i < std::size_t(d.n_local()) * d.n_columns(); ++i)
+      d.data()[i] -= b.data()[i];
+    return largest_entry(d);
+  }
+
+  double dot(const Block &a, const Block &b)
+  {
+    return inner_products(a, b)[0];
+  }
+
+  Block scattered_column(const RowRange &rows, const unsigned int seed)
+  {
+    return block_of(rows, 1,
+                    [&](const unsigned int i, const unsigned int) { return scattered(i, seed); });
+  }
+
+  /// What the program solves for a brake of a stage, and its reflection.
+  struct Brake
+  {
+    explicit Brake(const Parameters::All &prm)
+        : log(MPI_COMM_WORLD), model(make_brake(prm), prm, MPI_COMM_WORLD, log, timer)
+    {
+      model.distribute();
+      model.assemble(prm);
+      problem  = model.problem();
+      symmetry = model.mirror_symmetry();
+    }
+    Log log;
+    PhaseTimer timer;
+    BrakeModel<3> model;
+    QuadraticEigenproblem problem;
+    std::optional<MirrorSymmetry> symmetry;
+  };
+
+  EigensolverOptions window(const double frequency)
+  {
+    EigensolverOptions options;
+    options.max_imaginary = 2 * M_PI * frequency;
+    return options;
+  }
+} // namespace
+
+TEST_CASE("mirror: the reflection of a field")
+{
+  // Nodes stand mirrored, so the interpolant of S u is S applied to that of u. Only displacements:
+  // both pads have pressures, which a field does not have.
+  for (const bool refined : {false, true})
+  {
+    CAPTURE(refined);
+    const Parameters::All prm  = small_brake();
+    const Geometry<3> geometry = make_brake(prm);
+    Spaces<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
+    spaces.distribute();
+    if (refined) // both sides alike, with hanging nodes
+      refine_where(spaces, [](const Point<3> &x, const types::material_id) { return x[1] > 0.07; });
+    const auto symmetry = find_mirror_symmetry(spaces);
+    REQUIRE(symmetry);
+    const Block u = interpolate(spaces, all_bodies, some_field);
+    CHECK(difference(symmetry->reflect(u), interpolate(spaces, all_bodies, reflected_field)) <=
+          1e-10);
+    // A pressure on the upper pad stands on the lower one.
+    const Block x = scattered_column(spaces.rows, 1);
+    CHECK(difference(symmetry->reflect(symmetry->reflect(x)), x) == 0);
+    const Block ones = constant_multiplier(spaces, 1.);
+    CHECK(difference(symmetry->reflect(ones), ones) == 0);
+  }
+}
+
+TEST_CASE("mirror: scenes without the symmetry")
+{
+  for (const std::string arrangement : {"none", "upper", "lower", "both"})
+  {
+    CAPTURE(arrangement);
+    const Parameters::All prm  = small_brake(arrangement);
+    const Geometry<3> geometry = make_brake(prm);
+    Spaces<3> spaces(geometry, 1, true, MPI_COMM_WORLD);
+    spaces.distribute();
+    const bool expected = arrangement == "none" || arrangement == "both";
+    CHECK(find_mirror_symmetry(spaces).has_value() == expected);
+  }
+  // Refined on one side only.
+  const Parameters::All prm  = small_brake();
+  const Geometry<3> geometry = make_brake(prm);
+  Spaces<3> spaces(geometry, 1, true, MPI_COMM_WORLD);
+  spaces.distribute();
+  refine_where(spaces, [](const Point<3> &, const types::material_id body)
+               { return body == upper_pad_body; });
+  CHECK_FALSE(find_mirror_symmetry(spaces));
+  // The strip slides on one side and stands on the other.
+  const Geometry<2> strip = make_strip(prm);
+  Spaces<2> strip_spaces(strip, 1, true, MPI_COMM_WORLD);
+  strip_spaces.distribute();
+  CHECK_FALSE(find_mirror_symmetry(strip_spaces));
+}
+
+TEST_CASE("mirror: averaged cells are marked on both sides")
+{
+  // Indicators 1 on the upper pad, 3 on the lower one, 0.1 z + 7 in the rotor: 2, 2, 7.
+  const Parameters::All prm  = small_brake();
+  const Geometry<3> geometry = make_brake(prm);
+  const Spaces<3> spaces(geometry, 1, true, MPI_COMM_WORLD);
+  std::vector<double> by_cell, expected;
+  for (const auto &cell : spaces.triangulation.active_cell_iterators())
+    if (cell->is_locally_owned())
+    {
+      const auto body = cell->material_id();
+      by_cell.push_back(body == upper_pad_body   ? 1
+                        : body == lower_pad_body ? 3
+                                                 : 7 + 0.1 * cell->center()[2]);
+      expected.push_back(body == rotor_body ? 7 : 2);
+    }
+  average_mirror_cells(spaces, by_cell);
+  for (unsigned int i = 0; i < by_cell.size(); ++i)
+    CHECK(relative_error(by_cell[i], expected[i]) <= 1e-14);
+}
+
+TEST_CASE("mirror: half spaces are isometric, orthogonal, and together the whole")
+{
+  const Brake brake(small_brake());
+  REQUIRE(brake.symmetry);
+  REQUIRE(is_symmetric(brake.problem, *brake.symmetry));
+  const HalfSpace plus(*brake.symmetry, true), minus(*brake.symmetry, false);
+  CHECK(plus.row_range().size + minus.row_range().size == brake.problem.rows.size);
+
+  const Block y = scattered_column(plus.row_range(), 3), z = scattered_column(plus.row_range(), 4),
+              w   = scattered_column(minus.row_range(), 5);
+  const Block v_y = plus.expand(y), v_z = plus.expand(z), v_w = minus.expand(w);
+  CHECK(relative_error(dot(v_y, v_z), dot(y, z), dot(y, y)) <= 1e-13);
+  CHECK(std::abs(dot(v_y, v_w)) <= 1e-13 * dot(v_y, v_y));
+  CHECK(relative_error(dot(v_w, v_w), dot(w, w)) <= 1e-13);
+  CHECK(difference(brake.symmetry->reflect(v_y), v_y) <= 1e-15);
+  Block minus_v_w = v_w;
+  for (unsigned int i = 0; i < minus_v_w.n_local(); ++i)
+    minus_v_w.data()[i] *= -1;
+  CHECK(difference(brake.symmetry->reflect(v_w), minus_v_w) <= 1e-15);
+
+  // y^T (V^T A V) z = (V y)^T A (V z), and nothing between the halves.
+  const QuadraticEigenproblem half = plus.restrict(brake.problem);
+  for (const auto member : {&QuadraticEigenproblem::M, &QuadraticEigenproblem::P,
+                            &QuadraticEigenproblem::Q, &QuadraticEigenproblem::reference})
+  {
+    const Matrix &whole = brake.problem.*member;
+    const Block a_v_z   = multiply(whole, v_z);
+    const double scale  = std::sqrt(dot(v_y, v_y) * dot(a_v_z, a_v_z));
+    REQUIRE(scale > 0);
+    CHECK(relative_error(bilinear_form(y, half.*member, z), dot(v_y, a_v_z), scale) <= 1e-12);
+    CHECK(std::abs(dot(v_w, a_v_z)) <= 1e-11 * scale);
+    // The product with a basis vector has a entries of two rows at most: no fill.
+    CHECK((half.*member).n_nonzeros() <= 0.55 * whole.n_nonzeros());
+  }
+  CHECK(half.n_constraints == brake.problem.n_constraints / 2);
+  CHECK(Utilities::MPI::sum(half.n_local_constraints, MPI_COMM_WORLD) ==
+        brake.model.spaces().n_multipliers / 2);
+  // M vanishes in the rows of pressures, the last ones.
+  const Block ones = block_of(half.rows, 1, [](unsigned int, unsigned int) { return 1.; });
+  const Block mass = multiply(half.M, ones);
+  for (unsigned int i = 0; i < half.rows.n_local(); ++i)
+    CHECK((mass.data()[i] == 0) == (i >= half.rows.n_local() - half.n_local_constraints));
+}
+
+TEST_CASE("mirror: matrices decide")
+{
+  // The mesh is symmetric; one entry of one pad is not.
+  Brake brake(small_brake());
+  REQUIRE(brake.symmetry);
+  CHECK(is_symmetric(brake.problem, *brake.symmetry));
+  const unsigned int row = brake.problem.rows.size / 2;
+  const double size      = brake.problem.Q.infinity_norm();
+  brake.problem.Q =
+      sum_of(brake.problem.rows, {{1., brake.problem.Q},
+                                  {1e-6 * size, matrix_of(brake.problem.rows, {{row, row, 1}})}});
+  CHECK_FALSE(is_symmetric(brake.problem, *brake.symmetry));
+}
+
+namespace
+{
+  /// Both ways give the same modes; what is said of them is right.
+  void check_modes(const Parameters::All &prm, const double frequency)
+  {
+    const Brake brake(prm);
+    const auto solver    = make_eigensolver("block_krylov");
+    const auto options   = window(frequency);
+    const Modes whole    = solve_by_symmetry(*solver, brake.problem, options, {});
+    const Modes by_half  = solve_by_symmetry(*solver, brake.problem, options, brake.symmetry);
+    const unsigned int n = whole.lambda.size();
+    CHECK(whole.mirror.empty());
+    REQUIRE(by_half.lambda.size() == n);
+    REQUIRE(by_half.mirror.size() == n);
+    CHECK(n > 8);
+    CHECK(by_half.n_reference == whole.n_reference);
+    CHECK(by_half.factor_memory_mib < whole.factor_memory_mib);
+    CHECK(std::is_sorted(by_half.lambda.begin(), by_half.lambda.end(), precedes));
+    const std::vector<unsigned int> partner = nearest_partners(whole.lambda, by_half.lambda);
+    const Block s_re                        = brake.symmetry->reflect(by_half.re),
+                s_im                        = brake.symmetry->reflect(by_half.im);
+    const Block m_re                        = multiply(brake.problem.M, by_half.re),
+                m_im                        = multiply(brake.problem.M, by_half.im);
+    const auto form = biorthogonality(brake.problem, by_half.lambda, by_half.left_re,
+                                      by_half.left_im, by_half.lambda, by_half.re, by_half.im);
+    for (unsigned int j = 0; j < n; ++j)
+    {
+      const unsigned int k = partner[j];
+      CHECK(std::abs(whole.lambda[j] - by_half.lambda[k]) <= 1e-9 * std::abs(whole.lambda[j]));
+      CHECK(relative_error(by_half.condition[k], whole.condition[j]) <= 1e-5);
+      CHECK(by_half.backward_error[j] <= options.tolerance);
+      CHECK(by_half.left_backward_error[j] <= 1e-7);
+      const double sign = by_half.mirror[j] == "symmetric" ? 1 : -1;
+      CHECK((sign > 0 || by_half.mirror[j] == "antisymmetric"));
+      Block error = s_re.columns(j, 1);
+      for (unsigned int i = 0; i < error.n_local(); ++i)
+        error.data()[i] = std::hypot(error.data()[i] - sign * by_half.re.column(j)[i],
+                                     s_im.column(j)[i] - sign * by_half.im.column(j)[i]);
+      CHECK(largest_entry(error) <= 1e-14 * largest_entry(by_half.re.columns(j, 1)));
+      // x^H M x = 1 and z^H Q'(l) x = 2 l
+      CHECK(relative_error(dot(by_half.re.columns(j, 1), m_re.columns(j, 1)) +
+                               dot(by_half.im.columns(j, 1), m_im.columns(j, 1)),
+                           1) <= 1e-12);
+      CHECK(std::abs(form[j * (n + 1)] - 2. * by_half.lambda[j]) <=
+            1e-10 * std::abs(by_half.lambda[j]));
+    }
+    CHECK(std::count(by_half.mirror.begin(), by_half.mirror.end(), "symmetric") > 0);
+    CHECK(std::count(by_half.mirror.begin(), by_half.mirror.end(), "antisymmetric") > 0);
+  }
+} // namespace
+
+TEST_CASE("mirror: both spectra are the whole one, mortar")
+{
+  check_modes(small_brake(), 6000);
+}
+
+TEST_CASE("mirror: both spectra are the whole one, penalty and free bodies")
+{
+  Parameters::All prm         = small_brake();
+  prm.contact.formulation     = "penalty";
+  prm.contact.steady_pressure = "uniform";
+  prm.pads.back_face          = "free";
+  check_modes(prm, 6000);
+}
+
+TEST_CASE("mirror: the whole is solved where factors are kept, or without symmetry")
+{
+  const Brake brake(small_brake());
+  EigensolverOptions options = window(3000);
+  options.keep_factors       = true;
+  const auto solver          = make_eigensolver("block_krylov");
+  const Modes modes          = solve_by_symmetry(*solver, brake.problem, options, brake.symmetry);
+  CHECK(modes.mirror.empty());
+  CHECK(modes.factorization);
+  CHECK_FALSE(Brake(small_brake("upper")).symmetry);
+}
