@@ -325,8 +325,8 @@ namespace squeal
     Polygon outline(const FaceElement<3> &element, const SurfaceFace<3> &rotor_face,
                     const DividedEdges &divided, const SurfaceFace<3> &pad_face)
     {
-      // Where edges of both sides coincide, rounding must not decide whether the clipped polygon has
-      // a corner more, and so which quadrature it gets.
+      // Where edges of both sides coincide, rounding must not decide whether the clipped polygon
+      // has a corner more, and so which quadrature it gets.
       const auto to_pad = [&](const Point<2> &xi)
       {
         Point<2> image = element.project(pad_face, element.frame(rotor_face, xi).x);

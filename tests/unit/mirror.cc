@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <squeal/brake_model.h>
+#include <squeal/contact.h>
 #include <squeal/half_problems.h>
 
 using namespace dealii;
@@ -51,8 +52,8 @@ namespace
 
   Block scattered_column(const RowRange &rows, const unsigned int seed)
   {
-    return block_of(rows, 1, [&](const unsigned int i, const unsigned int)
-                    { return scattered(i, seed); });
+    return block_of(rows, 1,
+                    [&](const unsigned int i, const unsigned int) { return scattered(i, seed); });
   }
 
   /// What the program solves for a brake of a stage, and its reflection.
@@ -109,15 +110,14 @@ TEST_CASE("mirror: the reflection of a field")
 
 TEST_CASE("mirror: scenes without the symmetry")
 {
-  for (const std::string arrangement : {"none", "upper", "lower", "both"})
+  for (const std::string arrangement : {"none", "upper", "both"})
   {
     CAPTURE(arrangement);
     const Parameters::All prm  = small_brake(arrangement);
     const Geometry<3> geometry = make_brake(prm);
     Spaces<3> spaces(geometry, 1, true, MPI_COMM_WORLD);
     spaces.distribute();
-    const bool expected = arrangement == "none" || arrangement == "both";
-    CHECK(find_mirror_symmetry(spaces).has_value() == expected);
+    CHECK(find_mirror_symmetry(spaces).has_value() == (arrangement != "upper"));
   }
   // Refined on one side only.
   const Parameters::All prm  = small_brake();
@@ -208,8 +208,8 @@ TEST_CASE("mirror: matrices decide")
   const unsigned int row = brake.problem.rows.size / 2;
   const double size      = brake.problem.Q.infinity_norm();
   brake.problem.Q =
-      sum_of(brake.problem.rows,
-             {{1., brake.problem.Q}, {1e-6 * size, matrix_of(brake.problem.rows, {{row, row, 1}})}});
+      sum_of(brake.problem.rows, {{1., brake.problem.Q},
+                                  {1e-6 * size, matrix_of(brake.problem.rows, {{row, row, 1}})}});
   CHECK_FALSE(is_symmetric(brake.problem, *brake.symmetry));
 }
 
@@ -219,10 +219,10 @@ namespace
   void check_modes(const Parameters::All &prm, const double frequency)
   {
     const Brake brake(prm);
-    const auto solver   = make_eigensolver("block_krylov");
-    const auto options  = window(frequency);
-    const Modes whole   = solve_by_symmetry(*solver, brake.problem, options, {});
-    const Modes by_half = solve_by_symmetry(*solver, brake.problem, options, brake.symmetry);
+    const auto solver    = make_eigensolver("block_krylov");
+    const auto options   = window(frequency);
+    const Modes whole    = solve_by_symmetry(*solver, brake.problem, options, {});
+    const Modes by_half  = solve_by_symmetry(*solver, brake.problem, options, brake.symmetry);
     const unsigned int n = whole.lambda.size();
     CHECK(whole.mirror.empty());
     REQUIRE(by_half.lambda.size() == n);
@@ -232,13 +232,12 @@ namespace
     CHECK(by_half.factor_memory_mib < whole.factor_memory_mib);
     CHECK(std::is_sorted(by_half.lambda.begin(), by_half.lambda.end(), precedes));
     const std::vector<unsigned int> partner = nearest_partners(whole.lambda, by_half.lambda);
-    const Block s_re = brake.symmetry->reflect(by_half.re),
-                s_im = brake.symmetry->reflect(by_half.im);
-    const Block m_re = multiply(brake.problem.M, by_half.re),
-                m_im = multiply(brake.problem.M, by_half.im);
-    const auto form =
-        biorthogonality(brake.problem, by_half.lambda, by_half.left_re, by_half.left_im,
-                        by_half.lambda, by_half.re, by_half.im);
+    const Block s_re                        = brake.symmetry->reflect(by_half.re),
+                s_im                        = brake.symmetry->reflect(by_half.im);
+    const Block m_re                        = multiply(brake.problem.M, by_half.re),
+                m_im                        = multiply(brake.problem.M, by_half.im);
+    const auto form = biorthogonality(brake.problem, by_half.lambda, by_half.left_re,
+                                      by_half.left_im, by_half.lambda, by_half.re, by_half.im);
     for (unsigned int j = 0; j < n; ++j)
     {
       const unsigned int k = partner[j];
@@ -289,4 +288,32 @@ TEST_CASE("mirror: the whole is solved where factors are kept, or without symmet
   CHECK(modes.mirror.empty());
   CHECK(modes.factorization);
   CHECK_FALSE(Brake(small_brake("upper")).symmetry);
+}
+
+TEST_CASE("mirror: the contact of surfaces whose edges coincide is symmetric to rounding")
+{
+  // The rotor's edges run along the pads'. Nodes of degree 3 are mirror images to rounding only,
+  // which must not decide how the faces are cut: the quadrature of curved pieces is exact to 1e-8.
+  Parameters::All prm            = small_brake();
+  prm.discretization.degree      = 3;
+  prm.discretization.rotor_cells = {{5, 36, 1}};
+  prm.discretization.pad_cells   = {{3, 6, 1}};
+  const Geometry<3> geometry     = make_brake(prm);
+  Spaces<3> spaces(geometry, 3, true, MPI_COMM_WORLD);
+  spaces.distribute();
+  const auto symmetry = find_mirror_symmetry(spaces);
+  REQUIRE(symmetry);
+  ContactModel<3> model;
+  model.friction.coefficient = 0.5;
+  model.angular_velocity     = 20;
+  const Contact<3> contact(spaces, model);
+  const Block x    = scattered_column(spaces.rows, 1);
+  const auto check = [&](const Matrix &matrix)
+  {
+    const Block a_x = multiply(matrix, x);
+    CHECK(difference(symmetry->reflect(multiply(matrix, symmetry->reflect(x))), a_x) <=
+          1e-12 * largest_entry(a_x));
+  };
+  check(contact.normal());
+  check(contact.friction(contact.uniform_pressure(1e6)));
 }
