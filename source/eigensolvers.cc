@@ -430,16 +430,24 @@ namespace squeal
         Block identity(problem.rows, problem.rows.size);
         for (unsigned int row = problem.rows.begin; row < problem.rows.end; ++row)
           identity.column(row)[row - problem.rows.begin] = 1;
-        const double radius = search_radius(options.max_imaginary);
-        const bool is_free  = count_rigid_body_modes(problem, options) > 0;
-        const double shift  = shift_of(options, is_free);
+        const double radius        = search_radius(options.max_imaginary);
+        const unsigned int n_rigid = count_rigid_body_modes(problem, options);
+        const double shift         = shift_of(options, n_rigid > 0);
         options.progress("  dense: " + std::to_string(problem.rows.size) + " unknowns");
         Pairs pairs = rayleigh_ritz(problem, identity, identity, radius, shift);
+        // Rounding decides how many of the defective zeros of a free body have Im l >= 0, in the
+        // transposed problem anew: they are counted and left out.
+        std::vector<unsigned int> moving;
+        for (unsigned int j = 0; j < pairs.lambda.size(); ++j)
+          if (std::abs(pairs.lambda[j]) > rigid_body_limit(options.max_imaginary))
+            moving.push_back(j);
+        pairs = select(pairs, moving);
         Modes modes;
-        modes.backward_error = BackwardError(problem)(pairs.lambda, pairs.re, pairs.im).errors;
-        modes.lambda         = pairs.lambda;
-        modes.re             = std::move(pairs.re);
-        modes.im             = std::move(pairs.im);
+        modes.n_rigid_body_modes = n_rigid;
+        modes.backward_error     = BackwardError(problem)(pairs.lambda, pairs.re, pairs.im).errors;
+        modes.lambda             = pairs.lambda;
+        modes.re                 = std::move(pairs.re);
+        modes.im                 = std::move(pairs.im);
         for (const double error : modes.backward_error)
           if (error > options.tolerance)
             throw SolverError("The dense solver's backward error is " + std::to_string(error) +

@@ -8,8 +8,8 @@ namespace squeal
   /// The modes of a problem that is its own mirror image are symmetric, S x = x, or antisymmetric,
   /// S x = -x: two problems of half the size,
   ///     V^T (l^2 M + l P + Q) V y = 0,   x = V y,
-  /// are solved one after the other. Their factors need a third of the time and half of the memory
-  /// at a time, and what is equal by symmetry is equal to the last digit.
+  /// are solved one after the other: together in half of the time, with a third of the memory for
+  /// factors at a time (tests/benchmark/mirror.py).
   ///
   /// Without a symmetry, or if the matrices do not have it, the whole problem is solved, and no
   /// mode's symmetry is known.

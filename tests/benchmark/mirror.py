@@ -3,8 +3,8 @@
 
     mirror.py [PARAMETER_FILE] [--program SQUEAL] [--set "Section/Key=value"]...
 
-The default is prm/brake.prm. Both runs are made one after the other on one machine, without fields. "eigenproblem" is
-wall time of the whole phase, with the check of the symmetry and the products for the halves.
+The default is prm/brake.prm. Both runs are made one after the other on one machine, without fields. "whole run" also
+has the check of the symmetry and the products that make the halves.
 """
 
 import argparse
@@ -33,7 +33,6 @@ def run(arguments, mirror):
     parts = [float(value) for value in re.findall(PARTS, log)[-1]]
     figures = dict(zip(["counting, s", "factorisation, s", "right vectors, s", "left vectors, s"], parts))
     figures["sum of these, s"] = sum(parts)
-    figures["eigenproblem, s"] = float(cycle["seconds_eigenproblem"])
     figures["whole run, s"] = float(cycle["processor_seconds"])
     figures["factors, MiB"] = float(re.findall(r"shift-invert (\d+) MiB", log)[-1])
     figures["peak memory, MiB"] = float(cycle["memory_mib"])
