@@ -93,11 +93,11 @@ class Bodies:
         reader = pv.XMLPartitionedUnstructuredGridReader(FileName=[path])
         reader.UpdatePipeline()
         names = reader.PointData.keys()
-        for name in ("displacement_re", "displacement_im", "body"):
+        for name in ("displacement_re_m", "displacement_im_m", "body"):
             if name not in names:
                 fail(f"{path} has no field {name}; it has: {', '.join(names)}")
         # Of all phases, so that pictures of several phases share their scales.
-        parts = [reader.PointData[name] for name in ("displacement_re", "displacement_im")]
+        parts = [reader.PointData[name] for name in ("displacement_re_m", "displacement_im_m")]
         self.largest = max(abs(value) for part in parts for value in part.GetRange(2)) or 1
         self.size = max(part.GetRange(-1)[1] for part in parts) or 1
         bounds = reader.GetDataInformation().GetBounds()
@@ -116,8 +116,8 @@ class Bodies:
             # Cells do not share points in the file: weld them, or each would show its own faces.
             part = pv.ExtractSurface(Input=pv.CleantoGrid(Input=part))
             part = pv.Calculator(Input=part, ResultArrayName="u",
-                                 Function=f"displacement_re*({math.cos(angle):.16g})"
-                                          f" - displacement_im*({math.sin(angle):.16g})")
+                                 Function=f"displacement_re_m*({math.cos(angle):.16g})"
+                                          f" - displacement_im_m*({math.sin(angle):.16g})")
             self.surfaces[body] = pv.Calculator(Input=part, ResultArrayName="u_z", Function="u_Z")
 
     def displaced(self, source, scale, lift):

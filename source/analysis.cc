@@ -150,9 +150,11 @@ namespace squeal
     const unsigned int n_unstable = std::count_if(
         rows.begin(), rows.end(),
         [](const ModeRow &row) { return row.verdict == "flutter" || row.verdict == "divergence"; });
+    const unsigned int n_undecided = std::count_if(
+        rows.begin(), rows.end(), [](const ModeRow &row) { return row.verdict == "undecided"; });
     log.line("\n" + std::to_string(rows.size()) + " modes up to " +
              number(prm.eigenproblem.maximum_frequency) + " Hz, " + std::to_string(n_unstable) +
-             " unstable (marked >).");
+             " unstable (marked >), " + std::to_string(n_undecided) + " undecided.");
     PhaseTimer::Scope scope(timer, "eigenproblem");
     explain_modes(model, cycle);
   }
@@ -279,6 +281,25 @@ namespace squeal
     text << "\nEvery mode up to " << number(prm.eigenproblem.maximum_frequency)
          << " Hz by the solver " << prm.eigenproblem.solver << ", tolerance "
          << prm.eigenproblem.tolerance << "\nResults go to " << directory << "\n";
+    constexpr double nearly_incompressible = 0.49;
+    constexpr unsigned int free_of_locking = 4;
+    if (prm.scene != "matrices" && prm.discretization.degree < free_of_locking)
+      for (const Parameters::BodyMaterial &body : prm.materials())
+        if (body.material.poisson_ratio > nearly_incompressible)
+          text << "Warning, nearly incompressible: " << body.section
+               << "/Material/Poisson ratio = " << body.material.poisson_ratio
+               << ". Elements of degree " << prm.discretization.degree
+               << " lock, and error bars may be several times too short. Take degree "
+               << free_of_locking << ".\n";
+    constexpr double long_cell = 20;
+    const double length        = (prm.rotor.outer_radius - prm.rotor.inner_radius) /
+                          prm.discretization.rotor_cells[0],
+                 thickness = prm.rotor.thickness / prm.discretization.rotor_cells[2];
+    if (prm.scene == "brake" && length > long_cell * thickness)
+      text
+          << "Warning, thin rotor: its cells are " << number(std::round(length / thickness))
+          << " times as long as thick. Error bars may be several times too short. Take more radial "
+             "cells.\n";
     return text.str();
   }
 } // namespace squeal

@@ -52,6 +52,14 @@ namespace squeal
       a.n_columns += b.n_columns;
     }
 
+    /// Displacements less the constraints between them: the dimension of the range of Q(s)^{-1} M.
+    unsigned int n_free_displacements(const QuadraticEigenproblem &problem)
+    {
+      unsigned int n_pressures = problem.n_local_constraints;
+      MPI_Allreduce(MPI_IN_PLACE, &n_pressures, 1, MPI_UNSIGNED, MPI_SUM, problem.rows.comm);
+      return problem.rows.size - n_pressures - (problem.compliant ? 0 : problem.n_constraints);
+    }
+
     /// A Krylov decomposition  S V = V_all H  that grows by blocks: V are the first n_columns() of
     /// the orthonormal V_all.
     class Arnoldi
@@ -60,7 +68,7 @@ namespace squeal
       Arnoldi(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert, const double c,
               const unsigned int block_size, const unsigned int seed)
           : problem(problem), shift_invert(shift_invert), c(c), quadratic(bool(problem.P)),
-            basis(problem.rows, 0)
+            largest(n_free_displacements(problem)), basis(problem.rows, 0)
       {
         start(block_size, seed);
       }
@@ -100,8 +108,9 @@ namespace squeal
       const ShiftInvert &shift_invert;
       const double c;
       const bool quadratic;
-      Block basis;       ///< U
-      DenseMatrix small; ///< the (g_1, g_2) of V_all; only g_1 = I without a velocity term
+      const unsigned int largest; ///< dimension of the space of displacements in contact
+      Block basis;                ///< U
+      DenseMatrix small;          ///< the (g_1, g_2) of V_all; only g_1 = I without a velocity term
       std::vector<std::vector<double>> hessenberg_columns;
       unsigned int solves = 0;
     };
@@ -121,14 +130,19 @@ namespace squeal
                         old(n_old, n_block, inner_products(basis, block));
       subtract_combination(block, basis, old.values);
       const DenseMatrix after = gram_matrix(block);
-      Block rest(problem.rows, 0);
+      // What is left beyond the dimension of the space is rounding: the longest remainders are new.
+      std::vector<unsigned int> kept;
       for (unsigned int k = 0; k < n_block; ++k)
         if (after(k, k) > rounding * rounding * before(k, k))
-        {
-          Block column(problem.rows, 1);
-          std::copy_n(block.column(k), block.n_local(), column.data());
-          rest.append(column);
-        }
+          kept.push_back(k);
+      std::stable_sort(kept.begin(), kept.end(),
+                       [&](const unsigned int i, const unsigned int j)
+                       { return after(i, i) * before(j, j) > after(j, j) * before(i, i); });
+      kept.resize(std::min<std::size_t>(kept.size(), largest - std::min(largest, n_old)));
+      std::sort(kept.begin(), kept.end());
+      Block rest(problem.rows, 0);
+      for (const unsigned int k : kept)
+        rest.append(block.columns(k, 1));
       // Twice is enough (Kahan).
       rest = orthonormalize(std::move(rest));
       if (rest.n_columns() > 0)
@@ -381,11 +395,10 @@ namespace squeal
                                   const BlockSearchOptions &options,
                                   const std::function<void(const std::string &)> &progress)
   {
-    const bool quadratic          = bool(problem.P);
-    const double c                = options.radius;
-    const unsigned int n_unknowns = problem.rows.size - problem.n_constraints;
-    Arnoldi arnoldi(problem, shift_invert, c, std::min(options.block_size, n_unknowns),
-                    options.seed);
+    const bool quadratic = bool(problem.P);
+    const double c       = options.radius;
+    Arnoldi arnoldi(problem, shift_invert, c,
+                    std::min(options.block_size, n_free_displacements(problem)), options.seed);
     BlockSearch result;
     const unsigned int per_mode = quadratic ? 2 : 1;
     unsigned int next_check     = per_mode * (3 * options.n_expected / 2 + 2 * options.block_size);

@@ -54,11 +54,13 @@ namespace squeal
   DenseMatrix solve(DenseMatrix a, DenseMatrix b)
   {
     const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;
+    if (n == 0 || n_rhs == 0)
+      return b;
     std::vector<PetscBLASInt> pivots(n);
     PetscBLASInt info = 0;
     LAPACKgetrf_(&n, &n, a.values.data(), &n, pivots.data(), &info);
     if (info != 0)
-      throw SolverError(
+      throw SingularMatrix(
           "LAPACK: a dense matrix is singular to working precision (row " + std::to_string(info) +
           " of " + std::to_string(n) +
           "). If a body is free to move, set Eigenproblem/Shift, for example to 0.1.");

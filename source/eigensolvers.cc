@@ -297,7 +297,8 @@ namespace squeal
           throw SolverError("Two Krylov searches of the same window found " +
                             std::to_string(n_found) + " and " + std::to_string(n_again) +
                             " modes, the reference problem has " + std::to_string(n_expected) +
-                            ": modes are missing. Try a smaller Eigenproblem/Tolerance.");
+                            ": modes are missing. Try a smaller Eigenproblem/Tolerance, or "
+                            "Eigenproblem/Solver = dense for a small problem.");
         found.vectors.append(again.vectors);
         found.n_solves += again.n_solves;
       }
@@ -425,7 +426,7 @@ namespace squeal
         if (problem.rows.size > largest)
           throw SolverError("The dense solver takes at most " + std::to_string(largest) +
                             " unknowns; this problem has " + std::to_string(problem.rows.size) +
-                            ". Use Eigenproblem/Solver = krylov.");
+                            ". Use Eigenproblem/Solver = block_krylov.");
         // Every rank solves the whole problem: the basis of the projection is the identity.
         Block identity(problem.rows, problem.rows.size);
         for (unsigned int row = problem.rows.begin; row < problem.rows.end; ++row)

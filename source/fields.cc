@@ -196,10 +196,10 @@ namespace squeal
     {
       p_re      = writer.pressure(re.column(column), pressure_scale / size);
       p_im      = writer.pressure(im.column(column), pressure_scale / size);
-      pressures = {{"contact_pressure_re", &p_re}, {"contact_pressure_im", &p_im}};
+      pressures = {{"contact_pressure_re_pa", &p_re}, {"contact_pressure_im_pa", &p_im}};
     }
     const std::string base = mode_file(cycle, mode);
-    writer.write({{"displacement_re", &u_re}, {"displacement_im", &u_im}}, pressures, directory,
+    writer.write({{"displacement_re_m", &u_re}, {"displacement_im_m", &u_im}}, pressures, directory,
                  base, 0);
 
     // Re[u exp(i omega t)] = Re u cos(omega t) - Im u sin(omega t)
@@ -211,7 +211,7 @@ namespace squeal
       u *= std::cos(angle);
       u.add(-std::sin(angle), u_im);
       u.update_ghost_values();
-      records.emplace_back(time, writer.write({{"displacement", &u}}, {}, directory,
+      records.emplace_back(time, writer.write({{"displacement_m", &u}}, {}, directory,
                                               base + "-frame-" + Utilities::int_to_string(frame, 3),
                                               time));
     }

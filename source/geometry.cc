@@ -395,6 +395,9 @@ namespace squeal
       triangulation.set_manifold(0, CylindricalManifold<3>(2));
     }
 
+    double size = 0;
+    for (const Point<dim> &vertex : triangulation.get_vertices())
+      size = std::max(size, vertex.norm());
     for (const auto &cell : triangulation.active_cell_iterators())
       for (const unsigned int f : cell->face_indices())
         if (cell->face(f)->at_boundary() && rules.empty())
@@ -424,7 +427,7 @@ namespace squeal
                 else if (dim == 3 && rule.coordinate == 1)
                   difference =
                       r * std::remainder(std::atan2(x[1], x[0]) - rule.value, 2 * numbers::PI);
-                matches &= std::abs(difference) < 1e-10 * x.norm() + 1e-14;
+                matches &= std::abs(difference) < 1e-10 * size;
               }
               if (matches)
               {

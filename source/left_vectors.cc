@@ -47,29 +47,96 @@ namespace squeal
       return true;
     }
 
+    /// Modes whose eigenvalues are equal up to a relative difference, two and more.
+    std::vector<std::vector<unsigned int>> clusters_of(const std::vector<Complex> &lambda,
+                                                       const double tolerance)
+    {
+      std::vector<std::vector<unsigned int>> clusters;
+      std::vector<bool> done(lambda.size(), false);
+      for (unsigned int first = 0; first < lambda.size(); ++first)
+      {
+        std::vector<unsigned int> cluster;
+        for (unsigned int j = first; j < lambda.size(); ++j)
+          if (!done[j] &&
+              std::abs(lambda[j] - lambda[first]) <= tolerance * std::abs(lambda[first]))
+            cluster.push_back(j);
+        for (const unsigned int j : cluster)
+          done[j] = true;
+        if (cluster.size() > 1)
+          clusters.push_back(std::move(cluster));
+      }
+      return clusters;
+    }
+
+    /// The columns of a cluster become sum_b c_ba (re + i im)_b; c column-major.
+    void recombine(const std::vector<unsigned int> &cluster, const std::vector<Complex> &c,
+                   Block &re, Block &im)
+    {
+      const unsigned int m = cluster.size();
+      std::vector<Complex> row(m);
+      for (unsigned int i = 0; i < re.n_local(); ++i)
+      {
+        for (unsigned int b = 0; b < m; ++b)
+          row[b] = Complex(re.column(cluster[b])[i], im.column(cluster[b])[i]);
+        for (unsigned int a = 0; a < m; ++a)
+        {
+          Complex sum = 0;
+          for (unsigned int b = 0; b < m; ++b)
+            sum += c[b + m * a] * row[b];
+          re.column(cluster[a])[i] = sum.real();
+          im.column(cluster[a])[i] = sum.imag();
+        }
+      }
+    }
+
+    /// Makes the vectors of equal eigenvalues of a self-adjoint problem orthonormal in M, by
+    /// Gram-Schmidt on their coefficients: their condition numbers are 1 then.
+    void orthonormalise_clusters(const QuadraticEigenproblem &problem, Modes &modes)
+    {
+      for (const std::vector<unsigned int> &cluster : clusters_of(modes.lambda, 1e-9))
+      {
+        const unsigned int m            = cluster.size();
+        const Pairs x                   = select({modes.lambda, modes.re, modes.im}, cluster);
+        const std::vector<Complex> gram = sesquilinear_form(x.re, x.im, problem.M, x.re, x.im);
+        std::vector<Complex> c(m * m);
+        const auto product = [&](const unsigned int a, const unsigned int b)
+        {
+          Complex sum = 0;
+          for (unsigned int i = 0; i < m; ++i)
+            for (unsigned int j = 0; j < m; ++j)
+              sum += std::conj(c[i + m * a]) * gram[i + m * j] * c[j + m * b];
+          return sum;
+        };
+        for (unsigned int a = 0; a < m; ++a)
+        {
+          c[a + m * a] = 1;
+          for (unsigned int pass = 0; pass < 2; ++pass)
+            for (unsigned int b = 0; b < a; ++b)
+            {
+              const Complex part = product(b, a);
+              for (unsigned int i = 0; i < m; ++i)
+                c[i + m * a] -= part * c[i + m * b];
+            }
+          const double length = std::sqrt(product(a, a).real());
+          for (unsigned int i = 0; i < m; ++i)
+            c[i + m * a] /= length;
+        }
+        recombine(cluster, c, modes.re, modes.im);
+      }
+    }
+
     /// Makes the left vectors of (almost) equal eigenvalues biorthogonal to the right ones: with
     /// C = Z^H [2 l M + P] X of a cluster, Z := Z C^{-H}. A defective cluster, singular C, is left
     /// alone: its condition is infinite.
     void biorthogonalise_clusters(const QuadraticEigenproblem &problem, Modes &modes)
     {
-      const unsigned int n = modes.lambda.size(), n_local = problem.rows.n_local();
-      std::vector<bool> done(n, false);
-      for (unsigned int first = 0; first < n; ++first)
+      for (const std::vector<unsigned int> &cluster : clusters_of(modes.lambda, 1e-7))
       {
-        std::vector<unsigned int> cluster;
-        for (unsigned int j = first; j < n; ++j)
-          if (!done[j] && std::abs(modes.lambda[j] - modes.lambda[first]) <=
-                              1e-7 * std::abs(modes.lambda[first]))
-            cluster.push_back(j);
-        for (const unsigned int j : cluster)
-          done[j] = true;
         const unsigned int m = cluster.size();
-        if (m < 2)
-          continue;
-        const Pairs right = select({modes.lambda, modes.re, modes.im}, cluster);
-        Pairs left        = select({modes.lambda, modes.left_re, modes.left_im}, cluster);
-        const auto form   = biorthogonality(problem, right.lambda, left.re, left.im, right.lambda,
-                                            right.re, right.im);
+        const Pairs right    = select({modes.lambda, modes.re, modes.im}, cluster);
+        const Pairs left     = select({modes.lambda, modes.left_re, modes.left_im}, cluster);
+        const auto form = biorthogonality(problem, right.lambda, left.re, left.im, right.lambda,
+                                          right.re, right.im);
         // X C^H = I for the coefficients X^H of the new left vectors
         std::vector<Complex> c_adjoint(m * m), coefficients(m * m);
         for (unsigned int a = 0; a < m; ++a)
@@ -80,15 +147,7 @@ namespace squeal
         }
         if (!solve_in_place(c_adjoint, coefficients, m))
           continue;
-        for (unsigned int i = 0; i < n_local; ++i)
-          for (unsigned int a = 0; a < m; ++a)
-          {
-            Complex sum = 0;
-            for (unsigned int b = 0; b < m; ++b)
-              sum += coefficients[b + m * a] * Complex(left.re.column(b)[i], left.im.column(b)[i]);
-            modes.left_re.column(cluster[a])[i] = sum.real();
-            modes.left_im.column(cluster[a])[i] = sum.imag();
-          }
+        recombine(cluster, coefficients, modes.left_re, modes.left_im);
       }
     }
 
@@ -159,6 +218,7 @@ namespace squeal
         modes.left_re = modes.left_im = Block(problem.rows, 0);
       else if (!problem.reference)
       {
+        orthonormalise_clusters(problem, modes);
         modes.left_re             = modes.re;
         modes.left_im             = modes.im;
         modes.left_backward_error = modes.backward_error;

@@ -244,7 +244,8 @@ namespace squeal
   }
 
   HalfSpace::HalfSpace(const MirrorSymmetry &symmetry, const bool symmetric)
-      : whole(symmetry.rows), columns(whole.size, none), entries(whole.size, 0.)
+      : whole(symmetry.rows), images(symmetry.image), columns(whole.size, none),
+        entries(whole.size, 0.), is_second(whole.size, false)
   {
     const double parity = symmetric ? 1 : -1;
     // One row of each pair stands for both: the lower or the higher one in turn, since one side may
@@ -276,48 +277,116 @@ namespace squeal
     for (unsigned int row = 0; row < whole.size; ++row)
       if (const unsigned int image = symmetry.image[row]; image != row && !stands_for_pair(row))
       {
-        columns[row] = columns[image];
-        entries[row] = parity * symmetry.sign[row] * entries[image];
+        is_second[row] = true;
+        columns[row]   = columns[image];
+        entries[row]   = parity * symmetry.sign[row] * entries[image];
       }
   }
 
-  /// Because of S A S = A and S V = +-V, both rows of a pair contribute the same to V^T A V, whose
-  /// row of column v is
-  ///     v^T A V = (A V)_i / v_i
-  /// with any i where v_i is not zero: the own one.
+  namespace
+  {
+    /// Rows of a distributed matrix, own ones and some of other ranks. Collective.
+    class Rows
+    {
+    public:
+      Rows(const Matrix &matrix, const RowRange &own, const std::vector<PetscInt> &others)
+          : matrix(matrix), own(own), others(others)
+      {
+        int n_ranks = 0;
+        MPI_Comm_size(own.comm, &n_ranks);
+        if (n_ranks == 1)
+          return;
+        IS rows = nullptr, columns = nullptr;
+        SQUEAL_PETSC(ISCreateGeneral(PETSC_COMM_SELF, others.size(), others.data(),
+                                     PETSC_COPY_VALUES, &rows));
+        SQUEAL_PETSC(ISCreateStride(PETSC_COMM_SELF, own.size, 0, 1, &columns));
+        SQUEAL_PETSC(
+            MatCreateSubMatrices(matrix, 1, &rows, &columns, MAT_INITIAL_MATRIX, &received));
+        SQUEAL_PETSC(ISDestroy(&rows));
+        SQUEAL_PETSC(ISDestroy(&columns));
+      }
+      ~Rows()
+      {
+        if (received)
+          MatDestroySubMatrices(1, &received);
+      }
+      Rows(const Rows &)            = delete;
+      Rows &operator=(const Rows &) = delete;
+
+      /// Calls visit(column, value) for the entries of a row.
+      template <typename Visit>
+      void for_entries(const PetscInt row, const Visit &visit) const
+      {
+        const bool is_own = own.contains(row);
+        Mat mat           = is_own ? Mat(matrix) : *received;
+        const PetscInt place =
+            is_own ? row : std::lower_bound(others.begin(), others.end(), row) - others.begin();
+        PetscInt n                = 0;
+        const PetscInt *columns   = nullptr;
+        const PetscScalar *values = nullptr;
+        SQUEAL_PETSC(MatGetRow(mat, place, &n, &columns, &values));
+        for (PetscInt k = 0; k < n; ++k)
+          visit(columns[k], values[k]);
+        SQUEAL_PETSC(MatRestoreRow(mat, place, &n, &columns, &values));
+      }
+
+    private:
+      const Matrix &matrix;
+      const RowRange own;
+      const std::vector<PetscInt> others; ///< ascending
+      Mat *received = nullptr;
+    };
+  } // namespace
+
+  /// With a pair of rows i, i' and one of columns k, k', an entry of V^T A V is
+  ///     (v_i v_k a_ik + v_i' v_k' a_i'k') + (v_i v_k' a_ik' + v_i' v_k a_i'k).
+  /// Summed like this a symmetric matrix stays symmetric, and a skew one skew, to the last digit:
+  /// otherwise rounding would damp or feed the vibration.
   Matrix HalfSpace::restrict(const Matrix &matrix) const
   {
     if (!matrix)
       return {};
+    std::vector<PetscInt> others;
+    for (const unsigned int i : representatives)
+      if (!whole.contains(images[i]))
+        others.push_back(images[i]);
+    std::sort(others.begin(), others.end());
+    const Rows all_rows(matrix, whole, others);
+
     std::vector<PetscInt> begins = {0}, all_columns, row_columns;
-    std::vector<PetscScalar> values, sums(rows.size, 0.);
+    std::vector<PetscScalar> values, direct(rows.size, 0.), crossed(rows.size, 0.);
     std::vector<bool> is_met(rows.size, false);
     for (const unsigned int i : representatives)
     {
-      PetscInt n                   = 0;
-      const PetscInt *whole_column = nullptr;
-      const PetscScalar *a         = nullptr;
       row_columns.clear();
-      SQUEAL_PETSC(MatGetRow(matrix, i, &n, &whole_column, &a));
-      for (PetscInt k = 0; k < n; ++k)
-        if (const unsigned int column = columns[whole_column[k]]; column != none)
-        {
-          if (!is_met[column])
-            row_columns.push_back(column);
-          is_met[column] = true;
-          sums[column] += a[k] * entries[whole_column[k]];
-        }
-      SQUEAL_PETSC(MatRestoreRow(matrix, i, &n, &whole_column, &a));
+      const auto add_row = [&](const unsigned int row, const bool is_image)
+      {
+        all_rows.for_entries(row,
+                             [&](const PetscInt k, const PetscScalar a)
+                             {
+                               const unsigned int column = columns[k];
+                               if (column == none)
+                                 return;
+                               if (!is_met[column])
+                                 row_columns.push_back(column);
+                               is_met[column] = true;
+                               (is_image == is_second[k] ? direct : crossed)[column] +=
+                                   (entries[row] * entries[k]) * a;
+                             });
+      };
+      add_row(i, false);
+      if (images[i] != i)
+        add_row(images[i], true);
       std::sort(row_columns.begin(), row_columns.end());
       for (const PetscInt column : row_columns)
       {
-        if (sums[column] != 0)
+        if (const double sum = direct[column] + crossed[column]; sum != 0)
         {
           all_columns.push_back(column);
-          values.push_back(sums[column] / entries[i]);
+          values.push_back(sum);
         }
-        sums[column]   = 0;
-        is_met[column] = false;
+        direct[column] = crossed[column] = 0;
+        is_met[column]                   = false;
       }
       begins.push_back(all_columns.size());
     }

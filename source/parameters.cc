@@ -502,6 +502,13 @@ namespace squeal
       if (prestress.centrifugal_load && !terms().transport)
         throw InputError("Prestress/Centrifugal load = true: Stage = " + stage_name +
                          " is at rest; allowed are transport and the stages after it.");
+      if (scene == "brake" && rotor.clamped == "none" && terms().transport &&
+          operation.angular_velocity != 0)
+        throw InputError(
+            "Rotor/Clamped boundary = none: the rigid-body motions of a free rotor that "
+            "turns need its centrifugal stress, without which they seem to diverge. "
+            "Allowed are inner and outer, Stage = elastic, or Operation/Angular "
+            "velocity = 0.");
       if (prestress.centrifugal_load && scene == "brake" && rotor.clamped == "none")
         throw InputError("Prestress/Centrifugal load = true: a rotor with Rotor/Clamped boundary = "
                          "none has no static equilibrium; allowed are inner and outer.");

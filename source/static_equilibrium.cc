@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -172,6 +173,51 @@ namespace squeal
              (!is_nonlinear(contact.contact_model().friction) || change < 1e-11);
     }
 
+    /// Products with the static tangent, whose parts are not summed.
+    template <int dim>
+    std::function<Block(const Block &)>
+    tangent_product(const std::vector<Term> &body_terms, const Contact<dim> &contact,
+                    const typename Contact<dim>::Pressure &pressure, const bool with_friction)
+    {
+      const auto normal = std::make_shared<const Matrix>(contact.normal()),
+                 slip   = std::make_shared<const Matrix>(with_friction ? contact.friction(pressure)
+                                                                       : Matrix());
+      return [&body_terms, normal, slip](const Block &x)
+      {
+        Block y        = multiply(*normal, x);
+        const auto add = [&](const double factor, const Matrix &matrix)
+        {
+          if (!matrix)
+            return;
+          const Block product = multiply(matrix, x);
+          for (unsigned int i = 0; i < y.n_local(); ++i)
+            y.data()[i] += factor * product.data()[i];
+        };
+        add(1, *slip);
+        for (const Term &term : body_terms)
+          if (term.order == 0 && term.matrix)
+            add(term.coefficient, *term.matrix);
+        return y;
+      };
+    }
+
+    /// A singular tangent need not be noticed when it is factorised: a pad that touches at one
+    /// point can tip over. Then the state does not satisfy the equations.
+    template <int dim>
+    void check_residual(const std::vector<Term> &body_terms, const Contact<dim> &contact,
+                        const bool with_friction, const Block &load,
+                        const StaticEquilibrium &result)
+    {
+      constexpr double largest = 1e-6;
+      const Block b            = total_load(contact, result.pressure, with_friction, load);
+      Block r = tangent_product(body_terms, contact, result.pressure, with_friction)(result.state);
+      for (unsigned int i = 0; i < r.n_local(); ++i)
+        r.data()[i] -= b.data()[i];
+      const double residual = std::sqrt(inner_products(r, r)[0] / inner_products(b, b)[0]);
+      if (!(residual <= largest))
+        throw SingularMatrix("its equations are not satisfied");
+    }
+
     /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts
     /// closed as at first or with those of the last active set.
     template <int dim>
@@ -227,9 +273,12 @@ namespace squeal
         release_solver = std::make_unique<ReleaseSolver>(rows, assemble(), right_hand_side());
 
       std::set<std::size_t> visited;
-      constexpr unsigned int max_iterations = 60;
+      // The border of contact moves by about one row of contacts in a step.
+      unsigned int max_iterations = 60;
       for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
       {
+        if (iteration == 1)
+          max_iterations += result.iterations.front().n_active / 2;
         if (factor_once && contact.released_multipliers().size() > most_releases)
         {
           factor_once = false;
@@ -246,7 +295,10 @@ namespace squeal
         }
 
         if (take_step(contact, result, rows.comm))
+        {
+          check_residual(body_terms, contact, with_friction, load, result);
           return;
+        }
 
         const std::vector<std::string> lost = contact.lost_contacts();
         if (!lost.empty())
@@ -257,10 +309,12 @@ namespace squeal
             !visited.insert(contact.active_set_hash()).second)
           break;
       }
-      throw Unsettled("The active set of the static equilibrium does not settle (" +
-                      std::to_string(result.iterations.size()) + " steps, " +
-                      std::to_string(result.iterations.back().n_changed) +
-                      " changes in the last).");
+      const unsigned int n_steps = result.iterations.size();
+      throw Unsettled(
+          "The active set of the static equilibrium does not settle (" + std::to_string(n_steps) +
+          " steps, " + std::to_string(result.iterations.back().n_changed) +
+          " changes in the last; " +
+          (n_steps < max_iterations ? "the sets repeat)." : "more steps are not taken)."));
     }
   } // namespace
 
@@ -279,25 +333,7 @@ namespace squeal
     result.pressure = before.pressure;
     for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
     {
-      const Matrix normal = contact.normal(),
-                   slip   = with_friction ? contact.friction(result.pressure) : Matrix();
-      const auto tangent  = [&](const Block &x)
-      {
-        Block y        = multiply(normal, x);
-        const auto add = [&](const double factor, const Matrix &matrix)
-        {
-          if (!matrix)
-            return;
-          const Block product = multiply(matrix, x);
-          for (unsigned int i = 0; i < y.n_local(); ++i)
-            y.data()[i] += factor * product.data()[i];
-        };
-        add(1, slip);
-        for (const Term &term : body_terms)
-          if (term.order == 0 && term.matrix)
-            add(term.coefficient, *term.matrix);
-        return y;
-      };
+      const auto tangent = tangent_product(body_terms, contact, result.pressure, with_friction);
       if (!gmres(
               tangent, [&](const Block &x) { return nearby.solve(x); },
               total_load(contact, result.pressure, with_friction, load), result.state, tolerance,
@@ -332,7 +368,8 @@ namespace squeal
     {
       if (!with_friction)
         throw;
-      failure = "The static equilibrium with friction has a singular tangent.";
+      failure = "The static equilibrium with friction has a singular tangent: contact and supports "
+                "do not hold a pad, which slides away or tips over.";
     }
     throw SolverError(failure + (with_friction ? explain_failure(rows, body_terms, all_closed,
                                                                  contact, result.pressure)

@@ -263,6 +263,8 @@ namespace squeal
     for (const unsigned int j : chosen)
     {
       result.lambda.push_back(modes.lambda[j]);
+      result.uncertainty +=
+          modes.condition[j] * modes.backward_error[j] * std::abs(modes.lambda[j]);
       result.derivative.push_back(derivatives.empty() ? Complex(std::nan(""), 0) : derivatives[j]);
     }
     return result;
@@ -470,7 +472,12 @@ namespace squeal
       // Nearer to the double root the eigenvalues themselves lose half of their digits, so this is
       // where to stop.
       const bool near = std::abs(difference) <= 2e-3 * std::abs(at.lambda[0]);
-      result.accuracy = std::max(step * step / range, 1e-12 * std::abs(next));
+      // The eigenvalues' own errors move the discriminant by |l_1 - l_2| / 2 times their sum.
+      const double of_eigenvalues =
+          std::isfinite(slope) && slope != 0
+              ? std::abs(difference) / 2 * at.uncertainty / std::abs(slope)
+              : 0;
+      result.accuracy = std::max(step * step / range, 1e-12 * std::abs(next)) + of_eigenvalues;
       const bool done = near && step * step <= 1e-9 * range * std::max(std::abs(p), range);
       if (!done && (next - low) * (next - high) > 0) // Newton left the interval
         next = (low + high) / 2;

@@ -49,7 +49,7 @@ namespace squeal
 
     /// V^T A V of each matrix. The problem must be symmetric.
     QuadraticEigenproblem restrict(const QuadraticEigenproblem &problem) const;
-    /// V^T A V of a matrix with S A S = A.
+    /// V^T A V of a matrix. Collective.
     Matrix restrict(const Matrix &matrix) const;
     /// V y.
     Block expand(const Block &y) const;
@@ -63,11 +63,13 @@ namespace squeal
     static constexpr unsigned int none = -1;
 
     const RowRange whole;
+    const std::vector<unsigned int> images; ///< of the rows of the whole
     RowRange rows;
     /// By global row of the whole: the only column of V with an entry there, or none, and the
     /// entry.
     std::vector<unsigned int> columns;
     std::vector<double> entries;
+    std::vector<bool> is_second; ///< of a pair, the row that another one stands for
     /// By own row of the half: the own row i of the whole that it stands for.
     std::vector<unsigned int> representatives;
   };

@@ -77,6 +77,7 @@ namespace squeal
     struct Evaluation
     {
       std::vector<std::complex<double>> lambda, derivative;
+      double uncertainty = 0; ///< sum over the eigenvalues of condition, backward error and |l|
     };
     Evaluation evaluate(double value, const std::vector<std::complex<double>> &expected);
     void report(const Critical &critical);
