@@ -81,5 +81,6 @@ if [[ $status -eq 0 && -e $directory/modes.csv && " ${arguments[*]} " != *" --ch
   done
   echo "  Pictures without a display (after scripts/install-dependencies.sh --pictures):"
   echo "  scripts/plot.py $directory; xvfb-run -a pvbatch scripts/render_mode.py $directory"
+  echo "  A state for ParaView, ready to play: xvfb-run -a pvbatch scripts/paraview_state.py $directory"
 fi
 exit $status

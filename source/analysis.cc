@@ -50,9 +50,6 @@ namespace squeal
     if (resumable)
       if (auto found = RefinementRecord::resume(directory, comm))
         record = std::move(*found);
-    modes_csv         = table("modes.csv", modes_header);
-    cycles_csv        = table("cycles.csv", cycles_header());
-    contributions_csv = table("contributions.csv", contributions_header);
   }
 
   std::unique_ptr<Table> Analysis::table(const std::string &name, const std::string &header)
@@ -129,6 +126,12 @@ namespace squeal
     const std::clock_t before = std::clock();
     estimate(rows);
     const double of_bars = double(std::clock() - before) / CLOCKS_PER_SEC;
+    if (!modes_csv) // sweeps and maps need no such tables
+    {
+      modes_csv         = table("modes.csv", modes_header);
+      cycles_csv        = table("cycles.csv", cycles_header());
+      contributions_csv = table("contributions.csv", contributions_header);
+    }
     for (const ModeRow &row : rows)
       modes_csv->add(modes_fields(row));
 

@@ -29,11 +29,7 @@ namespace squeal
     public:
       BrakeSqueal(const Geometry<dim> &geometry, ParameterFile &file, const std::string &directory,
                   const MPI_Comm comm)
-          : Analysis(file, directory, comm), model(geometry, prm, comm, log, timer),
-            static_csv(
-                table("static.csv",
-                      "cycle,pad,normal_force_n,friction_force_n,friction_torque_nm,"
-                      "contact_area_m2,max_pressure_pa,max_penetration_m,self_energising_gain"))
+          : Analysis(file, directory, comm), model(geometry, prm, comm, log, timer)
       {
         log.print(geometry.report);
         if (!geometry.report.empty())
@@ -101,7 +97,7 @@ namespace squeal
       void report_convergence();
 
       BrakeModel<dim> model;
-      const std::unique_ptr<Table> static_csv;
+      std::unique_ptr<Table> static_csv;
       EigenvalueErrors errors;
     };
 
@@ -242,6 +238,11 @@ namespace squeal
       const bool checks = slides && prm.contact.self_locking_check && prm.n_pads() > 0;
       PhaseTimer::Scope scope(timer, "static");
       const SelfLocking locking = checks ? model.self_locking() : SelfLocking();
+      if (!static_csv)
+        static_csv =
+            table("static.csv",
+                  "cycle,pad,normal_force_n,friction_force_n,friction_torque_nm,contact_area_m2,"
+                  "max_pressure_pa,max_penetration_m,self_energising_gain");
       for (const ContactResultants &r : model.resultants())
       {
         static_csv->add({std::to_string(cycle), r.name, number(r.normal_force),
