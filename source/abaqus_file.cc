@@ -212,11 +212,12 @@ namespace squeal
             const long first = lines.integer(fields[0]), last = lines.integer(fields[1]),
                        step =
                            fields.size() > 2 && !fields[2].empty() ? lines.integer(fields[2]) : 1;
-            if (step < 1 || last < first || (last - first) / step > 10000000)
-              lines.fail("GENERATE: expected first <= last, a step of at least 1, and at most ten "
-                         "million members.");
-            for (long i = first; i <= last; i += step)
-              set.insert(i);
+            if (step < 1 || first < 0 || last < first || (last - first) / step > 10000000)
+              lines.fail("GENERATE: expected 0 <= first <= last, a step of at least 1, and at most "
+                         "ten million members.");
+            // Counted, since last + step may be too large for an integer.
+            for (long k = 0; k <= (last - first) / step; ++k)
+              set.insert(first + k * step);
             return;
           }
           for (const std::string &field : fields)

@@ -4,7 +4,9 @@
 #include <deal.II/base/function_parser.h>
 
 #include <cmath>
+#include <iostream>
 #include <memory>
+#include <sstream>
 
 namespace squeal
 {
@@ -12,11 +14,36 @@ namespace squeal
 
   namespace
   {
+    /// Keeps what deal.II prints about an expression that cannot be read, before it throws.
+    class ErrorOutput
+    {
+    public:
+      ErrorOutput() : before(std::cerr.rdbuf(text.rdbuf())) {}
+      ~ErrorOutput()
+      {
+        std::cerr.rdbuf(before);
+      }
+      /// The reason, as " Unexpected end of expression at position 4."; empty: it gave none.
+      std::string reason() const
+      {
+        const std::string all = text.str(), mark = "Message:  <";
+        const std::size_t begin = all.find(mark), end = all.find(">\nFormula:");
+        if (begin == std::string::npos || end == std::string::npos)
+          return "";
+        return " " + all.substr(begin + mark.size(), end - begin - mark.size()) + ".";
+      }
+
+    private:
+      std::ostringstream text;
+      std::streambuf *before;
+    };
+
     template <int n_variables>
     std::shared_ptr<FunctionParser<n_variables>>
     parse(const std::string &text, const std::string &variables, const std::string &key)
     {
       auto parser = std::make_shared<FunctionParser<n_variables>>();
+      const ErrorOutput output;
       try
       {
         parser->initialize(variables, text, {{"pi", numbers::PI}});
@@ -24,8 +51,8 @@ namespace squeal
       }
       catch (const std::exception &)
       {
-        throw InputError(key + " = " + text + ": the expression cannot be read. Variables are " +
-                         variables +
+        throw InputError(key + " = " + text + ": the expression cannot be read." + output.reason() +
+                         " Variables are " + variables +
                          "; for example exp, sqrt, if(condition, a, b) and pi are known.");
       }
       return parser;

@@ -23,7 +23,7 @@ namespace squeal
           if (line == "$MeshFormat")
             read_format();
           else if (version == 0)
-            lines.fail("$MeshFormat must come first, not " + line + ".");
+            lines.fail("$MeshFormat must come first, not '" + line.substr(0, 60) + "'.");
           else if (line == "$PhysicalNames")
             read_names();
           else if (line == "$Entities")

@@ -392,6 +392,15 @@ namespace squeal
     const bool lu = kind == Kind::lu;
     if (!lu)
       SQUEAL_PETSC(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE));
+    // MUMPS takes such numbers for a lack of memory. The sum of squares finds what is no number,
+    // but may be infinite where all numbers are finite.
+    PetscReal squares = 0;
+    SQUEAL_PETSC(MatNorm(matrix, NORM_FROBENIUS, &squares));
+    if (std::isnan(squares) || !std::isfinite(matrix.infinity_norm()))
+      throw SolverError(
+          "Cannot factorise " + what +
+          ": its numbers are too large to compute with. Check the orders of magnitude of lengths, "
+          "materials, matrices, Operation/Angular velocity and Eigenproblem/Maximum frequency.");
     MatFactorInfo info;
     SQUEAL_PETSC(MatFactorInfoInitialize(&info));
     SQUEAL_PETSC(

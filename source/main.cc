@@ -111,6 +111,21 @@ namespace
     out << std::flush;
   }
 
+  /// A message for a terminal. What users wrote is quoted in it: it may be long, a line of a binary
+  /// file, or hold control sequences. Beginning and end say what is wrong and what is allowed.
+  std::string printable(std::string message)
+  {
+    constexpr std::size_t longest = 3000, end = 1200;
+    if (message.size() > longest)
+      message = message.substr(0, longest - end) + " [... " +
+                std::to_string(message.size() - longest) + " characters ...] " +
+                message.substr(message.size() - end);
+    for (char &c : message)
+      if (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t')
+        c = '?';
+    return message;
+  }
+
   /// One rank speaks. A rank that fails alone must not leave the others waiting: after a failure in
   /// parallel all are ended.
   int fail(const int status, const std::string &message, const MPI_Comm comm)
@@ -119,7 +134,7 @@ namespace
     const bool speaks          = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
     if (!speaks)
       usleep(500000); // let rank 0 speak first, if it fails too
-    std::cerr << (speaks ? "" : "\n") << "\nsqueal: " << message << std::endl;
+    std::cerr << (speaks ? "" : "\n") << "\nsqueal: " << printable(message) << std::endl;
     if (n_ranks > 1)
       MPI_Abort(comm, status);
     return status;

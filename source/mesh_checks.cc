@@ -41,6 +41,18 @@ namespace squeal
     return text.str();
   }
 
+  void check_distance(const std::string &filename, const Point<3> &in_file, const Point<3> &placed)
+  {
+    constexpr double largest = 1e50;
+    if (placed.norm() <= largest)
+      return;
+    std::ostringstream message;
+    message << "Mesh/File: " << filename << ": the node (" << in_file << ") of the file is at "
+            << text_of(placed) << " after Mesh/Scale and Mesh/Origin; allowed are distances of "
+            << largest << " m.";
+    throw InputError(message.str());
+  }
+
   std::array<double, 8> corner_jacobians(const MeshFile &file, const MeshFile::Cell &cell)
   {
     std::array<double, 8> result;

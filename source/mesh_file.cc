@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 namespace squeal
@@ -75,7 +76,8 @@ namespace squeal
     {
       end = 0;
     }
-    if (end == 0 || end != word.size())
+    // The smallest has no absolute value.
+    if (end == 0 || end != word.size() || value == std::numeric_limits<long>::min())
       fail("'" + word.substr(0, 60) + "' is not an integer.");
     return value;
   }
@@ -84,7 +86,7 @@ namespace squeal
   {
     const long value = integer(word);
     if (value < 0)
-      fail("'" + word + "' is negative; a number of things is expected.");
+      fail("'" + word.substr(0, 60) + "' is negative; a number of things is expected.");
     return value;
   }
 

@@ -79,6 +79,7 @@ namespace squeal
           Point<3> placed;
           for (unsigned int d = 0; d < 3; ++d)
             placed[d] = mesh.scale * (x[(axis + 1 + d) % 3] - origin[(axis + 1 + d) % 3]);
+          check_distance(file.name, x, placed);
           x = placed;
         }
       }

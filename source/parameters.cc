@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 #include <sstream>
+#include <tuple>
 
 namespace squeal
 {
@@ -288,6 +289,24 @@ namespace squeal
       if (rotor_cells[1] < 3)
         fail("Discretization/Rotor cells", rotor_cells[1],
              "at least 3 cells are needed in the circumferential direction.");
+      // Every rank keeps the whole coarse mesh; fine meshes are refined from coarser ones.
+      constexpr double most_cells = 1e6, most_unknowns = 2e7;
+      for (const auto &[key, text, counts] :
+           {std::make_tuple("Rotor", &rotor_cells_text, &rotor_cells),
+            std::make_tuple("Pad", &pad_cells_text, &pad_cells)})
+      {
+        const double n_cells    = double((*counts)[0]) * (*counts)[1] * (*counts)[2],
+                     n_unknowns = 3 * n_cells * degree * degree * degree;
+        if (n_cells > most_cells || n_unknowns > most_unknowns)
+        {
+          std::ostringstream message;
+          message << "Discretization/" << key << " cells = " << *text << " of Degree " << degree
+                  << ": a coarse mesh of " << n_cells << " cells and about " << n_unknowns
+                  << " unknowns; allowed are " << most_cells << " cells and " << most_unknowns
+                  << " unknowns.";
+          throw InputError(message.str());
+        }
+      }
     }
 
     void Eigenproblem::declare(ParameterHandler &prm)

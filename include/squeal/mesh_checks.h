@@ -24,6 +24,11 @@ namespace squeal
   /// The corners of a file's cell in the order of deal.II.
   constexpr std::array<unsigned int, 8> lexicographic_corners = {{0, 1, 3, 2, 4, 5, 7, 6}};
 
+  /// Refuses a node that is so far away, or not finite, that volumes and inertias, powers of
+  /// lengths, would not be finite.
+  void check_distance(const std::string &filename, const dealii::Point<3> &in_file,
+                      const dealii::Point<3> &placed);
+
   /// At each corner of a cell the determinant of its three edges over the product of their lengths:
   /// 1 for a brick, negative where the cell is folded, 0 where it is flat.
   std::array<double, 8> corner_jacobians(const MeshFile &file, const MeshFile::Cell &cell);
