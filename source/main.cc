@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -132,6 +133,9 @@ namespace
   {
     const unsigned int n_ranks = dealii::Utilities::MPI::n_mpi_processes(comm);
     const bool speaks          = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
+    // From here on a signal ends this rank: MPI_Abort of another one sends it.
+    for (const int signal : {SIGINT, SIGTERM})
+      std::signal(signal, SIG_DFL);
     if (!speaks)
       usleep(500000); // let rank 0 speak first, if it fails too
     std::cerr << (speaks ? "" : "\n") << "\nsqueal: " << printable(message) << std::endl;

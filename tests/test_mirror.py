@@ -22,7 +22,7 @@ def axial_parity(record, half_thickness):
                 continue
             arrays = {array.get("Name"): array for array in part.iter("DataArray")}
             xyz = numbers(next(part.find("Points").iter("DataArray")))
-            for name in ("displacement_re", "displacement_im"):
+            for name in ("displacement_re_m", "displacement_im_m"):
                 u = numbers(arrays[name])
                 for at in range(0, len(xyz), 3):
                     if 1e-5 < abs(xyz[at + 2]) < half_thickness - 1e-5:
