@@ -343,6 +343,13 @@ namespace squeal
     half.Q              = restrict(problem.Q);
     half.reference      = restrict(problem.reference);
     half.reference_name = problem.reference_name;
+    // A conservative problem stays symmetric to the last digit: rounding would turn its double
+    // eigenvalues into complex pairs.
+    if (!problem.reference)
+    {
+      half.M = symmetric_part(rows, half.M);
+      half.Q = symmetric_part(rows, half.Q);
+    }
     // Pressures come in pairs, both in contact or both released.
     half.n_constraints       = problem.n_constraints / 2;
     half.n_local_constraints = std::count_if(
