@@ -278,6 +278,24 @@ TEST_CASE("mirror: both spectra are the whole one, penalty and free bodies")
   check_modes(prm, 6000);
 }
 
+TEST_CASE("mirror: double eigenvalues of a conservative problem stay imaginary")
+{
+  // A disc's waves with nodal diameters come in pairs; its halves are symmetric matrices too.
+  Parameters::All prm = small_brake("none");
+  prm.stage_name      = "elastic";
+  const Brake brake(prm);
+  REQUIRE(brake.symmetry);
+  REQUIRE_FALSE(brake.problem.reference);
+  const QuadraticEigenproblem half = HalfSpace(*brake.symmetry, false).restrict(brake.problem);
+  CHECK(asymmetry(half.rows, half.M) == 0);
+  CHECK(asymmetry(half.rows, half.Q) == 0);
+  const Modes modes = solve_by_symmetry(*make_eigensolver("block_krylov"), brake.problem,
+                                        window(6000), brake.symmetry);
+  CHECK(modes.mirror.size() > 8);
+  for (const Complex &l : modes.lambda)
+    CHECK(l.real() == 0);
+}
+
 TEST_CASE("mirror: the whole is solved where factors are kept, or without symmetry")
 {
   const Brake brake(small_brake());
