@@ -19,13 +19,18 @@ namespace squeal
       mark.data()[row - spaces.rows.begin] = 1;
     for (const double value : replicate(mark))
       is_multiplier.push_back(value != 0);
+    std::size_t n_all_points = 0;
     for (const PairedInterface<dim> &interface : interfaces)
     {
       unsigned int n_points = 0;
       for (const FacePair<dim> &pair : interface.pairs)
         n_points += pair.points.size();
       active_points.emplace_back(n_points, true);
+      n_all_points += n_points;
     }
+    // Five matrices with a row for each displacement of both faces
+    constexpr double largest_table = 1024. * 1024. * 1024.;
+    keeps_table = 5. * 2 * dim * element.n_nodes() * n_all_points * sizeof(double) < largest_table;
   }
 
   template <int dim>
@@ -33,34 +38,33 @@ namespace squeal
       const std::function<void(unsigned int interface, const Kinematics &)> &work,
       const bool with_slopes) const
   {
-    const auto tabulate = [&](std::vector<std::pair<unsigned int, Kinematics>> &pairs)
+    const auto visit_all = [&](const auto &visit)
     {
       for (unsigned int i = 0; i < interfaces.size(); ++i)
       {
         unsigned int first_point = 0;
         for (const FacePair<dim> &pair : interfaces[i].pairs)
         {
-          pairs.emplace_back(i, Kinematics(element, interfaces[i].rotor_faces[pair.rotor_face],
-                                           interfaces[i].pad_faces[pair.pad_face], pair,
-                                           spaces.geometry, model.angular_velocity, with_slopes));
-          pairs.back().second.first_point = first_point;
+          Kinematics kinematics(element, interfaces[i].rotor_faces[pair.rotor_face],
+                                interfaces[i].pad_faces[pair.pad_face], pair, spaces.geometry,
+                                model.angular_velocity, with_slopes);
+          kinematics.first_point = first_point;
           first_point += pair.points.size();
+          visit(i, std::move(kinematics));
         }
       }
     };
-    if (with_slopes)
+    if (with_slopes || !keeps_table)
     {
-      std::vector<std::pair<unsigned int, Kinematics>> pairs;
-      tabulate(pairs);
-      for (const auto &[interface, kinematics] : pairs)
-        work(interface, kinematics);
+      visit_all(work);
       return;
     }
     if (!tabulated || tabulated->angular_velocity != model.angular_velocity)
     {
       auto table              = std::make_shared<Tabulated>();
       table->angular_velocity = model.angular_velocity;
-      tabulate(table->pairs);
+      visit_all([&](const unsigned int i, Kinematics kinematics)
+                { table->pairs.emplace_back(i, std::move(kinematics)); });
       tabulated = std::move(table);
     }
     for (const auto &[interface, kinematics] : tabulated->pairs)

@@ -179,7 +179,8 @@ namespace squeal
     using Kinematics = ContactKinematics<dim>;
 
     /// Calls the function with the kinematics of each pair of faces. They are kept for the next
-    /// time: about 100 kB a pair at degree 2, 300 kB at degree 3. With slopes they are made anew.
+    /// time, about 100 kB a pair at degree 2, 300 kB at degree 3, unless that is too much in all.
+    /// With slopes they are made anew.
     void for_each_pair(const std::function<void(unsigned int interface, const Kinematics &)> &work,
                        bool with_slopes = false) const;
 
@@ -200,6 +201,7 @@ namespace squeal
       std::vector<std::pair<unsigned int, Kinematics>> pairs; ///< with the interface's number
     };
     mutable std::shared_ptr<const Tabulated> tabulated;
+    bool keeps_table            = true;
     double scale                = 1;
     double constraint_stiffness = 1;
     std::vector<bool> is_multiplier;              ///< by equation
