@@ -412,6 +412,13 @@ namespace squeal
     half.Q              = restrict(problem.Q);
     half.reference      = restrict(problem.reference);
     half.reference_name = problem.reference_name;
+    // In parallel the whole is symmetric to rounding only, which would turn double eigenvalues of a
+    // conservative problem into complex pairs.
+    if (!problem.reference)
+    {
+      half.M = symmetric_part(rows, half.M);
+      half.Q = symmetric_part(rows, half.Q);
+    }
     // Pressures come in pairs, both in contact or both released.
     half.n_constraints       = problem.n_constraints / 2;
     half.n_local_constraints = std::count_if(
