@@ -203,7 +203,8 @@ namespace squeal
             more[j][k] += product;
           }
         const double length = norm(block, j);
-        if (length > rounding * before[j])
+        // As in expand(): beyond the dimension of the space there is only rounding.
+        if (length > rounding * before[j] && n_old + added.n_columns < n_rows)
         {
           DenseMatrix column = columns_of(block, j, 1);
           for (double &value : column.values)
