@@ -17,12 +17,13 @@ xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" pvbatch ...
 """
 
 import argparse
-import csv
-import glob
 import math
 import os
-import re
 import sys
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # pvbatch does not
+
+from mode_choice import choose_mode, read_modes  # noqa: E402
 
 SCALE = 0.03  # largest displacement drawn, relative to the diagonal of the model's box
 GREY = [0.15, 0.15, 0.15]
@@ -45,41 +46,6 @@ def parse_arguments():
     parser.add_argument("--output", metavar="FILE.pvsm", help="default: <name of OUTPUT_DIR>.pvsm in OUTPUT_DIR")
     parser.add_argument("--picture", metavar="FILE.png", help="also draw the first frame")
     return parser.parse_args()
-
-
-def read_modes(directory):
-    """{(cycle, mode): line of modes.csv}"""
-    path = os.path.join(directory, "modes.csv")
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            return {(int(line["cycle"]), int(line["mode"])): line for line in csv.DictReader(file)}
-    except OSError as error:
-        fail(f"{path} cannot be read: {error.strerror}. Give the output directory of a run, e.g. output/brake.")
-    except (KeyError, TypeError, ValueError) as error:
-        fail(f"{path} is not a table of modes: {error}")
-
-
-def choose_mode(arguments, modes):
-    """Cycle and number of the mode to show, out of those with an animation."""
-    written = set()
-    for path in glob.glob(os.path.join(glob.escape(arguments.directory), "mode-*.pvd")):
-        match = re.fullmatch(r"mode-(\d+)-(\d+)\.pvd", os.path.basename(path))
-        if match:
-            written.add((int(match[1]), int(match[2])))
-    if not written:
-        fail(f"{arguments.directory} holds no mode-*.pvd: run with Output/Fields other than none and "
-             "Output/Animation frames above 0")
-    cycle = max(c for c, _ in written) if arguments.cycle is None else arguments.cycle
-    numbers = sorted(m for c, m in written if c == cycle)
-    if not numbers:
-        fail(f"no mode of cycle {cycle} was written; there are: {', '.join(sorted({str(c) for c, _ in written}))}")
-    mode = arguments.mode
-    if mode is None:
-        mode = max(numbers, key=lambda m: float((modes.get((cycle, m)) or {}).get("growth_rate_1_per_s") or -math.inf))
-    if mode not in numbers:
-        fail(f"mode {mode} of cycle {cycle} was not written; written are: {', '.join(map(str, numbers))}. "
-             "A run with  --set \"Output/Fields=all\"  writes every mode.")
-    return cycle, mode
 
 
 def caption(mode, line):
@@ -245,8 +211,9 @@ def write_state(pv, arguments, cycle, mode, words):
 
 def main():
     arguments = parse_arguments()
-    modes = read_modes(arguments.directory)
-    cycle, mode = choose_mode(arguments, modes)
+    modes = read_modes(arguments.directory, fail)
+    cycle, mode, _ = choose_mode(arguments, modes, "pvd", ": run with Output/Fields other than none and "
+                                 "Output/Animation frames above 0", fail)
     try:
         import paraview
         paraview.compatibility.major, paraview.compatibility.minor = 5, 11

@@ -10,12 +10,13 @@ Needs ParaView (Debian: apt-get install --no-install-recommends paraview python3
 """
 
 import argparse
-import csv
-import glob
 import math
 import os
-import re
 import sys
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # pvbatch does not
+
+from mode_choice import choose_mode, read_modes  # noqa: E402
 
 ROTOR, UPPER_PAD, LOWER_PAD = 0, 1, 2  # values of the field "body"
 WIDTH, HEIGHT = 1600, 660  # pixels
@@ -39,40 +40,6 @@ def parse_arguments():
                         help="largest displacement drawn; default: rotor radius / 14")
     parser.add_argument("--output", metavar="FILE.png", help="default: mode-C-N.png in OUTPUT_DIR")
     return parser.parse_args()
-
-
-def read_modes(directory):
-    """{(cycle, mode): line of modes.csv}"""
-    path = os.path.join(directory, "modes.csv")
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            return {(int(line["cycle"]), int(line["mode"])): line for line in csv.DictReader(file)}
-    except OSError as error:
-        fail(f"{path} cannot be read: {error.strerror}. Give the output directory of a run, e.g. output/brake.")
-    except (KeyError, TypeError, ValueError) as error:
-        fail(f"{path} is not a table of modes: {error}")
-
-
-def choose_mode(arguments, modes):
-    """Cycle, number and file of the mode to draw."""
-    files = {}
-    for path in glob.glob(os.path.join(glob.escape(arguments.directory), "mode-*.pvtu")):
-        match = re.fullmatch(r"mode-(\d+)-(\d+)\.pvtu", os.path.basename(path))
-        if match:
-            files[int(match[1]), int(match[2])] = path
-    if not files:
-        fail(f"{arguments.directory} holds no mode-*.pvtu; run with  --set \"Output/Fields=all\"")
-    cycle = max(c for c, _ in files) if arguments.cycle is None else arguments.cycle
-    written = sorted(m for c, m in files if c == cycle)
-    if not written:
-        fail(f"no mode of cycle {cycle} was written; there are: {', '.join(sorted({str(c) for c, _ in files}))}")
-    mode = arguments.mode
-    if mode is None:
-        mode = max(written, key=lambda m: float((modes.get((cycle, m)) or {}).get("growth_rate_1_per_s") or -math.inf))
-    if mode not in written:
-        fail(f"mode {mode} of cycle {cycle} was not written; written are: {', '.join(map(str, written))}. "
-             "A run with  --set \"Output/Fields=all\"  writes every mode.")
-    return cycle, mode, files[cycle, mode]
 
 
 def caption(cycle, mode, line):
@@ -221,8 +188,8 @@ def render(pv, arguments, path, words):
 
 def main():
     arguments = parse_arguments()
-    modes = read_modes(arguments.directory)
-    cycle, mode, path = choose_mode(arguments, modes)
+    modes = read_modes(arguments.directory, fail)
+    cycle, mode, path = choose_mode(arguments, modes, "pvtu", "; run with  --set \"Output/Fields=all\"", fail)
     if not os.environ.get("DISPLAY"):
         fail("there is no display; start it as  xvfb-run -a pvbatch scripts/render_mode.py ...")
     try:

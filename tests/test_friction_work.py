@@ -6,13 +6,10 @@ mean times area is its integral up to the small change of the surface element al
 work of contributions.csv, friction damping included, for mortar and penalty contact, on one and two ranks.
 """
 
-import base64
-import struct
 import unittest
-import xml.etree.ElementTree as ElementTree
-import zlib
 
 import squeal_testing as st
+from vtu_files import numbers, pieces
 
 SETTINGS = {
     **st.SMALL_BRAKE,
@@ -27,38 +24,19 @@ ORIGINS = {"pressure_work_j_per_m2": "friction", "direction_work_j_per_m2": "fri
            "speed_work_j_per_m2": "falling friction"}
 
 
-def numbers(element):
-    """The numbers of a DataArray: base64 of blocks compressed by zlib."""
-    text = element.text.strip()
-    code = {"Float32": "f", "Float64": "d", "Int32": "i"}[element.get("type")]
-    n_blocks, = struct.unpack("<I", base64.b64decode(text[:8])[:4])
-    header = 4 * ((4 * (3 + n_blocks) + 2) // 3)
-    sizes = struct.unpack(f"<{3 + n_blocks}I", base64.b64decode(text[:header])[:4 * (3 + n_blocks)])[3:]
-    packed, data, at = base64.b64decode(text[header:]), b"", 0
-    for size in sizes:
-        data += zlib.decompress(packed[at:at + size])
-        at += size
-    return [x for x, in struct.iter_unpack("<" + code, data)]
-
-
 def integrals(record):
     """The sums over the quadrilaterals of all pieces, by field: [mean times area, its absolute value]."""
     result = {}
-    for piece in ElementTree.parse(record).iter("Piece"):
-        for part in ElementTree.parse(record.parent / piece.get("Source")).getroot().iter("Piece"):
-            if int(part.get("NumberOfCells")) == 0:
-                continue
-            arrays = {array.get("Name"): array for array in part.iter("DataArray")}
-            xyz = numbers(next(part.find("Points").iter("DataArray")))
-            corners = numbers(arrays["connectivity"])
-            for array in part.find("PointData").iter("DataArray"):
-                values, sums = numbers(array), result.setdefault(array.get("Name"), [0, 0])
-                for at in range(0, len(corners), 4):
-                    (a, b, c, d) = ((xyz[3 * i], xyz[3 * i + 1]) for i in corners[at:at + 4])
-                    area = abs((c[0] - a[0]) * (d[1] - b[1]) - (c[1] - a[1]) * (d[0] - b[0])) / 2
-                    work = sum(values[i] for i in corners[at:at + 4]) / 4 * area
-                    sums[0] += work
-                    sums[1] += abs(work)
+    for part, arrays, xyz in pieces(record):
+        corners = numbers(arrays["connectivity"])
+        for array in part.find("PointData").iter("DataArray"):
+            values, sums = numbers(array), result.setdefault(array.get("Name"), [0, 0])
+            for at in range(0, len(corners), 4):
+                (a, b, c, d) = ((xyz[3 * i], xyz[3 * i + 1]) for i in corners[at:at + 4])
+                area = abs((c[0] - a[0]) * (d[1] - b[1]) - (c[1] - a[1]) * (d[0] - b[0])) / 2
+                work = sum(values[i] for i in corners[at:at + 4]) / 4 * area
+                sums[0] += work
+                sums[1] += abs(work)
     return result
 
 

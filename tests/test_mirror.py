@@ -2,10 +2,9 @@
 modes.csv is right."""
 
 import unittest
-from xml.etree import ElementTree
 
 import squeal_testing as st
-from test_friction_work import numbers
+from vtu_files import numbers, pieces
 
 WHOLE = {"Eigenproblem/Mirror symmetry": "false"}
 # Rounding of values that the backward error leaves open: it reaches 1e-11, and an error bar is a difference.
@@ -16,18 +15,13 @@ def axial_parity(record, half_thickness):
     """How even u_z is in z: the sum of u_z(x, y, z) u_z(x, y, -z) over the nodes of the rotor that are not on its faces,
     relative to that of squares: 1 where the disc bends, -1 where it is squeezed."""
     axial = {}
-    for piece in ElementTree.parse(record).iter("Piece"):
-        for part in ElementTree.parse(record.parent / piece.get("Source")).getroot().iter("Piece"):
-            if int(part.get("NumberOfCells")) == 0:
-                continue
-            arrays = {array.get("Name"): array for array in part.iter("DataArray")}
-            xyz = numbers(next(part.find("Points").iter("DataArray")))
-            for name in ("displacement_re_m", "displacement_im_m"):
-                u = numbers(arrays[name])
-                for at in range(0, len(xyz), 3):
-                    if 1e-5 < abs(xyz[at + 2]) < half_thickness - 1e-5:
-                        x, y, z = (round(1e5 * value) for value in xyz[at:at + 3])
-                        axial[name, x, y, z] = u[at + 2]
+    for _, arrays, xyz in pieces(record):
+        for name in ("displacement_re_m", "displacement_im_m"):
+            u = numbers(arrays[name])
+            for at in range(0, len(xyz), 3):
+                if 1e-5 < abs(xyz[at + 2]) < half_thickness - 1e-5:
+                    x, y, z = (round(1e5 * value) for value in xyz[at:at + 3])
+                    axial[name, x, y, z] = u[at + 2]
     pairs = [(u, axial[name, x, y, -z]) for (name, x, y, z), u in axial.items() if (name, x, y, -z) in axial]
     assert len(pairs) > 0.9 * len(axial) > 100
     return sum(u * v for u, v in pairs) / sum(u * u for u, _ in pairs)
