@@ -142,7 +142,8 @@ namespace squeal
         close_contact();
     }
     if (!found)
-      found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load);
+      found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load,
+                                       !nearby && prm.eigenproblem.error_bars);
     equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));
     pressure_    = equilibrium_->pressure;
   }

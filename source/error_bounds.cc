@@ -82,7 +82,8 @@ namespace squeal
   } // namespace
 
   ErrorBounds bound_errors(const std::vector<Complex> &lambda, const std::vector<Complex> &f,
-                           const std::vector<double> &growth_rate_parts, const unsigned int degree)
+                           const std::vector<double> &growth_rate_parts, const unsigned int degree,
+                           const std::vector<std::vector<Complex>> &alternatives)
   {
     const unsigned int m = lambda.size();
     const double p = degree, seen = 1 - p * p / ((p + 1) * (p + 1)), whole = 1.2 / seen;
@@ -91,6 +92,14 @@ namespace squeal
     const std::vector<Complex> corrected = coupled(lambda, f, all, std::vector<double>(m, 1.)),
                                extrapolated =
                                    coupled(lambda, f, all, std::vector<double>(m, whole));
+    std::vector<std::vector<Complex>> shifted;
+    for (const std::vector<Complex> &alternative : alternatives)
+    {
+      std::vector<Complex> sum = alternative;
+      for (unsigned int i = 0; i < m * m; ++i)
+        sum[i] += whole * f[i];
+      shifted.push_back(coupled(lambda, sum, all, std::vector<double>(m, 1.)));
+    }
     ErrorBounds bounds;
     for (unsigned int k = 0; k < m; ++k)
     {
@@ -110,8 +119,14 @@ namespace squeal
         re = std::max(re, std::abs(change.real()));
         im = std::max(im, std::abs(change.imag()));
       }
-      bounds.growth_rate.push_back(re + 0.02 * whole * growth_rate_parts[k]);
-      bounds.imaginary.push_back(im);
+      double other_re = 0, other_im = 0;
+      for (const std::vector<Complex> &roots : shifted)
+      {
+        other_re = std::max(other_re, std::abs((roots[k] - extrapolated[k]).real()));
+        other_im = std::max(other_im, std::abs((roots[k] - extrapolated[k]).imag()));
+      }
+      bounds.growth_rate.push_back(re + 0.02 * whole * growth_rate_parts[k] + other_re);
+      bounds.imaginary.push_back(im + other_im);
     }
     return bounds;
   }

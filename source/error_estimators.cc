@@ -46,6 +46,8 @@ namespace squeal
       EigenvalueErrors run();
 
     private:
+      Block interpolate(const Block &column);
+      void release_at_border();
       void find_contact_terms();
       /// The functions of a cell in the space of one degree more: n rows, the dim components of a
       /// column side by side, then the pressures of all. They also go to @p result.
@@ -57,6 +59,7 @@ namespace squeal
       /// Adds Z^H Q+ X to T.
       void add_products();
       void eliminate(EigenvalueErrors &errors);
+      std::vector<std::vector<Complex>> other_borders(EigenvalueErrors &errors) const;
       void find_corrections(EigenvalueErrors &errors) const;
       unsigned int material_of(const typename DoFHandler<dim>::active_cell_iterator &cell) const
       {
@@ -174,7 +177,40 @@ namespace squeal
         column.compress(VectorOperation::add);
     }
 
-    /// Contact on the enriched space: the static state interpolated, its own active set.
+    /// One column, interpolated.
+    template <int dim>
+    Block Estimator<dim>::interpolate(const Block &column)
+    {
+      const std::vector<Column> imported = base_map->import(column);
+      Block result(spaces.rows, 1);
+      DenseMatrix coarse;
+      for (unsigned int number = 0; number < map->cells.size(); ++number)
+        lift_cell(number, imported, coarse, result);
+      return result;
+    }
+
+    /// The border of contact stays where it is: pressures are enriched only where all contacts are
+    /// closed. The enriched space has nodes on both sides of the border, and each that is closed or
+    /// open by mistake would outweigh all other residuals.
+    template <int dim>
+    void Estimator<dim>::release_at_border()
+    {
+      Block closed(base.rows, 1);
+      for (unsigned int row = base.first_local_multiplier; row < base.rows.end; ++row)
+        closed.data()[row - base.rows.begin] = model.contact()->is_closed(row);
+      Block fine_closed = interpolate(closed);
+      std::fill(fine_closed.data(),
+                fine_closed.data() + (spaces.first_local_multiplier - spaces.rows.begin), 1.);
+      const std::vector<double> flags = replicate(fine_closed);
+      std::vector<unsigned int> released;
+      for (unsigned int row = 0; row < flags.size(); ++row)
+        if (std::abs(flags[row] - 1) > 1e-9)
+          released.push_back(row);
+      contact->set_closed(released, false);
+    }
+
+    /// Contact on the enriched space, with the static state interpolated. Mortar: pressures of the
+    /// modes vanish where it is open, so that constraints need not be released there.
     template <int dim>
     void Estimator<dim>::find_contact_terms()
     {
@@ -182,20 +218,20 @@ namespace squeal
         return;
       contact = std::make_unique<Contact<dim>>(spaces, BrakeModel<dim>::contact_model(prm));
       contact->scale_as(*model.contact());
+      const bool mortar = prm.contact.mortar();
       typename Contact<dim>::Pressure pressure;
       if (model.equilibrium())
       {
-        const std::vector<Column> state = base_map->import(model.equilibrium()->state);
-        Block fine_state(spaces.rows, 1);
-        DenseMatrix coarse;
-        for (unsigned int number = 0; number < map->cells.size(); ++number)
-          lift_cell(number, state, coarse, fine_state);
-        contact->update_active_set(fine_state);
+        const Block fine_state = interpolate(model.equilibrium()->state);
+        if (!mortar)
+          contact->update_active_set(fine_state);
         pressure = contact->pressure_of(fine_state);
       }
       else
         pressure = contact->uniform_pressure(prm.pads.pressure);
       contact_terms = BrakeModel<dim>::contact_terms(*contact, pressure, prm);
+      if (mortar)
+        release_at_border();
     }
 
     template <int dim>
@@ -340,7 +376,8 @@ namespace squeal
         for (unsigned int j = 0; j < m; ++j)
           f[i + m * j] =
               -Complex(sums[i + m * j], sums[m * m + i + m * j]) / (2. * modes.lambda[i]);
-      errors.bounds = bound_errors(modes.lambda, f, {sums.end() - m, sums.end()}, base.fe.degree);
+      errors.bounds = bound_errors(modes.lambda, f, {sums.end() - m, sums.end()}, base.fe.degree,
+                                   other_borders(errors));
       for (unsigned int j = 0; j < m; ++j)
       {
         const double algebraic =
@@ -348,6 +385,35 @@ namespace squeal
         errors.bounds.growth_rate[j] += algebraic;
         errors.bounds.imaginary[j] += algebraic;
       }
+    }
+
+    /// First-order changes of the eigenvalues by another border of contact, like F. Their parts go
+    /// to the pads' cells that share the border's nodes.
+    template <int dim>
+    std::vector<std::vector<Complex>> Estimator<dim>::other_borders(EigenvalueErrors &errors) const
+    {
+      if (!model.equilibrium())
+        return {};
+      BorderEffects effects = border_effects(model.equilibrium()->border, modes.re, modes.im,
+                                             modes.left_re, modes.left_im);
+      if (effects.rows.empty())
+        return {};
+      for (unsigned int k = 0; k < m * m; ++k)
+        for (std::vector<Complex> *products : {&effects.smaller, &effects.larger})
+          (*products)[k] /= -2. * modes.lambda[k % m];
+
+      // By row: its number in the list plus one
+      std::vector<Column> places = base_map->zeros(1);
+      for (unsigned int i = 0; i < effects.rows.size(); ++i)
+        if (base.rows.contains(effects.rows[i]))
+          places[0].local_element(effects.rows[i] - base.rows.begin) = i + 1;
+      places[0].update_ghost_values();
+      for (unsigned int cell = 0; cell < errors.cells.size(); ++cell)
+        for (const auto &entry : base_map->cells[cell])
+          if (const unsigned int place = places[0].local_element(entry.index); place > 0)
+            for (unsigned int j = 0; j < m; ++j)
+              errors.cells[cell][j] += effects.parts[place - 1][j] / (2. * modes.lambda[j]);
+      return {std::move(effects.smaller), std::move(effects.larger)};
     }
 
     template <int dim>

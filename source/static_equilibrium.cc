@@ -44,7 +44,20 @@ namespace squeal
       {
       }
 
+      /// x for the right side b.
       Block solve(const std::vector<unsigned int> &released)
+      {
+        return release(x_0, released);
+      }
+      /// The same for other right sides.
+      Block solve(const Block &right_hand_sides, const std::vector<unsigned int> &released)
+      {
+        return release(solve_refined(A, factorization, right_hand_sides), released);
+      }
+
+    private:
+      /// x_0 + Y s.
+      Block release(Block x, const std::vector<unsigned int> &released)
       {
         std::vector<unsigned int> added;
         for (const unsigned int row : released)
@@ -59,31 +72,35 @@ namespace squeal
         known.insert(known.end(), added.begin(), added.end());
 
         // Y_RR and x_0R on all ranks
-        const unsigned int n = released.size();
-        std::vector<double> values(n * (n + 1));
+        const unsigned int n = released.size(), m = x.n_columns();
+        std::vector<double> values(n * (n + m));
         for (unsigned int i = 0; i < n; ++i)
           if (rows.contains(released[i]))
-            for (unsigned int j = 0; j <= n; ++j)
-              values[i + n * j] = j == n
-                                      ? -x_0.column(0)[released[i] - rows.begin]
-                                      : Y.column(column_of(released[j]))[released[i] - rows.begin];
+            for (unsigned int j = 0; j < n + m; ++j)
+              values[i + n * j] = j < n ? Y.column(column_of(released[j]))[released[i] - rows.begin]
+                                        : -x.column(j - n)[released[i] - rows.begin];
         MPI_Allreduce(MPI_IN_PLACE, values.data(), values.size(), MPI_DOUBLE, MPI_SUM, rows.comm);
-        Block x = x_0;
         if (n == 0)
           return x;
         const DenseMatrix slack =
             squeal::solve(DenseMatrix(n, n, {values.begin(), values.begin() + n * n}),
-                          DenseMatrix(n, 1, {values.begin() + n * n, values.end()}));
-        for (unsigned int j = 0; j < n; ++j)
-          for (unsigned int i = 0; i < rows.n_local(); ++i)
-            x.column(0)[i] += slack(j, 0) * Y.column(column_of(released[j]))[i];
-        for (const unsigned int row : released) // zero up to rounding: exactly
-          if (rows.contains(row))
-            x.column(0)[row - rows.begin] = 0;
+                          DenseMatrix(n, m, {values.begin() + n * n, values.end()}));
+        for (unsigned int k = 0; k < m; ++k)
+        {
+          double *const column = x.column(k);
+          for (unsigned int j = 0; j < n; ++j)
+          {
+            const double *const y = Y.column(column_of(released[j]));
+            for (unsigned int i = 0; i < rows.n_local(); ++i)
+              column[i] += slack(j, k) * y[i];
+          }
+          for (const unsigned int row : released) // zero up to rounding: exactly
+            if (rows.contains(row))
+              column[row - rows.begin] = 0;
+        }
         return x;
       }
 
-    private:
       unsigned int column_of(const unsigned int row) const
       {
         return std::find(known.begin(), known.end(), row) - known.begin();
@@ -253,7 +270,8 @@ namespace squeal
 
     template <int dim>
     void iterate(const RowRange &rows, const std::vector<Term> &body_terms, Contact<dim> &contact,
-                 const bool with_friction, const Block &load, StaticEquilibrium &result)
+                 const bool with_friction, const Block &load, const bool with_border,
+                 StaticEquilibrium &result)
     {
       // A friction law that depends on the pressure, and penalty contact with its many points,
       // change the matrix in each step; for mortar contact one factorisation serves all active sets
@@ -284,19 +302,30 @@ namespace squeal
           factor_once = false;
           release_solver.reset();
         }
+        Matrix A;
+        std::unique_ptr<Factorization> factorization;
         if (factor_once)
           result.state = release_solver->solve(contact.released_multipliers());
         else
         {
-          const Matrix A = assemble();
-          const Factorization factorization(A, Factorization::Kind::lu,
-                                            "the stiffness of the static equilibrium");
-          result.state = solve_refined(A, factorization, right_hand_side());
+          A             = assemble();
+          factorization = std::make_unique<Factorization>(
+              A, Factorization::Kind::lu, "the stiffness of the static equilibrium");
+          result.state = solve_refined(A, *factorization, right_hand_side());
         }
 
         if (take_step(contact, result, rows.comm))
         {
           check_residual(body_terms, contact, with_friction, load, result);
+          const auto solve = [&](const Block &right_hand_sides)
+          {
+            return factor_once
+                       ? release_solver->solve(right_hand_sides, contact.released_multipliers())
+                       : factorization->solve(right_hand_sides);
+          };
+          if (with_border)
+            result.border =
+                find_contact_border(contact, result.pressure, rows, with_friction, solve);
           return;
         }
 
@@ -348,16 +377,17 @@ namespace squeal
   }
 
   template <int dim>
-  StaticEquilibrium
-  solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
-                           Contact<dim> &contact, const bool with_friction, const Block &load)
+  StaticEquilibrium solve_static_equilibrium(const RowRange &rows,
+                                             const std::vector<Term> &body_terms,
+                                             Contact<dim> &contact, const bool with_friction,
+                                             const Block &load, const bool with_border)
   {
     const Contact<dim> all_closed = contact;
     StaticEquilibrium result;
     std::string failure;
     try
     {
-      iterate(rows, body_terms, contact, with_friction, load, result);
+      iterate(rows, body_terms, contact, with_friction, load, with_border, result);
       return result;
     }
     catch (const Unsettled &error)
@@ -385,12 +415,12 @@ namespace squeal
   template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<3> &,
                                     const Contact<3>::Pressure &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
-                                                      Contact<2> &, bool, const Block &);
+                                                      Contact<2> &, bool, const Block &, bool);
   template std::optional<StaticEquilibrium>
   follow_static_equilibrium(const StaticEquilibrium &, const Factorization &,
                             const std::vector<Term> &, Contact<2> &, bool, const Block &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
-                                                      Contact<3> &, bool, const Block &);
+                                                      Contact<3> &, bool, const Block &, bool);
   template std::optional<StaticEquilibrium>
   follow_static_equilibrium(const StaticEquilibrium &, const Factorization &,
                             const std::vector<Term> &, Contact<3> &, bool, const Block &);

@@ -161,6 +161,12 @@ namespace squeal
     }
     /// The surfaces touch everywhere again.
     void close();
+    /// Closes or releases the multipliers of these equations, the same on all ranks.
+    void set_closed(const std::vector<unsigned int> &equations, const bool closed)
+    {
+      for (const unsigned int equation : equations)
+        active[equation] = closed;
+    }
     const ContactModel<dim> &contact_model() const
     {
       return model;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/contact.h>
+#include <squeal/contact_border.h>
 #include <squeal/self_locking.h>
 
 #include <optional>
@@ -22,6 +22,7 @@ namespace squeal
     Block state; ///< one column, contact pressures in the multipliers' rows
     std::vector<StaticIteration> iterations;
     typename std::vector<std::vector<double>> pressure; ///< Contact::Pressure of the state
+    ContactBorder border;                               ///< on demand
   };
 
   /// The tangent of the static problem at fixed active set: the body terms of order 0, N, and with
@@ -43,14 +44,15 @@ namespace squeal
   /// Primal-dual active set (a semi-smooth Newton method, Hintermueller, Ito, Kunisch 2002); a
   /// friction law that depends on the pressure is linearised in the same steps. The operator is not
   /// symmetric because of friction; LU by MUMPS, one step of iterative refinement. @p contact
-  /// leaves with the active set of the solution.
+  /// leaves with the active set of the solution. @p with_border: for error bars.
   ///
   /// Throws SolverError if a pad loses all contact, and if active sets repeat or the tangent is
   /// singular; with friction it then tells whether that is self-locking.
   template <int dim>
-  StaticEquilibrium
-  solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
-                           Contact<dim> &contact, bool with_friction, const Block &load);
+  StaticEquilibrium solve_static_equilibrium(const RowRange &rows,
+                                             const std::vector<Term> &body_terms,
+                                             Contact<dim> &contact, bool with_friction,
+                                             const Block &load, bool with_border = false);
 
   /// The same out of the state and the active set of an equilibrium nearby, by GMRES with factors
   /// of a matrix nearby: no factorisation, no matrix but those of the contact. Nothing if that does
