@@ -157,7 +157,7 @@ namespace squeal
     if (slides)
       add(1, multiply(contact.friction(pressure_), x));
     add(-1, contact.load(pressure_, slides));
-    add(-1, static_load(parameters));
+    add(-1, static_load(parameters, spaces_));
     return residual;
   }
 

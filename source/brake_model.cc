@@ -132,7 +132,7 @@ namespace squeal
 
     PhaseTimer::Scope scope(timer, "static");
     log.progress("  static equilibrium");
-    const Block load = static_load(prm);
+    const Block load = static_load(prm, spaces_);
     std::optional<StaticEquilibrium> found;
     if (follows)
     {
@@ -149,15 +149,16 @@ namespace squeal
   }
 
   template <int dim>
-  Block BrakeModel<dim>::static_load(const Parameters::All &parameters) const
+  Block BrakeModel<dim>::static_load(const Parameters::All &parameters,
+                                     const Spaces<dim> &spaces) const
   {
-    Block load = assemble_pressure_load(spaces_);
+    Block load = assemble_pressure_load(spaces);
     if (load_pressure != 0)
       for (unsigned int i = 0; i < load.n_local(); ++i)
         load.data()[i] *= parameters.pads.pressure / load_pressure;
     if (parameters.prestress.centrifugal_load)
     {
-      const Block centrifugal = centrifugal_load(parameters);
+      const Block centrifugal = centrifugal_load(parameters, spaces);
       for (unsigned int i = 0; i < load.n_local(); ++i)
         load.data()[i] += centrifugal.data()[i];
     }
@@ -246,15 +247,16 @@ namespace squeal
   }
 
   template <int dim>
-  Block BrakeModel<dim>::centrifugal_load(const Parameters::All &parameters) const
+  Block BrakeModel<dim>::centrifugal_load(const Parameters::All &parameters,
+                                          const Spaces<dim> &spaces) const
   {
     const std::vector<Parameters::BodyMaterial> materials = parameters.materials();
-    Block load(spaces_.rows, 1);
+    Block load(spaces.rows, 1);
     for (unsigned int m = 0; m < materials.size(); ++m)
       if (materials[m].of_rotor)
       {
         const Block part =
-            assemble_centrifugal_load(spaces_, geometry.bodies_of(m), materials[m].material,
+            assemble_centrifugal_load(spaces, geometry.bodies_of(m), materials[m].material,
                                       parameters.operation.angular_velocity);
         for (unsigned int i = 0; i < load.n_local(); ++i)
           load.data()[i] += part.data()[i];

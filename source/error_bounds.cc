@@ -83,7 +83,7 @@ namespace squeal
 
   ErrorBounds bound_errors(const std::vector<Complex> &lambda, const std::vector<Complex> &f,
                            const std::vector<double> &growth_rate_parts, const unsigned int degree,
-                           const std::vector<std::vector<Complex>> &alternatives)
+                           const std::vector<std::vector<std::vector<Complex>>> &alternatives)
   {
     const unsigned int m = lambda.size();
     const double p = degree, seen = 1 - p * p / ((p + 1) * (p + 1)), whole = 1.2 / seen;
@@ -92,13 +92,16 @@ namespace squeal
     const std::vector<Complex> corrected = coupled(lambda, f, all, std::vector<double>(m, 1.)),
                                extrapolated =
                                    coupled(lambda, f, all, std::vector<double>(m, whole));
-    std::vector<std::vector<Complex>> shifted;
-    for (const std::vector<Complex> &alternative : alternatives)
+    std::vector<std::vector<std::vector<Complex>>> shifted;
+    for (const std::vector<std::vector<Complex>> &group : alternatives)
     {
-      std::vector<Complex> sum = alternative;
-      for (unsigned int i = 0; i < m * m; ++i)
-        sum[i] += whole * f[i];
-      shifted.push_back(coupled(lambda, sum, all, std::vector<double>(m, 1.)));
+      shifted.emplace_back();
+      for (std::vector<Complex> sum : group)
+      {
+        for (unsigned int i = 0; i < m * m; ++i)
+          sum[i] += whole * f[i];
+        shifted.back().push_back(coupled(lambda, sum, all, std::vector<double>(m, 1.)));
+      }
     }
     ErrorBounds bounds;
     for (unsigned int k = 0; k < m; ++k)
@@ -119,14 +122,19 @@ namespace squeal
         re = std::max(re, std::abs(change.real()));
         im = std::max(im, std::abs(change.imag()));
       }
-      double other_re = 0, other_im = 0;
-      for (const std::vector<Complex> &roots : shifted)
+      bounds.growth_rate.push_back(re + 0.02 * whole * growth_rate_parts[k]);
+      bounds.imaginary.push_back(im);
+      for (const std::vector<std::vector<Complex>> &group : shifted)
       {
-        other_re = std::max(other_re, std::abs((roots[k] - extrapolated[k]).real()));
-        other_im = std::max(other_im, std::abs((roots[k] - extrapolated[k]).imag()));
+        double group_re = 0, group_im = 0;
+        for (const std::vector<Complex> &roots : group)
+        {
+          group_re = std::max(group_re, std::abs((roots[k] - extrapolated[k]).real()));
+          group_im = std::max(group_im, std::abs((roots[k] - extrapolated[k]).imag()));
+        }
+        bounds.growth_rate.back() += group_re;
+        bounds.imaginary.back() += group_im;
       }
-      bounds.growth_rate.push_back(re + 0.02 * whole * growth_rate_parts[k] + other_re);
-      bounds.imaginary.push_back(im + other_im);
     }
     return bounds;
   }

@@ -13,13 +13,18 @@ namespace squeal
 
   namespace
   {
-    /// [Re X, Im X, Re Z, Im Z] of all modes.
-    Block columns_of(const Modes &modes)
+    /// [Re X, Im X, Re Z, Im Z] of all modes; the static state, if given, is the last one's Re X.
+    Block columns_of(const Modes &modes, const Block *state)
     {
       Block columns = modes.re;
-      columns.append(modes.im);
-      columns.append(modes.left_re);
-      columns.append(modes.left_im);
+      if (state)
+        columns.append(*state);
+      for (const Block *block : {&modes.im, &modes.left_re, &modes.left_im})
+      {
+        columns.append(*block);
+        if (state)
+          columns.append(Block(block->row_range(), 1));
+      }
       return columns;
     }
 
@@ -60,7 +65,11 @@ namespace squeal
       void add_products();
       void eliminate(EigenvalueErrors &errors);
       std::vector<std::vector<Complex>> other_borders(EigenvalueErrors &errors) const;
-      void find_corrections(EigenvalueErrors &errors) const;
+      void add_state_correction(const DenseMatrix &functions, unsigned int number,
+                                const std::vector<int> &unknowns, const double *solution);
+      void add_static_residual();
+      std::vector<Complex> other_pressure();
+      void find_corrections(EigenvalueErrors &errors);
       unsigned int material_of(const typename DoFHandler<dim>::active_cell_iterator &cell) const
       {
         return base.geometry.parts[cell->material_id()].material;
@@ -69,11 +78,16 @@ namespace squeal
       const BrakeModel<dim> &model;
       const Parameters::All &prm;
       const Modes &modes;
-      const unsigned int m;    ///< modes
-      const Spaces<dim> &base; ///< of the modes
-      Spaces<dim> spaces;      ///< of one degree more
+      const unsigned int m; ///< modes
+      /// Whether the eigenvalues depend on the steady pressure, so that its error is wanted: then
+      /// the static state goes through the same local problems as one more vector.
+      const bool with_state;
+      const unsigned int n_vectors; ///< modes and state
+      const Spaces<dim> &base;      ///< of the modes
+      Spaces<dim> spaces;           ///< of one degree more
       std::unique_ptr<Contact<dim>> contact;
       std::vector<Term> contact_terms;
+      typename Contact<dim>::Pressure pressure;
 
       const unsigned int n; ///< nodes of a cell, degree p + 1
       const DenseMatrix lift;
@@ -84,21 +98,25 @@ namespace squeal
       const std::vector<Parameters::BodyMaterial> materials;
       /// By material: the factors of its matrices at each eigenvalue.
       std::vector<std::vector<OperatorFactors>> factors;
-      DenseMatrix t_re, t_im; ///< T
+      DenseMatrix t_re, t_im;               ///< T
+      std::vector<Column> state_correction; ///< sums and numbers of summands
     };
 
     template <int dim>
     Estimator<dim>::Estimator(const BrakeModel<dim> &model, const Modes &modes)
         : model(model), prm(model.parameters()), modes(modes), m(modes.lambda.size()),
-          base(model.spaces()), spaces(base, base.fe.degree + 1), n(spaces.fe.n_dofs_per_cell()),
-          lift(interpolation(base.fe, spaces.fe)), cell_residuals(base, spaces),
-          materials(prm.materials()), t_re(m, m), t_im(m, m)
+          with_state(model.equilibrium() && model.contact() && prm.terms().friction_damping),
+          n_vectors(m + with_state), base(model.spaces()), spaces(base, base.fe.degree + 1),
+          n(spaces.fe.n_dofs_per_cell()), lift(interpolation(base.fe, spaces.fe)),
+          cell_residuals(base, spaces), materials(prm.materials()), t_re(m, m), t_im(m, m)
     {
       for (const Parameters::BodyMaterial &material : materials)
       {
         factors.emplace_back();
         for (const Complex &l : modes.lambda)
           factors.back().push_back(factors_at(body_terms(prm, material), l));
+        if (with_state)
+          factors.back().push_back(factors_at(body_terms(prm, material), 0));
       }
     }
 
@@ -155,8 +173,10 @@ namespace squeal
     template <int dim>
     void Estimator<dim>::add_bodies()
     {
-      const std::vector<Column> columns = base_map->import(columns_of(modes));
-      DenseMatrix coarse, u(base.fe.n_dofs_per_cell(), dim * 4 * m), r(n, dim * 4 * m);
+      const std::vector<Column> columns =
+          base_map->import(columns_of(modes, with_state ? &model.equilibrium()->state : nullptr));
+      DenseMatrix coarse, u(base.fe.n_dofs_per_cell(), dim * 4 * n_vectors),
+          r(n, dim * 4 * n_vectors);
       unsigned int number = 0;
       for (const auto &cell : spaces.nodes.active_cell_iterators())
         if (cell->is_locally_owned())
@@ -166,7 +186,7 @@ namespace squeal
           cell_residuals.reinit(cell);
           const unsigned int material = material_of(cell);
           cell_residuals.apply(materials[material].material, factors[material], u, r);
-          for (unsigned int j = 0; j < 4 * m; ++j)
+          for (unsigned int j = 0; j < 4 * n_vectors; ++j)
             for (const auto &entry : map->cells[number])
               if (entry.unknown < dim * n)
                 residuals[j].local_element(entry.index) +=
@@ -219,7 +239,6 @@ namespace squeal
       contact = std::make_unique<Contact<dim>>(spaces, BrakeModel<dim>::contact_model(prm));
       contact->scale_as(*model.contact());
       const bool mortar = prm.contact.mortar();
-      typename Contact<dim>::Pressure pressure;
       if (model.equilibrium())
       {
         const Block fine_state = interpolate(model.equilibrium()->state);
@@ -239,9 +258,8 @@ namespace squeal
     {
       if (!contact)
         return;
-      Block right(spaces.rows, 2 * m), left(spaces.rows, 2 * m);
-      std::copy_n(lifted.data(), std::size_t(right.n_local()) * 2 * m, right.data());
-      std::copy_n(lifted.column(2 * m), std::size_t(right.n_local()) * 2 * m, left.data());
+      const Block right = lifted.columns(0, 2 * n_vectors),
+                  left  = lifted.columns(2 * n_vectors, 2 * n_vectors);
       for (const unsigned int order : {0u, 1u})
       {
         const Matrix A = sum_of(spaces.rows, contact_terms, order);
@@ -249,19 +267,19 @@ namespace squeal
           continue;
         const std::array<Block, 2> products = {{multiply(A, right), multiply_transposed(A, left)}};
         for (const bool is_left : {false, true})
-          for (unsigned int j = 0; j < m; ++j)
+          for (unsigned int j = 0; j < m; ++j) // the state has its own terms
           {
             const Complex l = modes.lambda[j], factor = order == 0 ? 1.
                                                         : is_left  ? std::conj(l)
                                                                    : l;
             const Block &product    = products[is_left];
-            const unsigned int side = is_left ? 2 * m : 0;
+            const unsigned int side = is_left ? 2 * n_vectors : 0;
             for (unsigned int i = 0; i < product.n_local(); ++i)
             {
               const Complex value =
-                  factor * Complex(product.column(j)[i], product.column(m + j)[i]);
+                  factor * Complex(product.column(j)[i], product.column(n_vectors + j)[i]);
               residuals[side + j].local_element(i) += value.real();
-              residuals[side + m + j].local_element(i) += value.imag();
+              residuals[side + n_vectors + j].local_element(i) += value.imag();
             }
           }
       }
@@ -271,11 +289,18 @@ namespace squeal
     void Estimator<dim>::add_products()
     {
       const unsigned int n_local = lifted.n_local();
-      DenseMatrix z(n_local, 2 * m), r(n_local, 2 * m);
-      std::copy_n(lifted.column(2 * m), z.values.size(), z.values.begin());
-      for (unsigned int j = 0; j < 2 * m; ++j)
+      DenseMatrix z(n_local, 2 * n_vectors), r(n_local, 2 * n_vectors);
+      std::copy_n(lifted.column(2 * n_vectors), z.values.size(), z.values.begin());
+      for (unsigned int j = 0; j < 2 * n_vectors; ++j)
         std::copy_n(residuals[j].begin(), n_local, &r.values[std::size_t(j) * n_local]);
-      add_product(z, r, t_re, t_im);
+      DenseMatrix re(n_vectors, n_vectors), im(n_vectors, n_vectors);
+      add_product(z, r, re, im);
+      for (unsigned int j = 0; j < m; ++j)
+        for (unsigned int i = 0; i < m; ++i)
+        {
+          t_re(i, j) += re(i, j);
+          t_im(i, j) += im(i, j);
+        }
     }
 
     /// Residuals of faces, edges and vertices are divided among the cells that share them: with m
@@ -314,7 +339,7 @@ namespace squeal
     {
       LocalProblems<dim> local(spaces, *map, cell_residuals, contact.get(), prm.pads.pressure,
                                prm.terms().friction);
-      const unsigned int n_w = local.functions.n_columns, n_wide = (dim + 1) * 4 * m;
+      const unsigned int n_w = local.functions.n_columns, n_wide = (dim + 1) * 4 * n_vectors;
       DenseMatrix all(n, n_wide), tested(n_w, n_wide);
       unsigned int number = 0;
       for (const auto &cell : spaces.nodes.active_cell_iterators())
@@ -326,22 +351,22 @@ namespace squeal
         LocalProblem problem =
             local.make(cell, number, materials[material].material, cell_residuals);
         std::fill(all.values.begin(), all.values.end(), 0.);
-        for (unsigned int j = 0; j < 4 * m; ++j)
+        for (unsigned int j = 0; j < 4 * n_vectors; ++j)
           for (const auto &entry : map->cells[number])
             if (entry.direct)
               all.values[std::size_t(j) * (dim + 1) * n + entry.unknown] =
                   residuals[j].local_element(entry.index);
         gemm(true, 1, local.functions, all, 0, tested);
         const unsigned int n_kept = problem.unknowns.size();
-        DenseMatrix r(n_kept, 4 * m);
-        for (unsigned int j = 0; j < 4 * m; ++j)
+        DenseMatrix r(n_kept, 4 * n_vectors);
+        for (unsigned int j = 0; j < 4 * n_vectors; ++j)
           for (unsigned int i = 0; i < n_kept; ++i)
             r(i, j) = tested.values[std::size_t(j) * (dim + 1) * n_w + problem.unknowns[i]];
         const DenseMatrix right    = half(r, false),
                           solution = problem.symmetric
                                          ? solve_positive(std::move(problem.matrix), right)
                                          : solve(std::move(problem.matrix), right);
-        DenseMatrix e_re(m, m), e_im(m, m);
+        DenseMatrix e_re(n_vectors, n_vectors), e_im(n_vectors, n_vectors);
         add_product(half(r, true), solution, e_re, e_im);
         std::vector<std::complex<float>> parts;
         for (unsigned int j = 0; j < m; ++j)
@@ -355,13 +380,100 @@ namespace squeal
               parts.emplace_back(e / (2. * modes.lambda[j]));
           }
         errors.cells.push_back(std::move(parts));
+        if (with_state)
+          add_state_correction(local.functions, number, problem.unknowns,
+                               &solution.values[n_kept * m]);
         ++number;
       }
     }
 
+    /// What a cell's problem adds to the static state. Functions on faces appear in each cell's
+    /// problem, with its share of the residual: their mean counts.
+    template <int dim>
+    void
+    Estimator<dim>::add_state_correction(const DenseMatrix &functions, const unsigned int number,
+                                         const std::vector<int> &unknowns, const double *solution)
+    {
+      const unsigned int n_w = functions.n_columns;
+      std::vector<double> values((dim + 1) * n);
+      for (unsigned int r = 0; r < unknowns.size(); ++r)
+        for (unsigned int a = 0; a < n; ++a)
+          values[unknowns[r] / n_w * n + a] += functions(a, unknowns[r] % n_w) * solution[r];
+      for (const auto &entry : map->cells[number])
+        if (entry.direct)
+        {
+          state_correction[0].local_element(entry.index) += values[entry.unknown];
+          state_correction[1].local_element(entry.index) += 1;
+        }
+    }
+
+    /// K x_0 + N Lambda_0 + mu T Lambda_0 - f of the interpolated state: the bodies' part is there.
+    template <int dim>
+    void Estimator<dim>::add_static_residual()
+    {
+      const Block state   = lifted.columns(m, 1),
+                  loads[] = {model.static_load(prm, spaces),
+                             contact->load(pressure, prm.terms().friction)};
+      const auto add      = [&](const double factor, const Block &block)
+      {
+        for (unsigned int i = 0; i < block.n_local(); ++i)
+          residuals[m].local_element(i) += factor * block.data()[i];
+      };
+      for (const Term &term : contact_terms)
+        if (term.origin == Origin::contact || term.origin == Origin::friction)
+          add(term.coefficient, multiply(*term.matrix, state));
+      for (const Block &load : loads)
+        add(-1, load);
+    }
+
+    /// First-order changes of the eigenvalues, like F, by the steady pressure's own error:
+    ///     -2 z_i^H (dQ + l_j dP) x_j / (2 l_i),
+    /// dP and dQ the friction damping of what the local problems add to the pressure. The two is
+    /// for the answer of V_h to that, which is of the same size and would cost a factorisation.
+    template <int dim>
+    std::vector<Complex> Estimator<dim>::other_pressure()
+    {
+      Block state = lifted.columns(m, 1);
+      state_correction[0].compress(VectorOperation::add);
+      state_correction[1].compress(VectorOperation::add);
+      for (unsigned int i = 0; i < state.n_local(); ++i)
+        if (const double count = state_correction[1].local_element(i); count > 0)
+          state.data()[i] += state_correction[0].local_element(i) / count;
+      auto damping = contact->friction_damping(contact->pressure_of(state));
+      std::vector<Term> changes;
+      const auto add = [&](const unsigned int order, Matrix &&matrix)
+      {
+        if (matrix)
+          changes.push_back({Origin::friction_damping, order, 1.,
+                             std::make_shared<const Matrix>(std::move(matrix))});
+      };
+      add(1, std::move(damping.P));
+      add(0, std::move(damping.Q));
+      add(1, std::move(damping.P_falling));
+      add(0, std::move(damping.Q_falling));
+      for (Term term : contact_terms)
+        if (term.origin == Origin::friction_damping || term.origin == Origin::falling_friction)
+        {
+          term.coefficient *= -1;
+          changes.push_back(term);
+        }
+      std::vector<Complex> f(m * m);
+      const auto vectors = [&](const unsigned int part)
+      { return lifted.columns(part * n_vectors, m); };
+      for (const unsigned int order : {0u, 1u})
+      {
+        const std::vector<Complex> form = sesquilinear_form(
+            vectors(2), vectors(3), sum_of(spaces.rows, changes, order), vectors(0), vectors(1));
+        for (unsigned int i = 0; i < m; ++i)
+          for (unsigned int j = 0; j < m; ++j)
+            f[i + m * j] -= (order == 0 ? 1. : modes.lambda[j]) * form[i + m * j] / modes.lambda[i];
+      }
+      return f;
+    }
+
     /// Corrections and bounds out of T, summed over all ranks.
     template <int dim>
-    void Estimator<dim>::find_corrections(EigenvalueErrors &errors) const
+    void Estimator<dim>::find_corrections(EigenvalueErrors &errors)
     {
       // T, then sum |Re| of the cells' parts of each mode
       std::vector<double> sums = t_re.values;
@@ -376,8 +488,11 @@ namespace squeal
         for (unsigned int j = 0; j < m; ++j)
           f[i + m * j] =
               -Complex(sums[i + m * j], sums[m * m + i + m * j]) / (2. * modes.lambda[i]);
-      errors.bounds = bound_errors(modes.lambda, f, {sums.end() - m, sums.end()}, base.fe.degree,
-                                   other_borders(errors));
+      std::vector<std::vector<std::vector<Complex>>> alternatives = {other_borders(errors)};
+      if (with_state)
+        alternatives.push_back({other_pressure()});
+      errors.bounds =
+          bound_errors(modes.lambda, f, {sums.end() - m, sums.end()}, base.fe.degree, alternatives);
       for (unsigned int j = 0; j < m; ++j)
       {
         const double algebraic =
@@ -423,13 +538,16 @@ namespace squeal
       if (m == 0)
         return errors;
       spaces.distribute();
-      base_map  = std::make_unique<CellMap<dim>>(base);
-      map       = std::make_unique<CellMap<dim>>(spaces);
-      lifted    = Block(spaces.rows, 4 * m);
-      residuals = map->zeros(4 * m);
+      base_map         = std::make_unique<CellMap<dim>>(base);
+      map              = std::make_unique<CellMap<dim>>(spaces);
+      lifted           = Block(spaces.rows, 4 * n_vectors);
+      residuals        = map->zeros(4 * n_vectors);
+      state_correction = map->zeros(2);
       find_contact_terms();
       add_bodies();
       add_contact();
+      if (with_state)
+        add_static_residual();
       add_products();
       share_faces();
       eliminate(errors);

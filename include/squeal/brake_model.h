@@ -90,6 +90,10 @@ namespace squeal
       return prm;
     }
 
+    /// The loads at these parameters on a space of the mesh: the geometry's, scaled from the
+    /// Pads/Pressure that it was made with, and the centrifugal one.
+    Block static_load(const Parameters::All &parameters, const Spaces<dim> &spaces) const;
+
     static ContactModel<dim> contact_model(const Parameters::All &parameters);
     /// N, mu T, P_R and Q_R of theory.md, section 3, and the turning, as far as the parameters ask.
     static std::vector<Term> contact_terms(const Contact<dim> &contact,
@@ -111,15 +115,12 @@ namespace squeal
 
     void add_bodies();
     void find_steady_state(const Factorization *nearby);
-    /// The loads at these parameters: the geometry's, scaled from the Pads/Pressure that it was
-    /// made with, and the centrifugal one.
-    Block static_load(const Parameters::All &parameters) const;
     /// All contacts closed and scaled to the stiffness.
     void close_contact();
     void add_contact();
     void add_prestress();
     /// Of the rotor's materials.
-    Block centrifugal_load(const Parameters::All &parameters) const;
+    Block centrifugal_load(const Parameters::All &parameters, const Spaces<dim> &spaces) const;
     /// Of the bodies whose static stress the parameters ask for.
     std::vector<Matrix> stress_stiffnesses(const Parameters::All &parameters,
                                            const Block &state) const;

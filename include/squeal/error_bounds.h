@@ -26,10 +26,10 @@ namespace squeal
   /// growth rate cancel over the mesh; a fiftieth of their moduli is added for those that are not
   /// seen and may cancel less.
   ///
-  /// @p alternatives are effects like @p f, each of something that may be so or not, and belongs to
-  /// no correction: of each the larger change is added.
-  ErrorBounds bound_errors(const std::vector<std::complex<double>> &lambda,
-                           const std::vector<std::complex<double>> &f,
-                           const std::vector<double> &growth_rate_parts, unsigned int degree,
-                           const std::vector<std::vector<std::complex<double>>> &alternatives = {});
+  /// @p alternatives are effects like @p f that may be so or not and belong to no correction: of
+  /// each group of them, which exclude each other, the larger change is added.
+  ErrorBounds bound_errors(
+      const std::vector<std::complex<double>> &lambda, const std::vector<std::complex<double>> &f,
+      const std::vector<double> &growth_rate_parts, unsigned int degree,
+      const std::vector<std::vector<std::vector<std::complex<double>>>> &alternatives = {});
 } // namespace squeal

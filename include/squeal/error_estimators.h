@@ -30,9 +30,12 @@ namespace squeal
   /// are the corrected ones: of second order in the errors of the vectors, coupling of
   /// near-coincident modes and square-root behaviour included (bound_errors()).
   ///
-  /// Contact enters through its own terms on V+, paired anew; the pads' local problems hold the
-  /// contact pressure, the rotor's see it as a given traction. Terms of the prestress are left
-  /// out: they are of the size of the static strain. Collective.
+  /// Contact enters through its own terms on V+, paired anew, with the area in contact that it has;
+  /// the pads' local problems hold the contact pressure, the rotor's see it as a given traction.
+  /// Terms of the prestress are left out: they are of the size of the static strain.
+  ///
+  /// With a computed steady pressure the bounds contain what half a spacing of nodes at the border
+  /// of contact changes (contact_border.h), and the effect of the pressure's own error. Collective.
   template <int dim>
   EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const Modes &modes);
 } // namespace squeal
