@@ -15,20 +15,15 @@ Below the table stands what each strategy needs for the target: the first adapti
 uniform refinement either the mesh that has, or an extrapolation by the rate between its last two meshes.
 
 A run that takes longer than the timeout ends there; its finished meshes count. --save keeps the numbers, --load adds
-those of earlier runs to the table and the picture. The rotor alone (T1) by CalculiX with 20-node hexahedra follows if the
-program ccx is installed.
+those of earlier runs to the table and the picture. The rotor alone against CalculiX: calculix.py.
 """
 
 import argparse
 import json
 import math
 import pathlib
-import re
-import shutil
-import subprocess
 import sys
 import tempfile
-import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 
@@ -97,70 +92,6 @@ def show(line):
     print(f"  {line['degree']:6d}  {line['strategy']:9s} {line['unknowns']:9.0f}  {line['modes']:5d}   "
           f"{line['computed']:9.2e}   {line['corrected']:9.2e}   {line['seconds']:8.1f}  {line['so far']:8.1f}  "
           f"{line['MiB']:6.0f}", flush=True)
-
-
-def calculix_input(n_r, n_phi, n_z, n_modes):
-    """The rotor as 20-node hexahedra with reduced integration, nodes of the edges on the circles."""
-    inner, outer, thickness = 0.05, 0.15, 0.012
-    numbers, nodes, elements, clamped = {}, [], [], []
-
-    def node(i, j, k):  # in half cells; around the axis j is periodic
-        key = (i, j % (2 * n_phi), k)
-        if key not in numbers:
-            numbers[key] = len(numbers) + 1
-            r, phi = inner + (outer - inner) * i / (2 * n_r), math.pi * key[1] / n_phi
-            nodes.append(f"{numbers[key]}, {r * math.cos(phi):.10e}, {r * math.sin(phi):.10e}, "
-                         f"{thickness * (k / (2 * n_z) - 0.5):.10e}")
-            if i == 0:
-                clamped.append(numbers[key])
-        return numbers[key]
-
-    corners = [(0, 0), (2, 0), (2, 2), (0, 2)]
-    middles = [(1, 0), (2, 1), (1, 2), (0, 1)]
-    for a in range(n_r):
-        for b in range(n_phi):
-            for c in range(n_z):
-                at = lambda i, j, k: node(2 * a + i, 2 * b + j, 2 * c + k)
-                element = ([at(i, j, 0) for i, j in corners] + [at(i, j, 2) for i, j in corners]
-                           + [at(i, j, 0) for i, j in middles] + [at(i, j, 2) for i, j in middles]
-                           + [at(i, j, 1) for i, j in corners])
-                elements.append([len(elements) + 1, *element])
-    text = ["*NODE, NSET=ALL", *nodes, "*ELEMENT, TYPE=C3D20R, ELSET=ROTOR"]
-    for element in elements:
-        # At most 16 numbers to a line.
-        text += [", ".join(map(str, element[:15])) + ",", ", ".join(map(str, element[15:]))]
-    text += ["*NSET, NSET=CLAMP", *(f"{n}," for n in clamped), "*MATERIAL, NAME=IRON", "*ELASTIC", "1.25e11, 0.25",
-             "*DENSITY", "7200", "*SOLID SECTION, ELSET=ROTOR, MATERIAL=IRON", "*BOUNDARY", "CLAMP, 1, 3", "*STEP",
-             "*FREQUENCY", str(n_modes), "*END STEP"]
-    return "\n".join(text) + "\n", 3 * (len(nodes) - len(clamped))
-
-
-def calculix():
-    if not shutil.which("ccx"):
-        print("\nSKIPPED: CalculiX on the rotor alone; the program ccx is not installed (Debian: calculix-ccx).")
-        return
-    reference = []
-    for row in st.read_table(st.REFERENCE / "rotor_T1.csv"):
-        reference += [row["frequency_hz"]] * int(row["multiplicity"])
-    reference.sort()
-    print("\nCalculiX, rotor alone (T1), C3D20R\n      cells       unknowns  modes       error    seconds")
-    for cells in [(5, 36, 1), (10, 72, 2), (15, 108, 3)]:
-        with tempfile.TemporaryDirectory() as directory:
-            text, n_unknowns = calculix_input(*cells, len(reference))
-            (pathlib.Path(directory) / "rotor.inp").write_text(text)
-            start = time.time()
-            done = subprocess.run(["ccx", "rotor"], cwd=directory, capture_output=True, text=True)
-            seconds = time.time() - start
-            data = pathlib.Path(directory) / "rotor.dat"
-            table = data.read_text() if data.exists() else ""
-        # Mode, eigenvalue, omega, frequency in Hz, and a part that vanishes.
-        found = [float(m[1]) for m in re.finditer(r"^\s+\d+\s+\S+E\S+\s+\S+E\S+\s+(\S+E\S+)\s+\S+E\S+\s*$", table,
-                                                  re.MULTILINE)][:len(reference)]
-        if not found:
-            print(f"  {cells}: no eigenvalues\n{done.stdout[-1000:]}")
-            continue
-        error = max(abs(f - r) / r for f, r in zip(sorted(found), reference))
-        print(f"  {cells!s:13s} {n_unknowns:9d}  {len(found):5d}   {error:9.2e}   {seconds:8.1f}", flush=True)
 
 
 def rate(lines):
@@ -261,8 +192,7 @@ def main():
     if arguments.plot and lines:
         plot(lines, arguments.target, arguments.plot)
     if not arguments.load:
-        calculix()
-
+    
 
 if __name__ == "__main__":
     main()
