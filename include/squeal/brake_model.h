@@ -32,9 +32,6 @@ namespace squeal
   std::vector<BodyTerm> body_terms(const Parameters::All &parameters,
                                    const Parameters::BodyMaterial &body);
 
-  /// Whether one of the terms is of the transport, so that G and M* are needed.
-  bool needs_transport(const std::vector<BodyTerm> &terms);
-
   /// Rotor and pads on a mesh: their equations of motion, linearised about the static sliding
   /// equilibrium (theory.md, sections 2 and 3).
   template <int dim>
@@ -110,12 +107,14 @@ namespace squeal
     };
 
     void add_bodies();
-    void find_steady_state(const Factorization *nearby);
+    /// Whether the static equilibrium is solved without factors.
+    bool solves_iteratively() const;
+    void find_steady_state(bool iterates, const Factorization *nearby);
     /// The loads at these parameters: the geometry's, scaled from the Pads/Pressure that it was
     /// made with, and the centrifugal one.
     Block static_load(const Parameters::All &parameters) const;
-    /// All contacts closed and scaled to the stiffness.
-    void close_contact();
+    /// All contacts closed and scaled to the stiffness, that of the solver if there is one.
+    void close_contact(const IterativeStatics<dim> *solver);
     void add_contact();
     void add_prestress();
     /// Of the rotor's materials.
