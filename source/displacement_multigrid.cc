@@ -276,15 +276,18 @@ namespace squeal
     SQUEAL_PETSC(PCSetOperators(pc, with_contact, with_contact));
     SQUEAL_PETSC(PCSetOptionsPrefix(pc, "static_"));
     SQUEAL_PETSC(PCSetType(pc, algebraic == "gamg" ? PCGAMG : algebraic == "ml" ? PCML : PCHYPRE));
-    if (algebraic == "boomeramg")
+    const auto set = [](const std::string &key, const char *value)
+    { SQUEAL_PETSC(PetscOptionsSetValue(nullptr, ("-static_" + key).c_str(), value)); };
+    if (algebraic == "gamg")
+      // Bodies are a few cells thick: aggregates of neighbours, not of neighbours' neighbours.
+      set("pc_gamg_aggressive_coarsening", "0");
+    else if (algebraic == "boomeramg")
     {
       // Interpolation that knows the rotations (Baker, Kolev, Yang 2010).
-      for (const auto &[key, value] : {std::make_pair("nodal_coarsen", "4"),
-                                       std::make_pair("vec_interp_variant", "2"),
-                                       std::make_pair("strong_threshold", "0.5")})
-        SQUEAL_PETSC(PetscOptionsSetValue(
-            nullptr, (std::string("-static_pc_hypre_boomeramg_") + key).c_str(), value));
       SQUEAL_PETSC(PCHYPRESetType(pc, "boomeramg"));
+      set("pc_hypre_boomeramg_nodal_coarsen", "4");
+      set("pc_hypre_boomeramg_vec_interp_variant", "2");
+      set("pc_hypre_boomeramg_strong_threshold", "0.5");
     }
     SQUEAL_PETSC(PCSetFromOptions(pc));
   }
@@ -292,7 +295,7 @@ namespace squeal
   template <int dim>
   void DisplacementMultigrid<dim>::set_up(const Matrix &contact)
   {
-    constexpr unsigned int smoothing_steps = 3;
+    constexpr unsigned int smoothing_steps = 3, algebraic_cycles = 2;
     destroy();
     Mat added = nullptr, sum = nullptr;
     SQUEAL_PETSC(MatPtAP(contact, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &added));
@@ -347,7 +350,11 @@ namespace squeal
     SQUEAL_PETSC(PCSetType(pc, PCJACOBI));
     SQUEAL_PETSC(PCMGGetCoarseSolve(cycle, &below));
     SQUEAL_PETSC(KSPSetOperators(below, with_contact, with_contact));
-    SQUEAL_PETSC(KSPSetType(below, KSPPREONLY));
+    // Degree 1 is cheap beside the products on degree p.
+    SQUEAL_PETSC(KSPSetType(below, KSPRICHARDSON));
+    SQUEAL_PETSC(KSPSetNormType(below, KSP_NORM_NONE));
+    SQUEAL_PETSC(KSPSetTolerances(below, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT,
+                                  algebraic_cycles));
     SQUEAL_PETSC(KSPGetPC(below, &pc));
     set_algebraic(pc);
     SQUEAL_PETSC(PCSetFromOptions(cycle));

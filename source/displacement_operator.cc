@@ -87,30 +87,36 @@ namespace squeal
     }
   }
 
-  /// K:   s_ij = d_ij sum_k l_ik d_k u_k + m_ij (d_j u_i + d_i u_j)         tested with d_j v_i
-  /// M*:  m_star rho (w . grad u) (w . grad v)
-  /// G:   g rho/2 [(w . grad u) . v - u . (w . grad v)]
+  /// s_ij = d_ij sum_k l_ik d_k u_k + m_ij (d_j u_i + d_i u_j), tested with d_j v_i
   template <int dim>
-  void DisplacementOperator<dim>::Law::apply(const Tensor<1, dim, Number> &w,
-                                             Tensor<2, dim, Number> &gradient,
-                                             Tensor<1, dim, Number> &value) const
+  DEAL_II_ALWAYS_INLINE inline Tensor<2, dim, typename DisplacementOperator<dim>::Number>
+  DisplacementOperator<dim>::Law::stress(const Tensor<2, dim, Number> &gradient) const
   {
     Tensor<2, dim, Number> s;
     for (unsigned int i = 0; i < dim; ++i)
     {
+      s[i][i] = (2 * m[i][i]) * gradient[i][i];
       for (unsigned int k = 0; k < dim; ++k)
         s[i][i] += l[i][k] * gradient[k][k];
-      for (unsigned int j = 0; j < dim; ++j)
-        s[i][j] += m[i][j] * (gradient[i][j] + gradient[j][i]);
+      for (unsigned int j = 0; j < i; ++j)
+        s[i][j] = s[j][i] = m[i][j] * (gradient[i][j] + gradient[j][i]);
     }
-    if (m_star != 0 || g != 0)
-      for (unsigned int i = 0; i < dim; ++i)
-      {
-        const Number turned = gradient[i] * w, u = value[i];
-        s[i] += (m_star * turned - (g / 2) * u) * w;
-        value[i] = (g / 2) * turned;
-      }
-    gradient = s;
+    return s;
+  }
+
+  /// M*:  m_star rho (w . grad u) (w . grad v)
+  /// G:   g rho/2 [(w . grad u) . v - u . (w . grad v)]
+  template <int dim>
+  DEAL_II_ALWAYS_INLINE inline void DisplacementOperator<dim>::Law::add_transport(
+      const Tensor<1, dim, Number> &w, const Tensor<2, dim, Number> &gradient,
+      Tensor<1, dim, Number> &value, Tensor<2, dim, Number> &flux) const
+  {
+    for (unsigned int i = 0; i < dim; ++i)
+    {
+      const Number turned = gradient[i] * w, u = value[i];
+      flux[i] += (m_star * turned - (g / 2) * u) * w;
+      value[i] = (g / 2) * turned;
+    }
   }
 
   template <int dim>
@@ -122,7 +128,7 @@ namespace squeal
     for (unsigned int batch = batches.first; batch < batches.second; ++batch)
     {
       const Law &law   = laws[law_of_batch[batch]];
-      const bool skew  = law.g != 0;
+      const bool skew = law.g != 0, turns = skew || law.m_star != 0;
       const auto flags = skew ? EvaluationFlags::gradients | EvaluationFlags::values
                               : EvaluationFlags::gradients;
       u.reinit(batch);
@@ -130,14 +136,14 @@ namespace squeal
       u.evaluate(flags);
       for (const unsigned int q : u.quadrature_point_indices())
       {
-        Tensor<2, dim, Number> gradient = u.get_gradient(q);
+        const Tensor<2, dim, Number> gradient = u.get_gradient(q);
+        Tensor<2, dim, Number> flux           = law.stress(gradient);
         Tensor<1, dim, Number> value;
         if (skew)
           value = u.get_value(q);
-        law.apply(transport.empty() ? Tensor<1, dim, Number>()
-                                    : transport[batch * u.n_q_points + q],
-                  gradient, value);
-        u.submit_gradient(gradient, q);
+        if (turns)
+          law.add_transport(transport[batch * u.n_q_points + q], gradient, value, flux);
+        u.submit_gradient(flux, q);
         if (skew)
           u.submit_value(value, q);
       }

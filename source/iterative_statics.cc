@@ -47,6 +47,15 @@ namespace squeal
         : stiffness(spaces, bodies), multigrid(spaces, bodies, stiffness, algebraic)
     {
     }
+
+    /// With the stiffness and the matrices of contact.
+    Block multiply(const Matrix &normal, const Matrix &friction, const Block &x) const
+    {
+      Block y = stiffness.multiply(x);
+      add(y, multiply_column(normal, x));
+      add(y, multiply_column(friction, x));
+      return y;
+    }
   };
 
   template <int dim>
@@ -191,13 +200,8 @@ namespace squeal
     const auto normal   = std::make_shared<const Matrix>(contact.normal()),
                friction = std::make_shared<const Matrix>(with_friction ? contact.friction(pressure)
                                                                        : Matrix());
-    return [this, normal, friction](const Block &x)
-    {
-      Block y = bodies->stiffness.multiply(x);
-      add(y, multiply_column(*normal, x));
-      add(y, multiply_column(*friction, x));
-      return y;
-    };
+    return
+        [this, normal, friction](const Block &x) { return bodies->multiply(*normal, *friction, x); };
   }
 
   template <int dim>
@@ -209,10 +213,10 @@ namespace squeal
     preconditioner.reset();
     preconditioner = std::make_unique<Preconditioner>(spaces, *bodies, contact, pressure,
                                                       with_friction);
-    const auto n_steps = gmres(
-        tangent(contact, pressure, with_friction),
-        [&](const Block &r) { return preconditioner->apply(r); }, b, x, tolerance,
-        options.iterations);
+    const Preconditioner &B = *preconditioner;
+    const auto n_steps = gmres([&](const Block &v) { return bodies->multiply(B.normal, B.friction, v); },
+                               [&](const Block &r) { return B.apply(r); }, b, x, tolerance,
+                               options.iterations);
     if (!n_steps)
       throw SolverError("The iterative solver of the static equilibrium has not converged in " +
                         std::to_string(options.iterations) +

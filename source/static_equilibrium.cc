@@ -316,7 +316,7 @@ namespace squeal
       {
         // Preconditioned residuals are relative errors of the state, but for the condition of the
         // preconditioned matrix. What decides about the next active set needs less.
-        constexpr double of_active_set = 1e-6, of_state = 1e-12;
+        constexpr double of_active_set = 1e-5, of_state = 1e-12;
         return solver.solve(contact, result.pressure, with_friction, right_hand_side,
                             accurate ? of_state : of_active_set, result.state);
       }

@@ -43,10 +43,12 @@ namespace squeal
       std::array<std::array<double, dim>, dim> l, m;
       double m_star, g; ///< times the density
 
-      /// The derivatives of the integrand by grad v and v, for given grad u, u and w.
-      void apply(const dealii::Tensor<1, dim, Number> &w,
-                 dealii::Tensor<2, dim, Number> &gradient,
-                 dealii::Tensor<1, dim, Number> &value) const;
+      /// What is tested with grad v: K's part, and that of M* and G for given u and w.
+      dealii::Tensor<2, dim, Number> stress(const dealii::Tensor<2, dim, Number> &gradient) const;
+      void add_transport(const dealii::Tensor<1, dim, Number> &w,
+                         const dealii::Tensor<2, dim, Number> &gradient,
+                         dealii::Tensor<1, dim, Number> &value,
+                         dealii::Tensor<2, dim, Number> &flux) const;
     };
 
     void apply_cells(const dealii::MatrixFree<dim> &, Vectors &to, const Vectors &from,
