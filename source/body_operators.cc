@@ -150,8 +150,7 @@ namespace squeal
                          { return integrals.values(a, b); });
       // G_ab = 1/2 int rho (N_a d_phi N_b - d_phi N_a N_b)
       add_each_component(
-          G,
-          [&](const unsigned int a, const unsigned int b)
+          G, [&](const unsigned int a, const unsigned int b)
           { return (integrals.value_transport(a, b) - integrals.value_transport(b, a)) / 2; });
       // M*_ab = int rho d_phi N_a d_phi N_b
       add_each_component(M_star, [&](const unsigned int a, const unsigned int b)

@@ -1,3 +1,4 @@
+#include <squeal/borrowed_vector.h>
 #include <squeal/cell_map.h>
 #include <squeal/cell_operators.h>
 #include <squeal/displacement_multigrid.h>
@@ -16,30 +17,7 @@ namespace squeal
 
   namespace
   {
-    /// A PETSc vector that borrows the numbers of a column.
-    class BorrowedVector
-    {
-    public:
-      BorrowedVector(const RowRange &rows, double *data)
-      {
-        SQUEAL_PETSC(VecCreateMPIWithArray(rows.comm, 1, rows.n_local(), rows.size, data, &vec));
-      }
-      ~BorrowedVector()
-      {
-        VecDestroy(&vec);
-      }
-      BorrowedVector(const BorrowedVector &)            = delete;
-      BorrowedVector &operator=(const BorrowedVector &) = delete;
-      operator Vec() const
-      {
-        return vec;
-      }
-
-    private:
-      Vec vec = nullptr;
-    };
-
-    /// Distributes the stiffness of a cell of degree 1 over rows of node times component.
+    /// The rows of a component of a cell's nodes of degree 1; -1: fixed.
     template <int dim>
     std::vector<PetscInt> coarse_rows_of(const CellNodes<dim> &nodes, const unsigned int c)
     {
@@ -81,8 +59,7 @@ namespace squeal
   }
 
   template <int dim>
-  Matrix
-  DisplacementMultigrid<dim>::assemble_coarse(const std::vector<StaticBody> &bodies) const
+  Matrix DisplacementMultigrid<dim>::new_coarse_matrix() const
   {
     const IndexSet &owned = coarse.nodes.locally_owned_dofs();
     DynamicSparsityPattern graph(owned.size(), owned.size(), coarse.relevant_nodes);
@@ -94,11 +71,8 @@ namespace squeal
       PetscInt n_own = 0;
       for (unsigned int k = 0; k < graph.row_length(node); ++k)
         n_own += owned.is_element(graph.column_number(node, k));
-      for (unsigned int c = 0; c < dim; ++c)
-      {
-        diagonal.push_back(dim * n_own);
-        off_diagonal.push_back(dim * (graph.row_length(node) - n_own));
-      }
+      diagonal.insert(diagonal.end(), dim, dim * n_own);
+      off_diagonal.insert(off_diagonal.end(), dim, dim * (graph.row_length(node) - n_own));
     }
     Mat mat = nullptr;
     SQUEAL_PETSC(MatCreate(coarse.comm, &mat));
@@ -109,55 +83,60 @@ namespace squeal
     SQUEAL_PETSC(MatSetType(mat, MATAIJ));
     SQUEAL_PETSC(MatSeqAIJSetPreallocation(mat, 0, diagonal.data()));
     SQUEAL_PETSC(MatMPIAIJSetPreallocation(mat, 0, diagonal.data(), 0, off_diagonal.data()));
+    return matrix;
+  }
 
+  template <int dim>
+  Matrix DisplacementMultigrid<dim>::assemble_coarse(const std::vector<StaticBody> &bodies) const
+  {
+    Matrix matrix = new_coarse_matrix();
     CellIntegrals<dim> integrals(coarse, false);
     CellNodes<dim> cell_nodes(coarse);
     DenseMatrix block(integrals.n, integrals.n);
+    const auto add_block =
+        [&](const std::vector<PetscInt> &rows, const std::vector<PetscInt> &columns)
+    {
+      SQUEAL_PETSC(MatSetValues(matrix, rows.size(), rows.data(), columns.size(), columns.data(),
+                                cell_nodes.condense(block).values.data(), ADD_VALUES));
+    };
     double largest = 0;
     for (const auto &cell : coarse.nodes.active_cell_iterators())
     {
       if (!cell->is_locally_owned())
         continue;
-      const auto body =
-          std::find_if(bodies.begin(), bodies.end(),
-                       [&](const StaticBody &b) {
-                         return std::find(b.bodies.begin(), b.bodies.end(), cell->material_id()) !=
-                                b.bodies.end();
-                       });
-      const auto C = elasticity_tensor<dim>(body->material);
+      const auto is_of = [&](const StaticBody &body)
+      {
+        return std::find(body.bodies.begin(), body.bodies.end(), cell->material_id()) !=
+               body.bodies.end();
+      };
+      const auto C =
+          elasticity_tensor<dim>(std::find_if(bodies.begin(), bodies.end(), is_of)->material);
       integrals.reinit(cell);
       cell_nodes.reinit(cell);
+      // As in assemble_body(): the block holds the transpose of what is added.
       for (unsigned int i = 0; i < dim; ++i)
         for (unsigned int k = i; k < dim; ++k)
         {
           stiffness_block(integrals, C, i, k, block);
           const auto rows = coarse_rows_of(cell_nodes, i), columns = coarse_rows_of(cell_nodes, k);
-          const auto add = [&](const auto &rows, const auto &columns)
+          add_block(rows, columns);
+          for (unsigned int a = 0; a < integrals.n; ++a)
           {
-            SQUEAL_PETSC(MatSetValues(mat, rows.size(), rows.data(), columns.size(),
-                                      columns.data(), cell_nodes.condense(block).values.data(),
-                                      ADD_VALUES));
-          };
-          add(rows, columns);
-          if (i == k)
-            for (unsigned int a = 0; a < integrals.n; ++a)
-              largest = std::max(largest, block(a, a));
-          else
-          {
-            for (unsigned int a = 0; a < integrals.n; ++a)
-              for (unsigned int b = 0; b < a; ++b)
-                std::swap(block(b, a), block(a, b));
-            add(columns, rows);
+            largest = std::max(largest, block(a, a));
+            for (unsigned int b = 0; b < a; ++b)
+              std::swap(block(b, a), block(a, b));
           }
+          if (i != k)
+            add_block(columns, rows);
         }
     }
+    // Fixed components and hanging nodes are zero.
     largest = Utilities::MPI::max(largest, coarse.comm);
-    for (const auto node : owned)
+    for (const auto node : coarse.nodes.locally_owned_dofs())
       for (unsigned int c = 0; c < dim; ++c)
         if (coarse.equation(node, c) == Spaces<dim>::none)
-          SQUEAL_PETSC(MatSetValue(mat, dim * node + c, dim * node + c, largest, ADD_VALUES));
+          SQUEAL_PETSC(MatSetValue(matrix, dim * node + c, dim * node + c, largest, ADD_VALUES));
     compress(matrix);
-    set_rigid_body_motions(matrix);
     return matrix;
   }
 
@@ -295,7 +274,6 @@ namespace squeal
   template <int dim>
   void DisplacementMultigrid<dim>::set_up(const Matrix &contact)
   {
-    constexpr unsigned int smoothing_steps = 3, algebraic_cycles = 2;
     destroy();
     Mat added = nullptr, sum = nullptr;
     SQUEAL_PETSC(MatPtAP(contact, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &added));
@@ -309,22 +287,26 @@ namespace squeal
 
     SQUEAL_PETSC(PCCreate(spaces.comm, &cycle));
     if (spaces.fe.degree == 1)
-    {
       set_algebraic(cycle);
-      SQUEAL_PETSC(PCSetUp(cycle));
-      return;
+    else
+    {
+      set_fine_matrix(contact);
+      set_cycle();
     }
+    SQUEAL_PETSC(PCSetUp(cycle));
+  }
+
+  template <int dim>
+  void DisplacementMultigrid<dim>::set_fine_matrix(const Matrix &contact)
+  {
     fine.contact         = contact;
     fine.n_displacements = spaces.first_local_multiplier - spaces.rows.begin;
     fine.diagonal        = Block(spaces.rows, 1);
-    {
-      const BorrowedVector of_contact(spaces.rows, fine.diagonal.data());
-      SQUEAL_PETSC(MatGetDiagonal(contact, of_contact));
-    }
-    for (unsigned int i = 0; i < spaces.rows.n_local(); ++i)
-      fine.diagonal.data()[i] = i < fine.n_displacements ? fine.diagonal.data()[i] +
-                                                               fine.stiffness.diagonal().data()[i]
-                                                         : 1;
+    SQUEAL_PETSC(MatGetDiagonal(contact, BorrowedVector(spaces.rows, fine.diagonal.data())));
+    for (unsigned int i = 0; i < fine.n_displacements; ++i)
+      fine.diagonal.data()[i] += fine.stiffness.diagonal().data()[i];
+    std::fill(fine.diagonal.data() + fine.n_displacements,
+              fine.diagonal.data() + fine.diagonal.n_local(), 1.);
     Mat shell        = nullptr;
     const PetscInt n = spaces.rows.n_local(), n_global = spaces.rows.size;
     SQUEAL_PETSC(MatCreateShell(spaces.comm, n, n, n_global, n_global, &fine, &shell));
@@ -332,8 +314,16 @@ namespace squeal
     SQUEAL_PETSC(MatShellSetOperation(shell, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
     SQUEAL_PETSC(MatShellSetOperation(shell, MATOP_GET_DIAGONAL,
                                       reinterpret_cast<void (*)()>(get_diagonal)));
+  }
 
-    SQUEAL_PETSC(PCSetOperators(cycle, shell, shell));
+  template <int dim>
+  void DisplacementMultigrid<dim>::set_cycle()
+  {
+    // Degree 1 is cheap beside the products on degree p.
+    constexpr unsigned int smoothing_steps = 3, algebraic_cycles = 2;
+    // Chebyshev's interval is [smallest, largest] times the estimated largest eigenvalue.
+    constexpr double smallest = 0.1, largest = 1.1;
+    SQUEAL_PETSC(PCSetOperators(cycle, fine_matrix, fine_matrix));
     SQUEAL_PETSC(PCSetOptionsPrefix(cycle, "fine_"));
     SQUEAL_PETSC(PCSetType(cycle, PCMG));
     SQUEAL_PETSC(PCMGSetLevels(cycle, 2, nullptr));
@@ -341,24 +331,22 @@ namespace squeal
     SQUEAL_PETSC(PCMGSetInterpolation(cycle, 1, interpolation));
     SQUEAL_PETSC(PCMGSetNumberSmooth(cycle, smoothing_steps));
     KSP smoother = nullptr, below = nullptr;
-    PC pc        = nullptr;
+    PC pc = nullptr;
     SQUEAL_PETSC(PCMGGetSmoother(cycle, 1, &smoother));
-    SQUEAL_PETSC(KSPSetOperators(smoother, shell, shell));
+    SQUEAL_PETSC(KSPSetOperators(smoother, fine_matrix, fine_matrix));
     SQUEAL_PETSC(KSPSetType(smoother, KSPCHEBYSHEV));
-    SQUEAL_PETSC(KSPChebyshevEstEigSet(smoother, 0, 0.1, 0, 1.1));
+    SQUEAL_PETSC(KSPChebyshevEstEigSet(smoother, 0, smallest, 0, largest));
     SQUEAL_PETSC(KSPGetPC(smoother, &pc));
     SQUEAL_PETSC(PCSetType(pc, PCJACOBI));
     SQUEAL_PETSC(PCMGGetCoarseSolve(cycle, &below));
     SQUEAL_PETSC(KSPSetOperators(below, with_contact, with_contact));
-    // Degree 1 is cheap beside the products on degree p.
     SQUEAL_PETSC(KSPSetType(below, KSPRICHARDSON));
     SQUEAL_PETSC(KSPSetNormType(below, KSP_NORM_NONE));
-    SQUEAL_PETSC(KSPSetTolerances(below, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT,
-                                  algebraic_cycles));
+    SQUEAL_PETSC(
+        KSPSetTolerances(below, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, algebraic_cycles));
     SQUEAL_PETSC(KSPGetPC(below, &pc));
     set_algebraic(pc);
     SQUEAL_PETSC(PCSetFromOptions(cycle));
-    SQUEAL_PETSC(PCSetUp(cycle));
   }
 
   template <int dim>

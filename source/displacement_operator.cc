@@ -34,8 +34,8 @@ namespace squeal
     for (const auto &cell : spaces.nodes.active_cell_iterators())
       data.cell_vectorization_category.push_back(
           cell->is_locally_owned() ? law_of_part[cell->material_id()] : 0);
-    cells.reinit(spaces.mapping, spaces.nodes, spaces.hanging,
-                 QGauss<1>(spaces.fe.degree + 1), data);
+    cells.reinit(spaces.mapping, spaces.nodes, spaces.hanging, QGauss<1>(spaces.fe.degree + 1),
+                 data);
     for (Vectors *vectors : {&from, &to})
     {
       vectors->reinit(dim);
@@ -120,17 +120,17 @@ namespace squeal
   }
 
   template <int dim>
-  void DisplacementOperator<dim>::apply_cells(
-      const MatrixFree<dim> &, Vectors &sum, const Vectors &x,
-      const std::pair<unsigned int, unsigned int> &batches) const
+  void
+  DisplacementOperator<dim>::apply_cells(const MatrixFree<dim> &, Vectors &sum, const Vectors &x,
+                                         const std::pair<unsigned int, unsigned int> &batches) const
   {
     FEEvaluation<dim, -1, 0, dim> u(cells);
     for (unsigned int batch = batches.first; batch < batches.second; ++batch)
     {
-      const Law &law   = laws[law_of_batch[batch]];
+      const Law &law  = laws[law_of_batch[batch]];
       const bool skew = law.g != 0, turns = skew || law.m_star != 0;
-      const auto flags = skew ? EvaluationFlags::gradients | EvaluationFlags::values
-                              : EvaluationFlags::gradients;
+      const auto flags =
+          skew ? EvaluationFlags::gradients | EvaluationFlags::values : EvaluationFlags::gradients;
       u.reinit(batch);
       u.read_dof_values(x);
       u.evaluate(flags);

@@ -1,3 +1,4 @@
+#include <squeal/borrowed_vector.h>
 #include <squeal/displacement_multigrid.h>
 #include <squeal/iterative_statics.h>
 
@@ -16,16 +17,7 @@ namespace squeal
       Block y(x.row_range(), 1);
       if (!matrix)
         return y;
-      const RowRange &rows = x.row_range();
-      Vec in = nullptr, out = nullptr;
-      SQUEAL_PETSC(
-          VecCreateMPIWithArray(rows.comm, 1, rows.n_local(), rows.size, x.data(), &in));
-      SQUEAL_PETSC(
-          VecCreateMPIWithArray(rows.comm, 1, rows.n_local(), rows.size, y.data(), &out));
-      const PetscErrorCode code = MatMult(matrix, in, out);
-      VecDestroy(&in);
-      VecDestroy(&out);
-      check_petsc(code, "MatMult");
+      SQUEAL_PETSC(MatMult(matrix, BorrowedVector(x), BorrowedVector(y.row_range(), y.data())));
       return y;
     }
 
@@ -99,12 +91,7 @@ namespace squeal
     const Matrix of_multipliers(weighted);
     Block weights(spaces.rows, 1);
     std::copy(D.begin(), D.end(), weights.data());
-    Vec vec = nullptr;
-    SQUEAL_PETSC(VecCreateMPIWithArray(spaces.comm, 1, spaces.rows.n_local(), spaces.rows.size,
-                                       weights.data(), &vec));
-    const PetscErrorCode code = MatDiagonalScale(weighted, vec, nullptr);
-    VecDestroy(&vec);
-    check_petsc(code, "MatDiagonalScale");
+    SQUEAL_PETSC(MatDiagonalScale(weighted, BorrowedVector(weights), nullptr));
     SQUEAL_PETSC(MatMatMult(normal, weighted, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
     of_displacements = Matrix(product);
     bodies.multigrid.set_up(of_displacements);
@@ -152,9 +139,9 @@ namespace squeal
     Block multipliers(residual.row_range(), 1), augmented = multipliers, forces = residual;
     for (unsigned int i = n_displacements; i < residual.n_local(); ++i)
     {
-      const double weighted   = D[i] * residual.data()[i];
-      augmented.data()[i]     = (1 + soft[i]) * weighted;
-      multipliers.data()[i]   = closed[i] * residual.data()[i] - weighted;
+      const double weighted = D[i] * residual.data()[i];
+      augmented.data()[i]   = (1 + soft[i]) * weighted;
+      multipliers.data()[i] = closed[i] * residual.data()[i] - weighted;
     }
     add(forces, multiply_column(normal, augmented));
     if (friction)
@@ -192,16 +179,15 @@ namespace squeal
   }
 
   template <int dim>
-  LinearOperator
-  IterativeStatics<dim>::tangent(const Contact<dim> &contact,
-                                 const typename Contact<dim>::Pressure &pressure,
-                                 const bool with_friction) const
+  LinearOperator IterativeStatics<dim>::tangent(const Contact<dim> &contact,
+                                                const typename Contact<dim>::Pressure &pressure,
+                                                const bool with_friction) const
   {
     const auto normal   = std::make_shared<const Matrix>(contact.normal()),
                friction = std::make_shared<const Matrix>(with_friction ? contact.friction(pressure)
                                                                        : Matrix());
-    return
-        [this, normal, friction](const Block &x) { return bodies->multiply(*normal, *friction, x); };
+    return [this, normal, friction](const Block &x)
+    { return bodies->multiply(*normal, *friction, x); };
   }
 
   template <int dim>
@@ -211,12 +197,12 @@ namespace squeal
                                             const double tolerance, Block &x)
   {
     preconditioner.reset();
-    preconditioner = std::make_unique<Preconditioner>(spaces, *bodies, contact, pressure,
-                                                      with_friction);
+    preconditioner =
+        std::make_unique<Preconditioner>(spaces, *bodies, contact, pressure, with_friction);
     const Preconditioner &B = *preconditioner;
-    const auto n_steps = gmres([&](const Block &v) { return bodies->multiply(B.normal, B.friction, v); },
-                               [&](const Block &r) { return B.apply(r); }, b, x, tolerance,
-                               options.iterations);
+    const auto n_steps =
+        gmres([&](const Block &v) { return bodies->multiply(B.normal, B.friction, v); },
+              [&](const Block &r) { return B.apply(r); }, b, x, tolerance, options.iterations);
     if (!n_steps)
       throw SolverError("The iterative solver of the static equilibrium has not converged in " +
                         std::to_string(options.iterations) +
@@ -227,12 +213,11 @@ namespace squeal
   template <int dim>
   std::string IterativeStatics<dim>::description() const
   {
-    const std::string on =
-        std::to_string(bodies->multigrid.n_coarse()) + " unknowns of degree 1 by " +
-        options.multigrid;
-    return spaces.fe.degree == 1 ? on
-                                 : "Chebyshev smoothing on degree " +
-                                       std::to_string(spaces.fe.degree) + ", " + on;
+    const std::string on = std::to_string(bodies->multigrid.n_coarse()) +
+                           " unknowns of degree 1 by " + options.multigrid;
+    return spaces.fe.degree == 1
+               ? on
+               : "Chebyshev smoothing on degree " + std::to_string(spaces.fe.degree) + ", " + on;
   }
 
   template class IterativeStatics<2>;

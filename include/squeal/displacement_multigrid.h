@@ -54,9 +54,12 @@ namespace squeal
     static PetscErrorCode multiply(Mat mat, Vec in, Vec out);
     static PetscErrorCode get_diagonal(Mat mat, Vec out);
 
+    Matrix new_coarse_matrix() const;
     Matrix assemble_coarse(const std::vector<StaticBody> &bodies) const;
     Matrix make_interpolation() const;
     void set_rigid_body_motions(const Matrix &matrix) const;
+    void set_fine_matrix(const Matrix &contact);
+    void set_cycle();
     void set_algebraic(PC pc) const;
     void destroy();
 

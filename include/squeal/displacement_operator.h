@@ -57,8 +57,8 @@ namespace squeal
     void compute_diagonal();
 
     const Spaces<dim> &spaces;
-    std::vector<Law> laws;                  ///< by body of the constructor
-    std::vector<unsigned int> law_of_part;  ///< by material id of cells
+    std::vector<Law> laws;                 ///< by body of the constructor
+    std::vector<unsigned int> law_of_part; ///< by material id of cells
     dealii::MatrixFree<dim> cells;
     std::vector<unsigned int> law_of_batch;
     dealii::AlignedVector<dealii::Tensor<1, dim, Number>> transport; ///< at points, if it is needed

@@ -16,7 +16,7 @@ namespace squeal
     double largest_tension;           ///< of what was closed, Pa
     double largest_penetration;       ///< of what was open, m
     double pressure_change;           ///< largest change of the pressure relative to its maximum
-    unsigned int n_linear;             ///< steps of GMRES; 0: a direct solver
+    unsigned int n_linear;            ///< steps of GMRES; 0: a direct solver
   };
 
   struct StaticEquilibrium
