@@ -261,7 +261,9 @@ namespace squeal
     for (const Term &term : terms_)
       if (term.origin == Origin::elasticity && term.order == 0)
         stiffness = std::max(stiffness, term.coefficient * term.matrix->infinity_norm());
-    contact_->scale_constraints(stiffness);
+    // A uniform pressure without modes needs no matrix, and nothing is solved.
+    if (stiffness > 0)
+      contact_->scale_constraints(stiffness);
   }
 
   template <int dim>
