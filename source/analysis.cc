@@ -129,7 +129,6 @@ namespace squeal
     if (!modes_csv) // sweeps and maps need no such tables
     {
       modes_csv         = table("modes.csv", modes_header);
-      cycles_csv        = table("cycles.csv", cycles_header());
       contributions_csv = table("contributions.csv", contributions_header);
     }
     for (const ModeRow &row : rows)
@@ -221,6 +220,8 @@ namespace squeal
     const double memory = peak_memory_mib(comm);
     fields.push_back(number(timer.total()));
     fields.push_back(number(memory));
+    if (!cycles_csv)
+      cycles_csv = table("cycles.csv", cycles_header());
     cycles_csv->add(fields);
     report_phases();
     record.cycles.push_back({rows, dofs, timer.total(), memory / 1024, {}});
@@ -281,9 +282,14 @@ namespace squeal
            << "; degree " << d.degree << "; " << prm.refinement.n_cycles() << " mesh(es), "
            << prm.refinement.strategy;
     }
-    text << "\nEvery mode up to " << number(prm.eigenproblem.maximum_frequency)
-         << " Hz by the solver " << prm.eigenproblem.solver << ", tolerance "
-         << prm.eigenproblem.tolerance << "\nResults go to " << directory << "\n";
+    if (prm.eigenproblem.is_solved())
+      text << "\nEvery mode up to " << number(prm.eigenproblem.maximum_frequency)
+           << " Hz by the solver " << prm.eigenproblem.solver << ", tolerance "
+           << prm.eigenproblem.tolerance;
+    else
+      text << "\nThe static equilibrium only, linear solver "
+           << prm.static_equilibrium.linear_solver;
+    text << "\nResults go to " << directory << "\n";
     constexpr double nearly_incompressible = 0.49;
     constexpr unsigned int free_of_locking = 4;
     if (prm.scene != "matrices" && prm.discretization.degree < free_of_locking)

@@ -81,22 +81,30 @@ namespace squeal
   BodyMatrices assemble_body(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
                              const Material &material, const bool with_transport)
   {
+    return assemble_body(spaces, bodies, material,
+                         BodyMatrixChoice{true, true, with_transport, with_transport});
+  }
+
+  template <int dim>
+  BodyMatrices assemble_body(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
+                             const Material &material, const BodyMatrixChoice &choice)
+  {
+    if (!choice.M && !choice.K && !choice.G && !choice.M_star)
+      return {};
     const DynamicSparsityPattern graph = node_graph(spaces, bodies);
-    const auto new_matrix              = [&](const bool coupled)
+    const auto new_matrix              = [&](const bool wanted, const bool coupled)
     {
+      if (!wanted)
+        return Matrix();
       const auto [diagonal, off_diagonal] = count_row_entries(spaces, graph, coupled);
       return make_matrix(spaces.rows, diagonal, off_diagonal);
     };
-    Matrix K = new_matrix(true), M = new_matrix(false), G, M_star;
-    if (with_transport)
-    {
-      G      = new_matrix(false);
-      M_star = new_matrix(false);
-    }
+    Matrix K = new_matrix(choice.K, true), M = new_matrix(choice.M, false),
+           G = new_matrix(choice.G, false), M_star = new_matrix(choice.M_star, false);
 
     const auto C     = elasticity_tensor<dim>(material);
     const double rho = material.density;
-    CellIntegrals<dim> integrals(spaces, with_transport);
+    CellIntegrals<dim> integrals(spaces, choice.G || choice.M_star);
     CellNodes<dim> cell_nodes(spaces);
     const unsigned int n = integrals.n;
     DenseMatrix block(n, n);
@@ -111,7 +119,7 @@ namespace squeal
 
       // The block (k, i) of the stiffness is the transpose of (i, k). PETSc reads rows, the block
       // is stored by columns: what is filled here is the transpose of what is added.
-      for (unsigned int i = 0; i < dim; ++i)
+      for (unsigned int i = 0; i < dim && choice.K; ++i)
         for (unsigned int k = i; k < dim; ++k)
         {
           stiffness_block(integrals, C, i, k, block);
@@ -125,32 +133,28 @@ namespace squeal
           }
         }
 
-      // M_ab = int rho N_a N_b, the same for every component
-      for (unsigned int a = 0; a < n; ++a)
-        for (unsigned int b = 0; b < n; ++b)
-          block(b, a) = rho * integrals.values(a, b);
-      const auto add_each_component = [&](const Matrix &matrix)
+      // The same for every component
+      const auto add_each_component = [&](const Matrix &matrix, const auto &entry)
       {
+        if (!matrix)
+          return;
+        for (unsigned int a = 0; a < n; ++a)
+          for (unsigned int b = 0; b < n; ++b)
+            block(b, a) = rho * entry(a, b);
         const DenseMatrix &condensed = cell_nodes.condense(block);
         for (unsigned int c = 0; c < dim; ++c)
           add_block(matrix, cell_nodes, c, c, condensed);
       };
-      add_each_component(M);
-
-      if (with_transport)
-      {
-        // G_ab = 1/2 int rho (N_a d_phi N_b - d_phi N_a N_b)
-        for (unsigned int a = 0; a < n; ++a)
-          for (unsigned int b = 0; b < n; ++b)
-            block(b, a) =
-                rho / 2 * (integrals.value_transport(a, b) - integrals.value_transport(b, a));
-        add_each_component(G);
-        // M*_ab = int rho d_phi N_a d_phi N_b
-        for (unsigned int a = 0; a < n; ++a)
-          for (unsigned int b = 0; b < n; ++b)
-            block(b, a) = rho * integrals.transports(a, b);
-        add_each_component(M_star);
-      }
+      // M_ab = int rho N_a N_b
+      add_each_component(M, [&](const unsigned int a, const unsigned int b)
+                         { return integrals.values(a, b); });
+      // G_ab = 1/2 int rho (N_a d_phi N_b - d_phi N_a N_b)
+      add_each_component(
+          G, [&](const unsigned int a, const unsigned int b)
+          { return (integrals.value_transport(a, b) - integrals.value_transport(b, a)) / 2; });
+      // M*_ab = int rho d_phi N_a d_phi N_b
+      add_each_component(M_star, [&](const unsigned int a, const unsigned int b)
+                         { return integrals.transports(a, b); });
     }
 
     const auto share = [](Matrix &matrix)
@@ -201,6 +205,10 @@ namespace squeal
     return sum_entries(spaces.rows, rows, values);
   }
 
+  template BodyMatrices assemble_body<2>(const Spaces<2> &, const std::vector<Body> &,
+                                         const Material &, const BodyMatrixChoice &);
+  template BodyMatrices assemble_body<3>(const Spaces<3> &, const std::vector<Body> &,
+                                         const Material &, const BodyMatrixChoice &);
   template BodyMatrices assemble_body<2>(const Spaces<2> &, const std::vector<Body> &,
                                          const Material &, bool);
   template BodyMatrices assemble_body<3>(const Spaces<3> &, const std::vector<Body> &,

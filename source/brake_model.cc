@@ -1,5 +1,6 @@
 #include <squeal/brake_model.h>
 #include <squeal/expressions.h>
+#include <squeal/memory.h>
 #include <squeal/prestress.h>
 
 #include <algorithm>
@@ -36,11 +37,68 @@ namespace squeal
     return terms;
   }
 
-  bool needs_transport(const std::vector<BodyTerm> &terms)
+  namespace
   {
-    return std::any_of(terms.begin(), terms.end(),
-                       [](const BodyTerm &term) { return term.matrix == BodyTerm::Kind::G; });
-  }
+    /// The terms of which there must be matrices: the static equilibrium alone needs those of order
+    /// zero.
+    std::vector<BodyTerm> wanted_terms(const Parameters::All &prm,
+                                       const Parameters::BodyMaterial &body)
+    {
+      std::vector<BodyTerm> terms = body_terms(prm, body);
+      if (!prm.eigenproblem.is_solved())
+        terms.erase(std::remove_if(terms.begin(), terms.end(),
+                                   [](const BodyTerm &term) { return term.order > 0; }),
+                    terms.end());
+      return terms;
+    }
+
+    BodyMatrixChoice matrices_of(const std::vector<BodyTerm> &terms)
+    {
+      const auto has = [&](const BodyTerm::Kind kind)
+      {
+        return std::any_of(terms.begin(), terms.end(),
+                           [&](const BodyTerm &term) { return term.matrix == kind; });
+      };
+      return {has(BodyTerm::Kind::M), has(BodyTerm::Kind::K), has(BodyTerm::Kind::G),
+              has(BodyTerm::Kind::M_star)};
+    }
+
+    bool has(const BodyMatrices &matrices, const BodyMatrixChoice &choice)
+    {
+      return (!choice.M || matrices.M) && (!choice.K || matrices.K) && (!choice.G || matrices.G) &&
+             (!choice.M_star || matrices.M_star);
+    }
+
+    /// What the terms of order zero say, for products without matrices.
+    template <int dim>
+    std::vector<StaticBody> static_bodies(const Parameters::All &prm, const Geometry<dim> &geometry)
+    {
+      const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+      std::vector<StaticBody> result;
+      for (unsigned int m = 0; m < materials.size(); ++m)
+      {
+        if (geometry.bodies_of(m).empty())
+          continue;
+        StaticBody body{geometry.bodies_of(m), materials[m].material};
+        for (const BodyTerm &term : body_terms(prm, materials[m]))
+          if (term.order == 0 && term.matrix == BodyTerm::Kind::M_star)
+            body.m_star += term.coefficient;
+          else if (term.order == 0 && term.matrix == BodyTerm::Kind::G)
+            body.g += term.coefficient;
+        result.push_back(body);
+      }
+      return result;
+    }
+
+    /// Memory that LU of the static equilibrium takes with its matrices, a guess before there are
+    /// any: what prm/brake.prm takes on a mesh twice as fine, and by nested dissection in three
+    /// dimensions factors grow like n^(4/3). Factorization predicts it from the matrix.
+    double expected_factor_mib(const double n_unknowns)
+    {
+      constexpr double unknowns = 188000, mib = 4600;
+      return mib * std::pow(n_unknowns / unknowns, 4. / 3);
+    }
+  } // namespace
 
   template <int dim>
   BrakeModel<dim>::BrakeModel(const Geometry<dim> &geometry, const Parameters::All &parameters,
@@ -67,10 +125,25 @@ namespace squeal
   {
     prm = parameters;
     terms_.clear();
-    add_bodies();
-    find_steady_state(nearby);
+    const bool iterates = solves_iteratively(), needs_modes = prm.eigenproblem.is_solved();
+    if (needs_modes || !iterates)
+      add_bodies();
+    find_steady_state(iterates, nearby);
+    if (!needs_modes)
+      return;
     add_contact();
     add_prestress();
+  }
+
+  template <int dim>
+  bool BrakeModel<dim>::solves_iteratively() const
+  {
+    const std::string &name = prm.static_equilibrium.linear_solver;
+    if (name != "auto" || prm.eigenproblem.is_solved() || prm.contact.self_locking_check)
+      return name == "iterative";
+    int n_ranks = 0;
+    MPI_Comm_size(comm, &n_ranks);
+    return memory_load(expected_factor_mib(spaces_.rows.size) / n_ranks, comm) > 1;
   }
 
   template <int dim>
@@ -84,12 +157,11 @@ namespace squeal
       if (geometry.bodies_of(m).empty())
         continue;
       const Material &material           = materials[m].material;
-      const std::vector<BodyTerm> wanted = body_terms(prm, materials[m]);
-      const bool moves                   = needs_transport(wanted);
+      const std::vector<BodyTerm> wanted = wanted_terms(prm, materials[m]);
+      const BodyMatrixChoice choice      = matrices_of(wanted);
       AssembledBody &body                = bodies[m];
-      if (!body.matrices.M || !material.is_proportional(body.material) ||
-          (moves && !body.matrices.G))
-        body = {assemble_body(spaces_, geometry.bodies_of(m), material, moves), material};
+      if (!material.is_proportional(body.material) || !has(body.matrices, choice))
+        body = {assemble_body(spaces_, geometry.bodies_of(m), material, choice), material};
       // M, G, M* are proportional to the density, K to Young's modulus.
       const double rho             = material.density / body.material.density,
                    E               = material.young_modulus / body.material.young_modulus;
@@ -107,7 +179,7 @@ namespace squeal
   /// decides where the pads touch, in every stage. A rotor alone has a static state only under the
   /// centrifugal load.
   template <int dim>
-  void BrakeModel<dim>::find_steady_state(const Factorization *nearby)
+  void BrakeModel<dim>::find_steady_state(const bool iterates, const Factorization *nearby)
   {
     const std::unique_ptr<StaticEquilibrium> before = std::move(equilibrium_);
     const bool has_pads                             = !geometry.interfaces.empty();
@@ -115,14 +187,31 @@ namespace squeal
       return;
     const bool computed = prm.contact.steady_pressure == "computed" || !has_pads;
     const bool follows  = nearby && (before || !computed);
+    const bool needs_border =
+        !nearby && prm.eigenproblem.error_bars && prm.eigenproblem.is_solved();
+    std::unique_ptr<IterativeStatics<dim>> solver;
     {
       PhaseTimer::Scope scope(timer, "contact");
       if (contact_)
         contact_->set_model(contact_model(prm));
       else
         contact_ = std::make_unique<Contact<dim>>(spaces_, contact_model(prm));
-      if (!follows)
-        close_contact();
+    }
+    if (computed && iterates && !follows)
+    {
+      PhaseTimer::Scope scope(timer, "assembly");
+      solver = std::make_unique<IterativeStatics<dim>>(
+          spaces_, static_bodies(prm, geometry),
+          IterativeOptions{prm.static_equilibrium.multigrid,
+                           prm.static_equilibrium.maximum_iterations});
+      log.line("Static equilibrium by GMRES: " + solver->description());
+      if (needs_border)
+        log.line("Error bars take the border of contact for known: what moves it needs factors.");
+    }
+    if (!follows)
+    {
+      PhaseTimer::Scope scope(timer, "contact");
+      close_contact(solver.get());
     }
     if (!computed)
     {
@@ -139,11 +228,13 @@ namespace squeal
       found = follow_static_equilibrium(*before, *nearby, terms_, *contact_, prm.terms().friction,
                                         load);
       if (!found)
-        close_contact();
+        close_contact(nullptr);
     }
-    if (!found)
+    if (!found && solver)
+      found = solve_static_equilibrium(*solver, *contact_, prm.terms().friction, load);
+    else if (!found)
       found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load,
-                                       !nearby && prm.eigenproblem.error_bars);
+                                       needs_border);
     equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));
     pressure_    = equilibrium_->pressure;
   }
@@ -166,17 +257,19 @@ namespace squeal
   }
 
   template <int dim>
-  void BrakeModel<dim>::close_contact()
+  void BrakeModel<dim>::close_contact(const IterativeStatics<dim> *solver)
   {
     contact_->close();
     if (!prm.contact.mortar() || geometry.interfaces.empty())
       return;
     // Rows of the constraint as large as those of the stiffness.
-    double stiffness = 0;
+    double stiffness = solver ? solver->stiffness_scale() : 0;
     for (const Term &term : terms_)
       if (term.origin == Origin::elasticity && term.order == 0)
         stiffness = std::max(stiffness, term.coefficient * term.matrix->infinity_norm());
-    contact_->scale_constraints(stiffness);
+    // A uniform pressure without modes needs no matrix, and nothing is solved.
+    if (stiffness > 0)
+      contact_->scale_constraints(stiffness);
   }
 
   template <int dim>

@@ -45,7 +45,8 @@ namespace squeal
         {
           model.assemble(prm);
           report_static(cycle);
-          find_modes(model, cycle);
+          if (prm.eigenproblem.is_solved())
+            find_modes(model, cycle);
           write_fields(cycle);
           finish_cycle(cycle, model.spaces().triangulation.n_global_active_cells(),
                        model.spaces().rows.size, model.spaces().n_multipliers);
@@ -311,6 +312,8 @@ namespace squeal
     template <int dim>
     void BrakeSqueal<dim>::report_convergence()
     {
+      if (!prm.eigenproblem.is_solved())
+        return;
       const auto reference = prm.refinement.reference_eigenvalues();
       std::vector<std::vector<ModeRow>> rows_of_cycle;
       std::vector<unsigned int> dofs_of_cycle;

@@ -62,12 +62,22 @@ namespace squeal
       return result;
     }
 
-    DenseMatrix inverse(DenseMatrix a)
+    /// A := A^{-1}. A change that leaves a singular system, as a pad on the contacts of its border
+    /// only, cannot be: then nothing is left of the set.
+    void invert(DenseMatrix &a, std::vector<unsigned int> &set)
     {
       DenseMatrix identity(a.n_rows, a.n_rows);
       for (unsigned int i = 0; i < a.n_rows; ++i)
         identity(i, i) = 1;
-      return solve(std::move(a), std::move(identity));
+      try
+      {
+        a = solve(std::move(a), std::move(identity));
+      }
+      catch (const SolverError &)
+      {
+        a = DenseMatrix();
+        set.clear();
+      }
     }
 
     /// L^H A R of complex L and R, and the parts of its diagonal by row.
@@ -76,6 +86,11 @@ namespace squeal
       Form(const DenseMatrix &l_re, const DenseMatrix &l_im, const DenseMatrix &A,
            const DenseMatrix &r_re, const DenseMatrix &r_im)
       {
+        if (A.n_rows == 0)
+        {
+          values.resize(std::size_t(l_re.n_columns) * r_re.n_columns);
+          return;
+        }
         const auto product = [](const bool transpose, const DenseMatrix &a, const DenseMatrix &b)
         {
           DenseMatrix c(transpose ? a.n_columns : a.n_rows, b.n_columns);
@@ -113,8 +128,10 @@ namespace squeal
     border.releasing                                = std::move(beside[0]);
     border.closing                                  = std::move(beside[1]);
     if (!border.releasing.empty())
-      border.slack =
-          inverse(rows_of(solve(unit_columns(rows, border.releasing)), border.releasing));
+    {
+      border.slack = rows_of(solve(unit_columns(rows, border.releasing)), border.releasing);
+      invert(border.slack, border.releasing);
+    }
     if (!border.closing.empty())
     {
       Contact<dim> wider = contact;
@@ -131,7 +148,8 @@ namespace squeal
       const DenseMatrix b_y = rows_of(multiply(border.closed, solve(a)), border.closing);
       for (std::size_t k = 0; k < c.values.size(); ++k)
         c.values[k] -= b_y.values[k];
-      border.pressure = inverse(std::move(c));
+      border.pressure = std::move(c);
+      invert(border.pressure, border.closing);
     }
     return border;
   }

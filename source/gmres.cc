@@ -1,3 +1,4 @@
+#include <squeal/borrowed_vector.h>
 #include <squeal/gmres.h>
 
 #include <petscksp.h>
@@ -44,21 +45,6 @@ namespace squeal
       return apply(*shell, in, out);
     }
 
-    struct Vector
-    {
-      explicit Vector(const RowRange &rows, double *data)
-      {
-        SQUEAL_PETSC(VecCreateMPIWithArray(rows.comm, 1, rows.n_local(), rows.size, data, &vec));
-      }
-      ~Vector()
-      {
-        VecDestroy(&vec);
-      }
-      Vector(const Vector &)            = delete;
-      Vector &operator=(const Vector &) = delete;
-      Vec vec                           = nullptr;
-    };
-
     struct Solver
     {
       explicit Solver(const MPI_Comm comm)
@@ -101,8 +87,8 @@ namespace squeal
     SQUEAL_PETSC(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
     SQUEAL_PETSC(KSPSetTolerances(ksp, tolerance, 0, PETSC_DEFAULT, max_iterations));
     Block right = b;
-    const Vector right_hand_side(rows, right.data()), solution(rows, x.data());
-    SQUEAL_PETSC(KSPSolve(ksp, right_hand_side.vec, solution.vec));
+    const BorrowedVector right_hand_side(rows, right.data()), solution(rows, x.data());
+    SQUEAL_PETSC(KSPSolve(ksp, right_hand_side, solution));
     KSPConvergedReason reason;
     PetscInt n_iterations = 0;
     SQUEAL_PETSC(KSPGetConvergedReason(ksp, &reason));

@@ -469,10 +469,12 @@ namespace squeal
     {
       std::ostringstream message;
       message.precision(3);
-      message << "The factorisation of " << what << " needs about " << predicted_mib / 1024
-              << " GiB, " << load
-              << " times what is available. Use a coarser mesh, a lower degree, "
-              << "or more machines; Refinement/Maximum memory ends a refinement in time.";
+      message
+          << "The factorisation of " << what << " needs about " << predicted_mib / 1024 << " GiB, "
+          << load << " times what is available. Use a coarser mesh, a lower degree, "
+          << "or more machines; Refinement/Maximum memory ends a refinement in time. The static "
+             "equilibrium alone needs no factors: Static equilibrium/Linear solver = iterative, "
+             "Eigenproblem/Solver = none.";
       throw SolverError(message.str());
     }
   }

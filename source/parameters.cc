@@ -319,8 +319,9 @@ namespace squeal
           "Solver", solver,
           "block_krylov: block second-order Arnoldi, shift-invert with MUMPS on blocks of "
           "right-hand sides. krylov: SLEPc's PEP (TOAR) with the same factorisation, one vector at "
-          "a time: slower, an independent check. dense: LAPACK, for small problems.",
-          Patterns::Selection("block_krylov|krylov|dense"));
+          "a time: slower, an independent check. dense: LAPACK, for small problems. none: the run "
+          "ends with the static equilibrium.",
+          Patterns::Selection("block_krylov|krylov|dense|none"));
       prm.add_parameter("Tolerance", tolerance,
                         "Backward error that every reported mode reaches, -.",
                         Patterns::Double(1e-15, 1e-2));
@@ -340,6 +341,27 @@ namespace squeal
           "symmetric and antisymmetric modes one after the other (not in sweeps): faster, and "
           "less memory. Other brakes are solved as a whole.",
           Patterns::Bool());
+      prm.leave_subsection();
+    }
+
+    void StaticEquilibrium::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Static equilibrium");
+      prm.add_parameter(
+          "Linear solver", linear_solver,
+          "How the steady sliding state is solved for. direct: LU by MUMPS. iterative: GMRES with "
+          "multigrid, for models whose factors do not fit. auto: iterative where modes are not "
+          "asked for and the expected factors do not fit, else direct.",
+          Patterns::Selection("auto|direct|iterative"));
+      prm.add_parameter(
+          "Multigrid", multigrid,
+          "Algebraic multigrid of the iterative solver, on the displacements of degree 1. gamg: of "
+          "PETSc. ml: of Trilinos. boomeramg: of hypre.",
+          Patterns::Selection("gamg|ml|boomeramg"));
+      prm.add_parameter("Maximum iterations", maximum_iterations,
+                        "Steps of GMRES for one linear problem of the iterative solver, -; more "
+                        "are an error.",
+                        Patterns::Integer(1, 10000));
       prm.leave_subsection();
     }
 
@@ -428,6 +450,7 @@ namespace squeal
       contact.declare(prm);
       discretization.declare(prm);
       refinement.declare(prm);
+      static_equilibrium.declare(prm);
       eigenproblem.declare(prm);
       prestress.declare(prm);
       sweep.declare(prm);
@@ -472,6 +495,10 @@ namespace squeal
       if (refinement.strategy == "adaptive" && !eigenproblem.error_bars)
         throw InputError(
             "Refinement/Strategy = adaptive: it needs Eigenproblem/Error bars = true.");
+      if (!eigenproblem.is_solved() && (sweep.active() || stage_name == "ladder" ||
+                                        scene == "matrices" || refinement.strategy == "adaptive"))
+        throw InputError("Eigenproblem/Solver = none: sweeps, Stage = ladder, Scene = matrices and "
+                         "Refinement/Strategy = adaptive need modes.");
       if (stage_name == "ladder" &&
           (sweep.active() || refinement.n_cycles() > 1 || scene == "matrices"))
         throw InputError(

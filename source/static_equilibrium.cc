@@ -185,7 +185,7 @@ namespace squeal
       result.pressure     = std::move(pressure);
       const auto set      = contact.update_active_set(result.state);
       result.iterations.push_back(
-          {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change});
+          {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change, 0});
       return set.n_changed == 0 &&
              (!is_nonlinear(contact.contact_model().friction) || change < 1e-11);
     }
@@ -218,23 +218,6 @@ namespace squeal
       };
     }
 
-    /// A singular tangent need not be noticed when it is factorised: a pad that touches at one
-    /// point can tip over. Then the state does not satisfy the equations.
-    template <int dim>
-    void check_residual(const std::vector<Term> &body_terms, const Contact<dim> &contact,
-                        const bool with_friction, const Block &load,
-                        const StaticEquilibrium &result)
-    {
-      constexpr double largest = 1e-6;
-      const Block b            = total_load(contact, result.pressure, with_friction, load);
-      Block r = tangent_product(body_terms, contact, result.pressure, with_friction)(result.state);
-      for (unsigned int i = 0; i < r.n_local(); ++i)
-        r.data()[i] -= b.data()[i];
-      const double residual = std::sqrt(inner_products(r, r)[0] / inner_products(b, b)[0]);
-      if (!(residual <= largest))
-        throw SingularMatrix("its equations are not satisfied");
-    }
-
     /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts
     /// closed as at first or with those of the last active set.
     template <int dim>
@@ -262,6 +245,138 @@ namespace squeal
       return text.str();
     }
 
+    /// Solves the linear problems of the active-set iteration.
+    template <int dim>
+    class LinearSteps
+    {
+    public:
+      virtual ~LinearSteps() = default;
+      /// Puts the solution at the present active set and pressure of @p result into its state and
+      /// returns how many iterations that took. @p accurate only if it may be the last time.
+      virtual unsigned int solve(const Contact<dim> &contact, StaticEquilibrium &result,
+                                 const Block &right_hand_side, bool accurate) = 0;
+      /// Products with the matrix of the linear problem.
+      virtual LinearOperator tangent(const Contact<dim> &contact,
+                                     const typename Contact<dim>::Pressure &pressure) const = 0;
+      /// Whether the solutions are accurate at any rate.
+      virtual bool is_direct() const = 0;
+    };
+
+    template <int dim>
+    class DirectSteps : public LinearSteps<dim>
+    {
+    public:
+      DirectSteps(const RowRange &rows, const std::vector<Term> &body_terms,
+                  const ContactModel<dim> &model, const bool with_friction)
+          : rows(rows), body_terms(body_terms), with_friction(with_friction),
+            factor_once(model.mortar && !is_nonlinear(model.friction))
+      {
+      }
+
+      unsigned int solve(const Contact<dim> &contact, StaticEquilibrium &result,
+                         const Block &right_hand_side, bool) override
+      {
+        constexpr unsigned int most_releases      = 400;
+        const std::vector<unsigned int> &released = contact.released_multipliers();
+        if (factor_once && released.size() > most_releases)
+        {
+          factor_once = false;
+          release_solver.reset();
+        }
+        const auto assemble = [&]()
+        { return static_tangent(rows, body_terms, contact, result.pressure, with_friction); };
+        if (factor_once)
+        {
+          if (!release_solver)
+            release_solver = std::make_unique<ReleaseSolver>(rows, assemble(), right_hand_side);
+          result.state = release_solver->solve(released);
+          return 0;
+        }
+        factorization.reset();
+        const Matrix A = assemble();
+        factorization  = std::make_unique<Factorization>(A, Factorization::Kind::lu,
+                                                        "the stiffness of the static equilibrium");
+        result.state   = solve_refined(A, *factorization, right_hand_side);
+        return 0;
+      }
+      /// Solutions of the last linear problem, whose contacts these are, for other right sides.
+      Block solve(const Contact<dim> &contact, const Block &right_hand_sides)
+      {
+        return factor_once ? release_solver->solve(right_hand_sides, contact.released_multipliers())
+                           : factorization->solve(right_hand_sides);
+      }
+      LinearOperator tangent(const Contact<dim> &contact,
+                             const typename Contact<dim>::Pressure &pressure) const override
+      {
+        return tangent_product(body_terms, contact, pressure, with_friction);
+      }
+      bool is_direct() const override
+      {
+        return true;
+      }
+
+    private:
+      const RowRange rows;
+      const std::vector<Term> &body_terms;
+      const bool with_friction;
+      /// A friction law that depends on the pressure, and penalty contact with its many points,
+      /// change the matrix in each step; for mortar contact one factorisation, at first with all
+      /// contacts closed, serves all active sets of a moderate number of releases.
+      bool factor_once;
+      std::unique_ptr<ReleaseSolver> release_solver;
+      std::unique_ptr<Factorization> factorization; ///< of the last matrix, if it changes
+    };
+
+    template <int dim>
+    class IterativeSteps : public LinearSteps<dim>
+    {
+    public:
+      IterativeSteps(IterativeStatics<dim> &solver, const bool with_friction)
+          : solver(solver), with_friction(with_friction)
+      {
+      }
+
+      unsigned int solve(const Contact<dim> &contact, StaticEquilibrium &result,
+                         const Block &right_hand_side, const bool accurate) override
+      {
+        // Preconditioned residuals are relative errors of the state, but for the condition of the
+        // preconditioned matrix. What decides about the next active set needs less.
+        constexpr double of_active_set = 1e-5, of_state = 1e-12;
+        return solver.solve(contact, result.pressure, with_friction, right_hand_side,
+                            accurate ? of_state : of_active_set, result.state);
+      }
+      LinearOperator tangent(const Contact<dim> &contact,
+                             const typename Contact<dim>::Pressure &pressure) const override
+      {
+        return solver.tangent(contact, pressure, with_friction);
+      }
+      bool is_direct() const override
+      {
+        return false;
+      }
+
+    private:
+      IterativeStatics<dim> &solver;
+      const bool with_friction;
+    };
+
+    /// A singular tangent need not be noticed when it is factorised: a pad that touches at one
+    /// point can tip over. Then the state does not satisfy the equations.
+    template <int dim>
+    void check_residual(const LinearSteps<dim> &steps, const Contact<dim> &contact,
+                        const bool with_friction, const Block &load,
+                        const StaticEquilibrium &result)
+    {
+      constexpr double largest = 1e-6;
+      const Block b            = total_load(contact, result.pressure, with_friction, load);
+      Block r                  = steps.tangent(contact, result.pressure)(result.state);
+      for (unsigned int i = 0; i < r.n_local(); ++i)
+        r.data()[i] -= b.data()[i];
+      const double residual = std::sqrt(inner_products(r, r)[0] / inner_products(b, b)[0]);
+      if (!(residual <= largest))
+        throw SingularMatrix("its equations are not satisfied");
+    }
+
     /// The active sets repeat.
     struct Unsettled : SolverError
     {
@@ -269,65 +384,31 @@ namespace squeal
     };
 
     template <int dim>
-    void iterate(const RowRange &rows, const std::vector<Term> &body_terms, Contact<dim> &contact,
-                 const bool with_friction, const Block &load, const bool with_border,
-                 StaticEquilibrium &result)
+    void iterate(LinearSteps<dim> &steps, Contact<dim> &contact, const bool with_friction,
+                 const Block &load, StaticEquilibrium &result)
     {
-      // A friction law that depends on the pressure, and penalty contact with its many points,
-      // change the matrix in each step; for mortar contact one factorisation serves all active sets
-      // of a moderate number of releases.
-      bool factor_once =
-          contact.contact_model().mortar && !is_nonlinear(contact.contact_model().friction);
-      constexpr unsigned int most_releases = 400;
-
-      result.pressure = contact.uniform_pressure(0);
-
-      const auto assemble = [&]()
-      { return static_tangent(rows, body_terms, contact, result.pressure, with_friction); };
-      const auto right_hand_side = [&]()
-      { return total_load(contact, result.pressure, with_friction, load); };
-      std::unique_ptr<ReleaseSolver> release_solver;
-      if (factor_once)
-        release_solver = std::make_unique<ReleaseSolver>(rows, assemble(), right_hand_side());
+      const MPI_Comm comm = load.row_range().comm;
+      result.pressure     = contact.uniform_pressure(0);
+      result.state        = Block(load.row_range(), 1);
 
       std::set<std::size_t> visited;
       // The border of contact moves by about one row of contacts in a step.
       unsigned int max_iterations = 60;
+      bool accurate               = steps.is_direct();
       for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
       {
         if (iteration == 1)
           max_iterations += result.iterations.front().n_active / 2;
-        if (factor_once && contact.released_multipliers().size() > most_releases)
+        const unsigned int n_linear = steps.solve(
+            contact, result, total_load(contact, result.pressure, with_friction, load), accurate);
+        const bool settled                = take_step(contact, result, comm);
+        result.iterations.back().n_linear = n_linear;
+        if (settled && accurate)
         {
-          factor_once = false;
-          release_solver.reset();
-        }
-        Matrix A;
-        std::unique_ptr<Factorization> factorization;
-        if (factor_once)
-          result.state = release_solver->solve(contact.released_multipliers());
-        else
-        {
-          A             = assemble();
-          factorization = std::make_unique<Factorization>(
-              A, Factorization::Kind::lu, "the stiffness of the static equilibrium");
-          result.state = solve_refined(A, *factorization, right_hand_side());
-        }
-
-        if (take_step(contact, result, rows.comm))
-        {
-          check_residual(body_terms, contact, with_friction, load, result);
-          const auto solve = [&](const Block &right_hand_sides)
-          {
-            return factor_once
-                       ? release_solver->solve(right_hand_sides, contact.released_multipliers())
-                       : factorization->solve(right_hand_sides);
-          };
-          if (with_border)
-            result.border =
-                find_contact_border(contact, result.pressure, rows, with_friction, solve);
+          check_residual(steps, contact, with_friction, load, result);
           return;
         }
+        accurate |= settled;
 
         const std::vector<std::string> lost = contact.lost_contacts();
         if (!lost.empty())
@@ -387,7 +468,12 @@ namespace squeal
     std::string failure;
     try
     {
-      iterate(rows, body_terms, contact, with_friction, load, with_border, result);
+      DirectSteps<dim> steps(rows, body_terms, contact.contact_model(), with_friction);
+      iterate(steps, contact, with_friction, load, result);
+      if (with_border)
+        result.border =
+            find_contact_border(contact, result.pressure, rows, with_friction,
+                                [&](const Block &b) { return steps.solve(contact, b); });
       return result;
     }
     catch (const Unsettled &error)
@@ -406,6 +492,26 @@ namespace squeal
                                                : std::string(" Try a finer mesh.")));
   }
 
+  template <int dim>
+  StaticEquilibrium solve_static_equilibrium(IterativeStatics<dim> &solver, Contact<dim> &contact,
+                                             const bool with_friction, const Block &load)
+  {
+    StaticEquilibrium result;
+    IterativeSteps<dim> steps(solver, with_friction);
+    try
+    {
+      iterate(steps, contact, with_friction, load, result);
+    }
+    catch (const SolverError &error)
+    {
+      throw SolverError(
+          std::string(error.what()) +
+          " Static equilibrium/Linear solver = direct tells more, for example whether friction is "
+          "self-locking, where its factors fit; on a coarse mesh they do.");
+    }
+    return result;
+  }
+
   template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<2> &,
                                  const Contact<2>::Pressure &, bool);
   template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<3> &,
@@ -421,6 +527,10 @@ namespace squeal
                             const std::vector<Term> &, Contact<2> &, bool, const Block &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
                                                       Contact<3> &, bool, const Block &, bool);
+  template StaticEquilibrium solve_static_equilibrium(IterativeStatics<2> &, Contact<2> &, bool,
+                                                      const Block &);
+  template StaticEquilibrium solve_static_equilibrium(IterativeStatics<3> &, Contact<3> &, bool,
+                                                      const Block &);
   template std::optional<StaticEquilibrium>
   follow_static_equilibrium(const StaticEquilibrium &, const Factorization &,
                             const std::vector<Term> &, Contact<3> &, bool, const Block &);

@@ -20,8 +20,17 @@ namespace squeal
     std::shared_ptr<const Matrix> M_star; ///< int rho (d_phi Phi)(d_phi Phi)^T; or null
   };
 
-  /// Assembles the matrices of the given bodies in one pass over their cells; G and M* only
-  /// @p with_transport.
+  /// Which of them are wanted.
+  struct BodyMatrixChoice
+  {
+    bool M = true, K = true, G = false, M_star = false;
+  };
+
+  /// Assembles the wanted matrices of the given bodies in one pass over their cells.
+  template <int dim>
+  BodyMatrices assemble_body(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
+                             const Material &material, const BodyMatrixChoice &choice);
+  /// M and K, and @p with_transport G and M*.
   template <int dim>
   BodyMatrices assemble_body(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
                              const Material &material, bool with_transport);

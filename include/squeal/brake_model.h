@@ -32,9 +32,6 @@ namespace squeal
   std::vector<BodyTerm> body_terms(const Parameters::All &parameters,
                                    const Parameters::BodyMaterial &body);
 
-  /// Whether one of the terms is of the transport, so that G and M* are needed.
-  bool needs_transport(const std::vector<BodyTerm> &terms);
-
   /// Rotor and pads on a mesh: their equations of motion, linearised about the static sliding
   /// equilibrium (theory.md, sections 2 and 3).
   template <int dim>
@@ -114,9 +111,11 @@ namespace squeal
     };
 
     void add_bodies();
-    void find_steady_state(const Factorization *nearby);
-    /// All contacts closed and scaled to the stiffness.
-    void close_contact();
+    /// Whether the static equilibrium is solved without factors.
+    bool solves_iteratively() const;
+    void find_steady_state(bool iterates, const Factorization *nearby);
+    /// All contacts closed and scaled to the stiffness, that of the solver if there is one.
+    void close_contact(const IterativeStatics<dim> *solver);
     void add_contact();
     void add_prestress();
     /// Of the rotor's materials.

@@ -30,8 +30,8 @@ namespace squeal
   };
 
   /// @p solve gives A^{-1} of a block. Empty sets without lift-off and for penalty contact, whose
-  /// border is placed by quadrature points. Collective. Throws SolverError if contacts cannot
-  /// change one by one because the system without them is singular.
+  /// border is placed by quadrature points. A set whose change leaves a singular system is left
+  /// out. Collective.
   template <int dim>
   ContactBorder find_contact_border(const Contact<dim> &contact,
                                     const typename Contact<dim>::Pressure &pressure,

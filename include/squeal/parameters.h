@@ -201,6 +201,15 @@ namespace squeal
       void check() const;
     };
 
+    struct StaticEquilibrium
+    {
+      std::string linear_solver       = "auto";
+      std::string multigrid           = "gamg";
+      unsigned int maximum_iterations = 300;
+
+      void declare(dealii::ParameterHandler &prm);
+    };
+
     struct Eigenproblem
     {
       double maximum_frequency = 6000;
@@ -210,6 +219,11 @@ namespace squeal
       bool error_bars          = true;
       bool mirror_symmetry     = true;
 
+      /// Whether modes are wanted, or the static equilibrium only.
+      bool is_solved() const
+      {
+        return solver != "none";
+      }
       void declare(dealii::ParameterHandler &prm);
     };
 
@@ -299,6 +313,7 @@ namespace squeal
       Contact contact;
       Discretization discretization;
       Refinement refinement;
+      StaticEquilibrium static_equilibrium;
       Eigenproblem eigenproblem;
       Prestress prestress;
       Sweep sweep;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/contact_border.h>
+#include <squeal/iterative_statics.h>
 #include <squeal/self_locking.h>
 
 #include <optional>
@@ -15,6 +16,7 @@ namespace squeal
     double largest_tension;           ///< of what was closed, Pa
     double largest_penetration;       ///< of what was open, m
     double pressure_change;           ///< largest change of the pressure relative to its maximum
+    unsigned int n_linear;            ///< steps of GMRES; 0: a direct solver
   };
 
   struct StaticEquilibrium
@@ -53,6 +55,11 @@ namespace squeal
                                              const std::vector<Term> &body_terms,
                                              Contact<dim> &contact, bool with_friction,
                                              const Block &load, bool with_border = false);
+
+  /// The same with an iterative solver, without factors and without the bodies' matrices.
+  template <int dim>
+  StaticEquilibrium solve_static_equilibrium(IterativeStatics<dim> &solver, Contact<dim> &contact,
+                                             bool with_friction, const Block &load);
 
   /// The same out of the state and the active set of an equilibrium nearby, by GMRES with factors
   /// of a matrix nearby: no factorisation, no matrix but those of the contact. Nothing if that does
