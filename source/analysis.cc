@@ -61,6 +61,7 @@ namespace squeal
   {
     EigensolverOptions options;
     options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
+    options.min_imaginary = 2 * M_PI * prm.eigenproblem.minimum_frequency;
     options.tolerance     = prm.eigenproblem.tolerance;
     options.shift         = prm.eigenproblem.shift;
     options.progress      = [this](const std::string &text) { log.progress(text); };

@@ -315,6 +315,12 @@ namespace squeal
       prm.add_parameter("Maximum frequency", maximum_frequency,
                         "Every mode with 0 < |Im l|/(2 pi) up to this frequency is wanted, Hz.",
                         positive());
+      prm.add_parameter("Minimum frequency", minimum_frequency,
+                        "0, or the lower end of the window: only modes from this frequency up to "
+                        "Maximum frequency are wanted, Hz. A window far from zero, from half of "
+                        "Maximum frequency on, does not pay for the modes below it (solver "
+                        "block_krylov). It says nothing about divergence. Not in sweeps.",
+                        Patterns::Double(0));
       prm.add_parameter(
           "Solver", solver,
           "block_krylov: block second-order Arnoldi, shift-invert with MUMPS on blocks of "
@@ -341,6 +347,13 @@ namespace squeal
           "less memory. Other brakes are solved as a whole.",
           Patterns::Bool());
       prm.leave_subsection();
+    }
+
+    void Eigenproblem::check() const
+    {
+      if (minimum_frequency >= maximum_frequency)
+        fail("Eigenproblem/Minimum frequency", minimum_frequency,
+             "it must be below Maximum frequency.");
     }
 
     void Prestress::declare(ParameterHandler &prm)
@@ -463,6 +476,7 @@ namespace squeal
     void All::check()
     {
       sweep.check();
+      eigenproblem.check();
       refinement.check();
       if (!refinement.reference.empty() &&
           (sweep.active() || stage_name == "ladder" || scene == "matrices"))
