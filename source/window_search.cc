@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <sstream>
 
 namespace squeal
@@ -68,11 +69,19 @@ namespace squeal
       }
     };
 
-    /// Corrected vectors of Ritz pairs.
-    struct Corrected
+    /// Corrections t = -F^{-1} Q(l) x of Ritz pairs, one or two real columns each.
+    struct Corrections
     {
-      Block y, g;                 ///< Re and Im side by side, with contact pressures; F y
-      std::vector<double> change; ///< |y - x| / |x|
+      Block t, residual;               ///< F t
+      std::vector<unsigned int> first; ///< column of each pair, and their number
+      std::vector<double> sizes;       ///< |t| / |x|
+    };
+
+    /// Ritz pairs: eigenvalues and coefficients in a basis.
+    struct RitzPairs
+    {
+      std::vector<Complex> lambda;
+      std::vector<std::vector<Complex>> coefficients;
     };
 
     /// The right or the left half of the two-sided search: an orthonormal basis and its images.
@@ -91,12 +100,13 @@ namespace squeal
       void start(const BlockSearchOptions &search,
                  const std::function<void(const std::string &)> &progress);
 
-      /// The columns 2j, 2j + 1 are Re and Im of the pair j.
-      Corrected correct(const std::vector<Complex> &lambda,
-                        const std::vector<std::vector<Complex>> &coefficients);
+      Corrections correct(const RitzPairs &ritz);
 
-      /// Adds what is new in the corrected vectors of the given numbers.
-      void expand(const Corrected &corrected, const std::vector<unsigned int> &numbers);
+      /// Adds what is new in the corrections of the given numbers.
+      void expand(const Corrections &corrections, const std::vector<unsigned int> &numbers);
+
+      /// The corrected vectors x + t of the given numbers, with their contact pressures.
+      Pairs vectors(const RitzPairs &ritz, const std::vector<unsigned int> &numbers);
 
       const Images &images() const
       {
@@ -113,6 +123,8 @@ namespace squeal
 
     private:
       void expand(Block y, Block g);
+      /// F (x + t) = -((l^2 - s) M + l P) x.
+      Block sources(const RitzPairs &ritz) const;
 
       const QuadraticEigenproblem &problem;
       const ShiftInvert shift_invert;
@@ -135,57 +147,132 @@ namespace squeal
       expand(std::move(y), std::move(g));
     }
 
-    Corrected Side::correct(const std::vector<Complex> &lambda,
-                            const std::vector<std::vector<Complex>> &coefficients)
+    /// The coefficients of f_j x_j, Re and Im side by side.
+    template <typename Factor>
+    std::vector<double> real_columns(const RitzPairs &ritz, const unsigned int n_rows,
+                                     const Factor &factor)
     {
-      const unsigned int n_pairs = lambda.size(), n = n_columns();
-      // g = -((l^2 - s) M + l P) x
-      std::vector<double> of_x(std::size_t(n) * 2 * n_pairs), of_m = of_x, of_p = of_x;
-      for (unsigned int j = 0; j < n_pairs; ++j)
-        for (unsigned int i = 0; i < coefficients[j].size(); ++i)
+      std::vector<double> columns(std::size_t(n_rows) * 2 * ritz.lambda.size());
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+        for (unsigned int i = 0; i < ritz.coefficients[j].size(); ++i)
         {
-          const Complex c = coefficients[j][i], m = -(lambda[j] * lambda[j] - shift_invert.square) * c,
-                        p     = -lambda[j] * c;
-          const std::size_t k = i + std::size_t(n) * 2 * j;
-          of_x[k]             = c.real();
-          of_x[k + n]         = c.imag();
-          of_m[k]             = m.real();
-          of_m[k + n]         = m.imag();
-          of_p[k]             = p.real();
-          of_p[k + n]         = p.imag();
+          const Complex c = factor(ritz.lambda[j]) * ritz.coefficients[j][i];
+          columns[i + std::size_t(n_rows) * 2 * j]       = c.real();
+          columns[i + std::size_t(n_rows) * (2 * j + 1)] = c.imag();
         }
-      Corrected result;
-      result.g      = combine(basis.m, of_m, 2 * n_pairs);
-      const Block p = combine(basis.p, of_p, 2 * n_pairs);
-      for (std::size_t i = 0; i < std::size_t(p.n_local()) * p.n_columns(); ++i)
-        result.g.data()[i] += p.data()[i];
-      result.y = shift_invert.solve(result.g);
-      solves += result.y.n_columns();
+      return columns;
+    }
 
-      Block difference = result.y;
-      if (!problem.compliant)
-        clear_pressures(problem.n_local_constraints, difference);
-      subtract_combination(difference, basis.y, of_x);
-      const std::vector<double> lengths = lengths_of(difference);
+    Block Side::sources(const RitzPairs &ritz) const
+    {
+      const unsigned int n = n_columns(), n_all = 2 * ritz.lambda.size();
+      Block result = combine(basis.m,
+                             real_columns(ritz, n, [&](const Complex &l)
+                                          { return shift_invert.square - l * l; }),
+                             n_all);
+      subtract_combination(result, basis.p,
+                           real_columns(ritz, n, [](const Complex &l) { return l; }));
+      return result;
+    }
+
+    /// Turns each complex vector a + i b of a block of (a, b) so that a is as long as can be, a and
+    /// b orthogonal, and leaves out short b: vectors are almost real and damping almost imaginary,
+    /// so that most residuals have one direction only.
+    Block main_parts(const Block &pairs, std::vector<unsigned int> &first)
+    {
+      constexpr double much_shorter = 0.1;
+      const unsigned int n_pairs = pairs.n_columns() / 2, n = pairs.n_local();
+      std::vector<double> sums(3 * n_pairs); // a a, b b, a b
       for (unsigned int j = 0; j < n_pairs; ++j)
       {
+        const double *a = pairs.column(2 * j), *b = pairs.column(2 * j + 1);
+        for (unsigned int i = 0; i < n; ++i)
+        {
+          sums[3 * j] += a[i] * a[i];
+          sums[3 * j + 1] += b[i] * b[i];
+          sums[3 * j + 2] += a[i] * b[i];
+        }
+      }
+      MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM,
+                    pairs.row_range().comm);
+      std::vector<double> coefficients;
+      first.assign(1, 0);
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        // (a + i b)^T (a + i b) becomes real and positive.
+        const Complex square(sums[3 * j] - sums[3 * j + 1], 2 * sums[3 * j + 2]);
+        const double both = sums[3 * j] + sums[3 * j + 1], angle = -std::arg(square) / 2,
+                     long_one = both + std::abs(square), short_one = both - std::abs(square);
+        const bool keeps_both = short_one > much_shorter * much_shorter * long_one;
+        first.push_back(first.back() + (keeps_both ? 2 : 1));
+        coefficients.resize(std::size_t(2 * n_pairs) * first.back());
+        const auto column         = coefficients.begin() + std::size_t(2 * n_pairs) * first[j];
+        column[2 * j]             = std::cos(angle);
+        column[2 * j + 1]         = -std::sin(angle);
+        if (keeps_both)
+        {
+          column[2 * n_pairs + 2 * j]     = std::sin(angle);
+          column[2 * n_pairs + 2 * j + 1] = std::cos(angle);
+        }
+      }
+      return combine(pairs, coefficients, first.back());
+    }
+
+    Corrections Side::correct(const RitzPairs &ritz)
+    {
+      Corrections result;
+      // -Q(l) x, with the contact pressures of the basis' vectors.
+      Block residual = sources(ritz);
+      subtract_combination(residual, basis.g,
+                           real_columns(ritz, n_columns(), [](const Complex &) { return 1.; }));
+      result.residual = main_parts(residual, result.first);
+      result.t        = shift_invert.solve(result.residual);
+      solves += result.t.n_columns();
+      if (!problem.compliant)
+        clear_pressures(problem.n_local_constraints, result.t);
+      const std::vector<double> lengths = lengths_of(result.t);
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+      {
         double square = 0; // the basis is orthonormal
-        for (const Complex &c : coefficients[j])
+        for (const Complex &c : ritz.coefficients[j])
           square += std::norm(c);
-        result.change.push_back(std::hypot(lengths[2 * j], lengths[2 * j + 1]) / std::sqrt(square));
+        double t_square = 0;
+        for (unsigned int k = result.first[j]; k < result.first[j + 1]; ++k)
+          t_square += lengths[k] * lengths[k];
+        result.sizes.push_back(std::sqrt(t_square / square));
       }
       return result;
     }
 
-    void Side::expand(const Corrected &corrected, const std::vector<unsigned int> &numbers)
+    Pairs Side::vectors(const RitzPairs &ritz, const std::vector<unsigned int> &numbers)
     {
-      Block y(problem.rows, 0), g(problem.rows, 0);
+      RitzPairs chosen;
       for (const unsigned int j : numbers)
       {
-        y.append(corrected.y.columns(2 * j, 2));
-        g.append(corrected.g.columns(2 * j, 2));
+        chosen.lambda.push_back(ritz.lambda[j]);
+        chosen.coefficients.push_back(ritz.coefficients[j]);
       }
-      expand(std::move(y), std::move(g));
+      const Block y = shift_invert.solve(sources(chosen));
+      solves += y.n_columns();
+      Pairs pairs{chosen.lambda, Block(problem.rows, 0), Block(problem.rows, 0)};
+      for (unsigned int j = 0; j < numbers.size(); ++j)
+      {
+        pairs.re.append(y.columns(2 * j, 1));
+        pairs.im.append(y.columns(2 * j + 1, 1));
+      }
+      return pairs;
+    }
+
+    void Side::expand(const Corrections &corrections, const std::vector<unsigned int> &numbers)
+    {
+      Block t(problem.rows, 0), residual(problem.rows, 0);
+      for (const unsigned int j : numbers)
+      {
+        const unsigned int first = corrections.first[j], n = corrections.first[j + 1] - first;
+        t.append(corrections.t.columns(first, n));
+        residual.append(corrections.residual.columns(first, n));
+      }
+      expand(std::move(t), std::move(residual));
     }
 
     void Side::expand(Block y, Block g)
@@ -215,6 +302,8 @@ namespace squeal
             scaling[std::size_t(n) * (n_kept - 1) + j] = 1 / after[j];
           }
         added.combine(scaling, n_kept);
+        if (n_kept == 0)
+          return;
         DenseMatrix vectors(n_kept, n_kept, inner_products(added.y, added.y));
         const std::vector<double> squares = symmetric_eigen(vectors);
         std::vector<double> coefficients;
@@ -222,7 +311,7 @@ namespace squeal
           if (squares[j] > dependent * dependent)
             for (unsigned int i = 0; i < n_kept; ++i)
               coefficients.push_back(vectors(i, j) / std::sqrt(squares[j]));
-        added.combine(coefficients, n_kept == 0 ? 0 : coefficients.size() / n_kept);
+        added.combine(coefficients, coefficients.size() / n_kept);
       }
       basis.append(added);
     }
@@ -269,7 +358,7 @@ namespace squeal
         if (options.region.distance(l) > 1)
           return 1e-3; // nothing may be on its way in
         const bool wanted = l.imag() >= options.min_imaginary && l.imag() <= options.max_imaginary;
-        return wanted ? options.tolerance : std::sqrt(options.tolerance);
+        return wanted ? options.tolerance : 1e-3;
       }
 
       const QuadraticEigenproblem &problem;
@@ -307,58 +396,48 @@ namespace squeal
       krylov.seed          = options.seed;
       krylov.reach         = 1.5;
       right.start(krylov, progress);
+fprintf(stderr, "right start %u  t=%.2f\n", right.n_solves(), double(std::clock())/CLOCKS_PER_SEC);
       left.start(krylov, progress);
+fprintf(stderr, "left start %u t=%.2f\n", left.n_solves(), double(std::clock())/CLOCKS_PER_SEC);
 
       constexpr unsigned int max_steps = 20;
       double worst                     = 0;
       for (unsigned int step = 0; step < max_steps; ++step)
       {
-        std::vector<DensePair> ritz = ritz_pairs();
-        std::vector<Complex> lambda;
-        std::vector<std::vector<Complex>> c, d;
-        for (DensePair &pair : ritz)
+        RitzPairs of_right, of_left;
+        for (DensePair &pair : ritz_pairs())
         {
-          lambda.push_back(pair.lambda);
-          c.push_back(std::move(pair.vector));
-          d.push_back(std::move(pair.left));
+          of_right.lambda.push_back(pair.lambda);
+          of_left.lambda.push_back(pair.lambda);
+          of_right.coefficients.push_back(std::move(pair.vector));
+          of_left.coefficients.push_back(std::move(pair.left));
         }
-        const Corrected of_right = right.correct(lambda, c), of_left = left.correct(lambda, d);
-        std::vector<unsigned int> inside, open_right, open_left;
+        const std::vector<Complex> &lambda = of_right.lambda;
+        const Corrections right_steps = right.correct(of_right), left_steps = left.correct(of_left);
+        std::vector<unsigned int> inside, open;
         worst = 0;
         for (unsigned int j = 0; j < lambda.size(); ++j)
         {
           if (options.region.contains(lambda[j]))
             inside.push_back(j);
-          const double limit = bound(lambda[j]);
-          if (!(of_right.change[j] <= limit))
-            open_right.push_back(j);
-          if (!(of_left.change[j] <= limit))
-            open_left.push_back(j);
-          worst = std::max({worst, of_right.change[j] / limit, of_left.change[j] / limit});
+          const double limit = bound(lambda[j]),
+                       size  = std::max(right_steps.sizes[j], 0.1 * left_steps.sizes[j]);
+          if (!(size <= limit))
+            open.push_back(j);
+          worst = std::max(worst, size / limit);
         }
-        std::ostringstream line;
-        line << "  window, step " << step << ": " << inside.size() << " eigenvalues, "
-             << open_right.size() << " right and " << open_left.size()
-             << " left vectors open, subspace of " << m.n_rows;
-        line << " worst/limit " << worst;
-        progress(line.str());
-        if (open_right.empty() && open_left.empty())
+        progress("  window, step " + std::to_string(step) + ": " + std::to_string(open.size()) +
+                 " of " + std::to_string(lambda.size()) + " eigenvalues open, subspace of " +
+                 std::to_string(m.n_rows));
+        for (unsigned int j=0;j<lambda.size();++j) fprintf(stderr, "   %.6f %.6f dist %.3f r %.2e l %.2e\n", lambda[j].real(), lambda[j].imag()/2/M_PI, options.region.distance(lambda[j]), right_steps.sizes[j], left_steps.sizes[j]);
+        fprintf(stderr, " window, step %d n=%d open %d t=%.2f\n", step, m.n_rows, (int)open.size(), double(std::clock())/CLOCKS_PER_SEC);
+        if (open.empty())
         {
-          const auto pairs_of = [&](const Corrected &corrected)
-          {
-            Pairs pairs{{}, Block(problem.rows, 0), Block(problem.rows, 0)};
-            for (const unsigned int j : inside)
-            {
-              pairs.lambda.push_back(lambda[j]);
-              pairs.re.append(corrected.y.columns(2 * j, 1));
-              pairs.im.append(corrected.y.columns(2 * j + 1, 1));
-            }
-            return pairs;
-          };
-          return {pairs_of(of_right), pairs_of(of_left), right.n_solves() + left.n_solves()};
+          Pairs x = right.vectors(of_right, inside), y = left.vectors(of_left, inside);
+          return {std::move(x), std::move(y), right.n_solves() + left.n_solves()};
         }
-        right.expand(of_right, open_right);
-        left.expand(of_left, open_left);
+        right.expand(right_steps, open);
+        left.expand(left_steps, open);
       }
       std::ostringstream message;
       message << "The modes of the window did not converge in " << max_steps
