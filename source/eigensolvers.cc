@@ -284,7 +284,7 @@ namespace squeal
         options.region        = task.region;
         options.min_imaginary = task.options.min_imaginary;
         options.max_imaginary = task.options.max_imaginary;
-        options.tolerance     = std::min(1e-6, 0.03 * std::sqrt(task.options.tolerance));
+        options.tolerance     = std::min(3e-6, 0.1 * std::sqrt(task.options.tolerance));
         options.n_expected    = task.n_expected;
         options.seed          = seed;
         WindowSearch found =

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <limits>
 #include <sstream>
 
 namespace squeal
@@ -41,32 +42,10 @@ namespace squeal
       return squares;
     }
 
-    /// Vectors Y = F^{-1} G with what is known of them. One linear map is applied to all of it.
+    /// Vectors with what is known of them.
     struct Images
     {
-      Block y, g, m, p; ///< Y (without contact pressures), F Y, M Y, P Y
-
-      void append(const Images &other)
-      {
-        y.append(other.y);
-        g.append(other.g);
-        m.append(other.m);
-        p.append(other.p);
-      }
-      void subtract(const Images &other, const std::vector<double> &coefficients)
-      {
-        subtract_combination(y, other.y, coefficients);
-        subtract_combination(g, other.g, coefficients);
-        subtract_combination(m, other.m, coefficients);
-        subtract_combination(p, other.p, coefficients);
-      }
-      void combine(const std::vector<double> &coefficients, const unsigned int n)
-      {
-        y = squeal::combine(y, coefficients, n);
-        g = squeal::combine(g, coefficients, n);
-        m = squeal::combine(m, coefficients, n);
-        p = squeal::combine(p, coefficients, n);
-      }
+      Block y, g, m, p; ///< Y (without contact pressures), F Y (with them), M Y, P Y
     };
 
     /// Corrections t = -F^{-1} Q(l) x of Ritz pairs, one or two real columns each.
@@ -89,16 +68,15 @@ namespace squeal
     {
     public:
       Side(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert)
-          : problem(problem), shift_invert(shift_invert), basis{Block(problem.rows, 0),
+          : shift_invert(shift_invert), problem(problem), basis{Block(problem.rows, 0),
                                                                 Block(problem.rows, 0),
                                                                 Block(problem.rows, 0),
                                                                 Block(problem.rows, 0)}
       {
       }
 
-      /// The Krylov space of F^{-1} M.
-      void start(const BlockSearchOptions &search,
-                 const std::function<void(const std::string &)> &progress);
+      /// F^{-1} M x.
+      void start(const Block &x);
 
       Corrections correct(const RitzPairs &ritz);
 
@@ -107,6 +85,8 @@ namespace squeal
 
       /// The corrected vectors x + t of the given numbers, with their contact pressures.
       Pairs vectors(const RitzPairs &ritz, const std::vector<unsigned int> &numbers);
+
+      const ShiftInvert shift_invert;
 
       const Images &images() const
       {
@@ -127,23 +107,15 @@ namespace squeal
       Block sources(const RitzPairs &ritz) const;
 
       const QuadraticEigenproblem &problem;
-      const ShiftInvert shift_invert;
       Images basis;
       unsigned int solves = 0;
     };
 
-    void Side::start(const BlockSearchOptions &search,
-                     const std::function<void(const std::string &)> &progress)
+    void Side::start(const Block &x)
     {
-      BlockSearch found = block_krylov_search(without_velocity_terms(problem), shift_invert, search,
-                                              progress);
-      Block x = std::move(found.pairs.re);
-      x.append(found.pairs.im); // zero for a real vector
-      if (!problem.compliant)
-        clear_pressures(problem.n_local_constraints, x);
-      Block g = multiply(problem.M, orthonormalize(std::move(x)));
+      Block g = multiply(problem.M, x);
       Block y = shift_invert.solve(g);
-      solves += found.n_solves + g.n_columns();
+      solves += g.n_columns();
       expand(std::move(y), std::move(g));
     }
 
@@ -282,38 +254,46 @@ namespace squeal
       constexpr double rounding = 1e-12, dependent = 1e-6;
       if (!problem.compliant)
         clear_pressures(problem.n_local_constraints, y);
-      Images added{std::move(y), std::move(g), {}, {}};
-      added.m                          = multiply(problem.M, added.y);
-      added.p                          = multiply(problem.P, added.y);
-      const std::vector<double> before = lengths_of(added.y);
-      // Twice is enough (Kahan).
-      for (unsigned int pass = 0; pass < 2; ++pass)
+      const auto combine_both = [&](const std::vector<double> &coefficients, const unsigned int n)
       {
+        y = combine(y, coefficients, n);
+        g = combine(g, coefficients, n);
+      };
+      // Twice is enough (Kahan).
+      for (unsigned int pass = 0; pass < 2 && y.n_columns() > 0; ++pass)
+      {
+        const unsigned int n = y.n_columns();
+        const DenseMatrix before(n, n, inner_products(y, y));
+        DenseMatrix vectors = before;
         if (n_columns() > 0)
-          added.subtract(basis, inner_products(basis.y, added.y));
-        const unsigned int n            = added.y.n_columns();
-        const std::vector<double> after = lengths_of(added.y);
-        std::vector<double> scaling;
-        unsigned int n_kept = 0;
-        for (unsigned int j = 0; j < n; ++j)
-          if (pass == 1 || after[j] > rounding * before[j])
-          {
-            scaling.resize(std::size_t(n) * ++n_kept);
-            scaling[std::size_t(n) * (n_kept - 1) + j] = 1 / after[j];
-          }
-        added.combine(scaling, n_kept);
-        if (n_kept == 0)
-          return;
-        DenseMatrix vectors(n_kept, n_kept, inner_products(added.y, added.y));
+        {
+          const std::vector<double> part = inner_products(basis.y, y);
+          subtract_combination(y, basis.y, part);
+          subtract_combination(g, basis.g, part);
+          vectors = DenseMatrix(n, n, inner_products(y, y));
+        }
+        // Remainders of unit length, without those that are rounding, and of these the well
+        // conditioned combinations.
+        std::vector<double> length(n);
+        for (unsigned int k = 0; k < n; ++k)
+          length[k] = vectors(k, k) > rounding * rounding * before(k, k)
+                          ? std::sqrt(vectors(k, k))
+                          : std::numeric_limits<double>::infinity();
+        for (unsigned int k = 0; k < n; ++k)
+          for (unsigned int i = 0; i < n; ++i)
+            vectors(i, k) /= length[i] * length[k];
         const std::vector<double> squares = symmetric_eigen(vectors);
         std::vector<double> coefficients;
-        for (unsigned int j = 0; j < n_kept; ++j)
-          if (squares[j] > dependent * dependent)
-            for (unsigned int i = 0; i < n_kept; ++i)
-              coefficients.push_back(vectors(i, j) / std::sqrt(squares[j]));
-        added.combine(coefficients, coefficients.size() / n_kept);
+        for (unsigned int k = 0; k < n; ++k)
+          if (squares[k] > dependent * dependent)
+            for (unsigned int i = 0; i < n; ++i)
+              coefficients.push_back(vectors(i, k) / (length[i] * std::sqrt(squares[k])));
+        combine_both(coefficients, coefficients.size() / n);
       }
-      basis.append(added);
+      basis.m.append(multiply(problem.M, y));
+      basis.p.append(multiply(problem.P, y));
+      basis.y.append(y);
+      basis.g.append(g);
     }
 
     /// Z^T B with the first n columns of each; what is known of it from before is kept.
@@ -356,9 +336,9 @@ namespace squeal
       double bound(const Complex &l) const
       {
         if (options.region.distance(l) > 1)
-          return 1e-3; // nothing may be on its way in
+          return 3e-2; // nothing may be on its way in
         const bool wanted = l.imag() >= options.min_imaginary && l.imag() <= options.max_imaginary;
-        return wanted ? options.tolerance : 1e-3;
+        return wanted ? options.tolerance : 1e-2;
       }
 
       const QuadraticEigenproblem &problem;
@@ -391,13 +371,20 @@ namespace squeal
       BlockSearchOptions krylov;
       krylov.region        = options.region;
       krylov.max_imaginary = options.max_imaginary;
-      krylov.tolerance     = 1e-6;
+      krylov.tolerance     = 1e-4;
       krylov.n_expected    = options.n_expected;
       krylov.seed          = options.seed;
       krylov.reach         = 1.5;
-      right.start(krylov, progress);
-fprintf(stderr, "right start %u  t=%.2f\n", right.n_solves(), double(std::clock())/CLOCKS_PER_SEC);
-      left.start(krylov, progress);
+      BlockSearch found = block_krylov_search(without_velocity_terms(problem), right.shift_invert,
+                                              krylov, progress);
+      Block x = std::move(found.pairs.re);
+      x.append(found.pairs.im); // zero for a real vector
+      if (!problem.compliant)
+        clear_pressures(problem.n_local_constraints, x);
+      x = orthonormalize(std::move(x));
+fprintf(stderr, "right start %u  t=%.2f\n", found.n_solves, double(std::clock())/CLOCKS_PER_SEC);
+      right.start(x);
+      left.start(x);
 fprintf(stderr, "left start %u t=%.2f\n", left.n_solves(), double(std::clock())/CLOCKS_PER_SEC);
 
       constexpr unsigned int max_steps = 20;
@@ -434,7 +421,8 @@ fprintf(stderr, "left start %u t=%.2f\n", left.n_solves(), double(std::clock())/
         if (open.empty())
         {
           Pairs x = right.vectors(of_right, inside), y = left.vectors(of_left, inside);
-          return {std::move(x), std::move(y), right.n_solves() + left.n_solves()};
+          return {std::move(x), std::move(y),
+                  found.n_solves + right.n_solves() + left.n_solves()};
         }
         right.expand(right_steps, open);
         left.expand(left_steps, open);
