@@ -217,7 +217,8 @@ namespace squeal
         std::vector<Complex> lambda; ///< with Im l >= 0
         Block vectors;               ///< Re and Im
         Pairs pairs;                 ///< those of the region, if they are converged already
-        Pairs left;                  ///< Q(l)^T y = 0 in the order of pairs, if found, too
+        Pairs left;                  ///< Q(l)^T y = 0 in the order of pairs, if found, too ...
+        std::vector<double> left_errors; ///< ... and their backward errors
         Block space;                 ///< searched, if the solver has a basis
         unsigned int n_solves = 0;
       };
@@ -284,20 +285,17 @@ namespace squeal
         options.region        = task.region;
         options.min_imaginary = task.options.min_imaginary;
         options.max_imaginary = task.options.max_imaginary;
-        options.tolerance     = std::min(3e-6, 0.1 * std::sqrt(task.options.tolerance));
+        options.tolerance     = task.options.tolerance;
         options.n_expected    = task.n_expected;
         options.seed          = seed;
         WindowSearch found =
             window_search(task.problem, task.factorization, options, task.options.progress);
         Search result;
-        result.lambda   = found.right.lambda;
+        result.lambda   = std::move(found.lambda);
         result.n_solves = found.n_solves;
-        std::vector<unsigned int> wanted;
-        for (unsigned int j = 0; j < result.lambda.size(); ++j)
-          if (is_wanted(task.options, result.lambda[j]))
-            wanted.push_back(j);
-        result.pairs = select(found.right, wanted);
-        result.left  = select(found.left, wanted);
+        result.pairs       = std::move(found.right);
+        result.left        = std::move(found.left);
+        result.left_errors = std::move(found.left_backward_error);
         return result;
       }
       Search search(const Task &task, const unsigned int seed) const override
@@ -488,12 +486,7 @@ namespace squeal
       if (found.left.lambda.empty())
         add_left(task, modes);
       else
-      {
-        std::vector<double> errors =
-            BackwardError(adjoint_of(problem))(found.left.lambda, found.left.re, found.left.im)
-                .errors;
-        attach_left_vectors(problem, std::move(found.left), std::move(errors), modes);
-      }
+        attach_left_vectors(problem, std::move(found.left), std::move(found.left_errors), modes);
       seconds.left  = watch.lap();
       modes.seconds = seconds;
       if (options.keep_factors && has_all_of_disc() && square == 0)

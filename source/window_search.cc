@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
+#include <numeric>
 #include <sstream>
 
 namespace squeal
@@ -83,8 +83,8 @@ namespace squeal
       /// Adds what is new in the corrections of the given numbers.
       void expand(const Corrections &corrections, const std::vector<unsigned int> &numbers);
 
-      /// The corrected vectors x + t of the given numbers, with their contact pressures.
-      Pairs vectors(const RitzPairs &ritz, const std::vector<unsigned int> &numbers);
+      /// The corrected vectors x + t, with their contact pressures.
+      Pairs vectors(const RitzPairs &ritz);
 
       const ShiftInvert shift_invert;
 
@@ -117,6 +117,17 @@ namespace squeal
       Block y = shift_invert.solve(g);
       solves += g.n_columns();
       expand(std::move(y), std::move(g));
+    }
+
+    RitzPairs select(const RitzPairs &ritz, const std::vector<unsigned int> &numbers)
+    {
+      RitzPairs result;
+      for (const unsigned int j : numbers)
+      {
+        result.lambda.push_back(ritz.lambda[j]);
+        result.coefficients.push_back(ritz.coefficients[j]);
+      }
+      return result;
     }
 
     /// The coefficients of f_j x_j, Re and Im side by side.
@@ -152,7 +163,7 @@ namespace squeal
     /// so that most residuals have one direction only.
     Block main_parts(const Block &pairs, std::vector<unsigned int> &first)
     {
-      constexpr double much_shorter = 0.1;
+      constexpr double much_shorter = 0.02;
       const unsigned int n_pairs = pairs.n_columns() / 2, n = pairs.n_local();
       std::vector<double> sums(3 * n_pairs); // a a, b b, a b
       for (unsigned int j = 0; j < n_pairs; ++j)
@@ -216,18 +227,12 @@ namespace squeal
       return result;
     }
 
-    Pairs Side::vectors(const RitzPairs &ritz, const std::vector<unsigned int> &numbers)
+    Pairs Side::vectors(const RitzPairs &ritz)
     {
-      RitzPairs chosen;
-      for (const unsigned int j : numbers)
-      {
-        chosen.lambda.push_back(ritz.lambda[j]);
-        chosen.coefficients.push_back(ritz.coefficients[j]);
-      }
-      const Block y = shift_invert.solve(sources(chosen));
+      const Block y = shift_invert.solve(sources(ritz));
       solves += y.n_columns();
-      Pairs pairs{chosen.lambda, Block(problem.rows, 0), Block(problem.rows, 0)};
-      for (unsigned int j = 0; j < numbers.size(); ++j)
+      Pairs pairs{ritz.lambda, Block(problem.rows, 0), Block(problem.rows, 0)};
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
       {
         pairs.re.append(y.columns(2 * j, 1));
         pairs.im.append(y.columns(2 * j + 1, 1));
@@ -330,16 +335,25 @@ namespace squeal
       WindowSearch run();
 
     private:
-      /// The Ritz pairs of the region and a little further.
-      std::vector<DensePair> ritz_pairs();
-      /// How short a correction must be.
+      void start();
+      /// The Ritz pairs of the region and a little further, right and left.
+      void find_ritz_pairs();
+      /// Those that need a correction. Of modes that are not wanted only the place must be known:
+      /// once their corrections were small, they rest until they move.
+      std::vector<unsigned int> moving_pairs() const;
+      bool is_wanted(const Complex &l) const
+      {
+        return options.region.contains(l) && l.imag() >= options.min_imaginary &&
+               l.imag() <= options.max_imaginary;
+      }
+      /// How short a correction must be. Eigenvalues are right to its square; what is a little
+      /// outside of the region must not be on its way in.
       double bound(const Complex &l) const
       {
-        if (options.region.distance(l) > 1)
-          return 3e-2; // nothing may be on its way in
-        const bool wanted = l.imag() >= options.min_imaginary && l.imag() <= options.max_imaginary;
-        return wanted ? options.tolerance : 1e-2;
+        return is_wanted(l) ? step_bound : options.region.contains(l) ? 1e-2 : 3e-2;
       }
+      /// The wanted pairs with their vectors; false if a backward error is too large.
+      bool finish(WindowSearch &result);
 
       const QuadraticEigenproblem &problem;
       const QuadraticEigenproblem adjoint;
@@ -347,9 +361,34 @@ namespace squeal
       const std::function<void(const std::string &)> &progress;
       Side right, left;
       DenseMatrix m, p, f; ///< Z^T M U, Z^T P U, Z^T F U
+      RitzPairs of_right, of_left;
+      std::vector<Complex> at_rest;
+      double step_bound     = 1e-6;
+      unsigned int n_solves = 0;
     };
 
-    std::vector<DensePair> TwoSided::ritz_pairs()
+    void TwoSided::start()
+    {
+      BlockSearchOptions krylov;
+      krylov.region        = options.region;
+      krylov.max_imaginary = options.max_imaginary;
+      krylov.tolerance     = 1e-4;
+      krylov.n_expected    = options.n_expected;
+      krylov.seed          = options.seed;
+      krylov.reach         = 2; // neighbours of the region, to which P couples
+      BlockSearch found = block_krylov_search(without_velocity_terms(problem), right.shift_invert,
+                                              krylov, progress);
+      n_solves          = found.n_solves;
+      Block x           = std::move(found.pairs.re);
+      x.append(found.pairs.im); // zero for a real vector
+      if (!problem.compliant)
+        clear_pressures(problem.n_local_constraints, x);
+      x = orthonormalize(std::move(x));
+      right.start(x);
+      left.start(x);
+    }
+
+    void TwoSided::find_ritz_pairs()
     {
       const unsigned int n = std::min(right.n_columns(), left.n_columns());
       grow(m, left.images().y, right.images().m, n);
@@ -358,71 +397,94 @@ namespace squeal
       DenseMatrix q = f;
       for (std::size_t k = 0; k < q.values.size(); ++k)
         q.values[k] -= options.region.square * m.values[k];
-      std::vector<DensePair> pairs;
+      of_right = of_left = {};
       for (DensePair &pair :
            two_sided_quadratic_eigenpairs(m, p, q, 0, std::sqrt(-options.region.square)))
         if (pair.lambda.imag() > 0 && options.region.distance(pair.lambda) <= 1.05)
-          pairs.push_back(std::move(pair));
-      return pairs;
-    }
-
-    WindowSearch TwoSided::run()
-    {
-      BlockSearchOptions krylov;
-      krylov.region        = options.region;
-      krylov.max_imaginary = options.max_imaginary;
-      krylov.tolerance     = 1e-4;
-      krylov.n_expected    = options.n_expected;
-      krylov.seed          = options.seed;
-      krylov.reach         = 1.5;
-      BlockSearch found = block_krylov_search(without_velocity_terms(problem), right.shift_invert,
-                                              krylov, progress);
-      Block x = std::move(found.pairs.re);
-      x.append(found.pairs.im); // zero for a real vector
-      if (!problem.compliant)
-        clear_pressures(problem.n_local_constraints, x);
-      x = orthonormalize(std::move(x));
-fprintf(stderr, "right start %u  t=%.2f\n", found.n_solves, double(std::clock())/CLOCKS_PER_SEC);
-      right.start(x);
-      left.start(x);
-fprintf(stderr, "left start %u t=%.2f\n", left.n_solves(), double(std::clock())/CLOCKS_PER_SEC);
-
-      constexpr unsigned int max_steps = 20;
-      double worst                     = 0;
-      for (unsigned int step = 0; step < max_steps; ++step)
-      {
-        RitzPairs of_right, of_left;
-        for (DensePair &pair : ritz_pairs())
         {
           of_right.lambda.push_back(pair.lambda);
           of_left.lambda.push_back(pair.lambda);
           of_right.coefficients.push_back(std::move(pair.vector));
           of_left.coefficients.push_back(std::move(pair.left));
         }
-        const std::vector<Complex> &lambda = of_right.lambda;
-        const Corrections right_steps = right.correct(of_right), left_steps = left.correct(of_left);
-        std::vector<unsigned int> inside, open;
+    }
+
+    std::vector<unsigned int> TwoSided::moving_pairs() const
+    {
+      constexpr double at_the_same_place = 1e-3;
+      std::vector<unsigned int> numbers;
+      for (unsigned int j = 0; j < of_right.lambda.size(); ++j)
+      {
+        const Complex l = of_right.lambda[j];
+        const bool rests =
+            std::any_of(at_rest.begin(), at_rest.end(), [&](const Complex &other)
+                        { return std::abs(l - other) <= at_the_same_place * std::abs(l); });
+        if (is_wanted(l) || !rests)
+          numbers.push_back(j);
+      }
+      return numbers;
+    }
+
+    bool TwoSided::finish(WindowSearch &result)
+    {
+      result.lambda.clear();
+      std::vector<unsigned int> wanted;
+      for (unsigned int j = 0; j < of_right.lambda.size(); ++j)
+      {
+        if (options.region.contains(of_right.lambda[j]))
+          result.lambda.push_back(of_right.lambda[j]);
+        if (is_wanted(of_right.lambda[j]))
+          wanted.push_back(j);
+      }
+      result.right          = right.vectors(select(of_right, wanted));
+      result.left           = left.vectors(select(of_left, wanted));
+      result.backward_error = BackwardError(problem)(result.right.lambda, result.right.re,
+                                                     result.right.im)
+                                  .errors;
+      result.left_backward_error =
+          BackwardError(adjoint)(result.left.lambda, result.left.re, result.left.im).errors;
+      result.n_solves   = n_solves + right.n_solves() + left.n_solves();
+      const auto passes = [&](const double error) { return error <= options.tolerance; };
+      return std::all_of(result.backward_error.begin(), result.backward_error.end(), passes) &&
+             std::all_of(result.left_backward_error.begin(), result.left_backward_error.end(),
+                         passes);
+    }
+
+    WindowSearch TwoSided::run()
+    {
+      start();
+      constexpr unsigned int max_steps = 25;
+      double worst                     = 0;
+      for (unsigned int step = 0; step < max_steps; ++step)
+      {
+        find_ritz_pairs();
+        const std::vector<unsigned int> moving = moving_pairs();
+        const RitzPairs of_x = select(of_right, moving), of_y = select(of_left, moving);
+        const Corrections right_steps = right.correct(of_x), left_steps = left.correct(of_y);
+        std::vector<unsigned int> open;
         worst = 0;
-        for (unsigned int j = 0; j < lambda.size(); ++j)
+        for (unsigned int j = 0; j < moving.size(); ++j)
         {
-          if (options.region.contains(lambda[j]))
-            inside.push_back(j);
-          const double limit = bound(lambda[j]),
-                       size  = std::max(right_steps.sizes[j], 0.1 * left_steps.sizes[j]);
+          const Complex l    = of_x.lambda[j];
+          const double limit = bound(l),
+                       size  = std::max(right_steps.sizes[j], left_steps.sizes[j]);
+          worst              = std::max(worst, size / limit);
           if (!(size <= limit))
             open.push_back(j);
-          worst = std::max(worst, size / limit);
+          else if (!is_wanted(l))
+            at_rest.push_back(l);
         }
-        progress("  window, step " + std::to_string(step) + ": " + std::to_string(open.size()) +
-                 " of " + std::to_string(lambda.size()) + " eigenvalues open, subspace of " +
+        progress("  window: " + std::to_string(of_right.lambda.size() - open.size()) + " of " +
+                 std::to_string(of_right.lambda.size()) + " eigenvalues converged, subspace of " +
                  std::to_string(m.n_rows));
-        for (unsigned int j=0;j<lambda.size();++j) fprintf(stderr, "   %.6f %.6f dist %.3f r %.2e l %.2e\n", lambda[j].real(), lambda[j].imag()/2/M_PI, options.region.distance(lambda[j]), right_steps.sizes[j], left_steps.sizes[j]);
-        fprintf(stderr, " window, step %d n=%d open %d t=%.2f\n", step, m.n_rows, (int)open.size(), double(std::clock())/CLOCKS_PER_SEC);
+        WindowSearch result;
+        if (open.empty() && finish(result))
+          return result;
         if (open.empty())
         {
-          Pairs x = right.vectors(of_right, inside), y = left.vectors(of_left, inside);
-          return {std::move(x), std::move(y),
-                  found.n_solves + right.n_solves() + left.n_solves()};
+          step_bound /= 10;
+          open.resize(moving.size());
+          std::iota(open.begin(), open.end(), 0u);
         }
         right.expand(right_steps, open);
         left.expand(left_steps, open);

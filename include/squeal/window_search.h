@@ -10,16 +10,18 @@ namespace squeal
     SearchRegion region;          ///< every eigenvalue of it is looked for
     double min_imaginary = 0;     ///< those with min <= Im l <= max, 1/s, ...
     double max_imaginary = 0;
-    double tolerance     = 1e-9;  ///< ... to this relative length of a correction, others to its root
+    double tolerance     = 1e-9;  ///< ... to this backward error, right and left
     unsigned int n_expected = 0;  ///< pairs of the region, as far as known
     unsigned int seed       = 0;
   };
 
-  /// What a search found: pairs with Im l > 0 in the region, converged, and in the same order the
-  /// left vectors as pairs Q(l)^T y = 0.
+  /// What a search found: all eigenvalues with Im l > 0 in the region, and of the wanted ones the
+  /// right vectors and, in the same order, the left ones as pairs Q(l)^T y = 0.
   struct WindowSearch
   {
+    std::vector<std::complex<double>> lambda;
     Pairs right, left;
+    std::vector<double> backward_error, left_backward_error;
     unsigned int n_solves = 0; ///< right-hand sides
   };
 
