@@ -477,6 +477,9 @@ namespace squeal
     {
       sweep.check();
       eigenproblem.check();
+      if (sweep.active() && eigenproblem.minimum_frequency > 0)
+        fail("Eigenproblem/Minimum frequency", eigenproblem.minimum_frequency,
+             "sweeps and maps follow all modes from zero on; allowed with Sweep/Parameter is 0.");
       refinement.check();
       if (!refinement.reference.empty() &&
           (sweep.active() || stage_name == "ladder" || scene == "matrices"))
