@@ -1,8 +1,8 @@
 """A window far from zero (Eigenproblem/Minimum frequency) has the modes that all modes below its end have there.
 
 What is expected is computed by the search from zero on, another algorithm with other factors: every mode of its table
-inside the window, with growth rate, condition number, verdict and error bar. Eigenvalues are compared to 1e-9, left and
-right vectors through what is made of them.
+inside the window, with growth rate, condition number and verdict. Eigenvalues are compared to 1e-9; both kinds of vectors
+have backward errors below 1e-9, and condition numbers, made of both, agree.
 """
 
 import unittest
@@ -22,9 +22,19 @@ TINY_BRAKE = {
 
 
 class HighWindow(st.TestCase):
+    everything = {}  # of several tests
+
+    def all_modes(self, settings):
+        """The part of the table of all modes that is in the window. Computed on one rank, by mirror halves."""
+        settings = {key: value for key, value in settings.items() if key != "Eigenproblem/Mirror symmetry"}
+        key = tuple(settings.items())
+        if key not in self.everything:
+            self.everything[key] = [row for row in self.modes({**settings, **HIGH}) if row["frequency_hz"] >= 12000]
+        return self.everything[key]
+
     def compare(self, settings, **options):
         """The window against the part of all modes; returns the log of the window's run."""
-        everything = [row for row in self.modes({**settings, **HIGH}) if row["frequency_hz"] >= 12000]
+        everything = self.all_modes(settings)
         self.assertGreater(len(everything), 2)
         results = self.analyse({**settings, **WINDOW}, **options)
         window = st.read_table(results / "modes.csv")
@@ -33,10 +43,10 @@ class HighWindow(st.TestCase):
             self.assertLessEqual(row["backward_error"], 1e-9)
             self.assertLessEqual(row["left_backward_error"], 1e-9)
             same = min(everything, key=lambda other: abs(st.eigenvalue(other) - st.eigenvalue(row)))
-            self.assertEqual(row["verdict"], same["verdict"])
+            # Error bars project on the modes of a window: beyond its ends they see no neighbours.
+            if row["frequency_hz"] - 2 * same["frequency_error_hz"] > 12000:
+                self.assertEqual(row["verdict"], same["verdict"])
             self.assertLessEqual(abs(row["condition_number"] - same["condition_number"]), 1e-5 * same["condition_number"])
-            # The bars project on the modes of the window, those of the full run on all modes.
-            self.assertGreater(row["growth_rate_error_1_per_s"] + row["frequency_error_hz"], 0)
         return (results / "log.txt").read_text()
 
     def test_mortar(self):
