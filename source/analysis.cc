@@ -23,9 +23,8 @@ namespace squeal
     std::string window_of(const Parameters::Eigenproblem &prm)
     {
       const std::string maximum = number(prm.maximum_frequency) + " Hz";
-      return prm.minimum_frequency > 0
-                 ? "from " + number(prm.minimum_frequency) + " to " + maximum
-                 : "up to " + maximum;
+      return prm.minimum_frequency > 0 ? "from " + number(prm.minimum_frequency) + " to " + maximum
+                                       : "up to " + maximum;
     }
 
     std::string cycles_header()
@@ -169,8 +168,9 @@ namespace squeal
              std::to_string(n_unstable) + " unstable (marked >), " + std::to_string(n_undecided) +
              " undecided.");
     if (prm.eigenproblem.minimum_frequency > 0)
-      log.line("The window leaves out zero frequency: nothing is said about divergence, and nothing "
-               "about flutter below it.");
+      log.line(
+          "The window leaves out zero frequency: nothing is said about divergence, and nothing "
+          "about flutter below it.");
     PhaseTimer::Scope scope(timer, "eigenproblem");
     explain_modes(model, cycle);
   }
@@ -295,8 +295,8 @@ namespace squeal
            << prm.refinement.strategy;
     }
     text << "\nEvery mode " << window_of(prm.eigenproblem) << " by the solver "
-         << prm.eigenproblem.solver << ", tolerance "
-         << prm.eigenproblem.tolerance << "\nResults go to " << directory << "\n";
+         << prm.eigenproblem.solver << ", tolerance " << prm.eigenproblem.tolerance
+         << "\nResults go to " << directory << "\n";
     constexpr double nearly_incompressible = 0.49;
     constexpr unsigned int free_of_locking = 4;
     if (prm.scene != "matrices" && prm.discretization.degree < free_of_locking)

@@ -329,7 +329,7 @@ namespace squeal
     Ritz ritz_pairs(const DenseMatrix &h, const ShiftInvert &shift_invert, const bool quadratic,
                     const SearchRegion &region, const double reach)
     {
-      const double c       = region.radius;
+      const double c          = region.radius;
       const unsigned int m    = h.n_columns;
       const DenseEigenpairs e = general_eigen(with_rows(h, m));
       Ritz result;
@@ -413,7 +413,7 @@ namespace squeal
       const unsigned int m = arnoldi.n_columns();
       if (m < next_check && arnoldi.n_new() > 0)
         continue;
-      next_check = m + 2 * options.block_size;
+      next_check      = m + 2 * options.block_size;
       const Ritz ritz = ritz_pairs(arnoldi.hessenberg(), shift_invert, quadratic, options.region,
                                    std::max(1.05, options.reach));
       unsigned int n_inside = 0, n_converged = 0;

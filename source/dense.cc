@@ -93,18 +93,17 @@ namespace squeal
     return eigenvalues;
   }
 
-  DenseEigenpairs general_eigen(DenseMatrix a, const bool with_left)
+  DenseEigenpairs general_eigen(DenseMatrix a)
   {
     const PetscBLASInt n = a.n_rows;
-    DenseEigenpairs result{std::vector<double>(n), std::vector<double>(n), DenseMatrix(n, n),
-                           with_left ? DenseMatrix(n, n) : DenseMatrix()};
+    DenseEigenpairs result{std::vector<double>(n), std::vector<double>(n), DenseMatrix(n, n)};
     PetscBLASInt info = 0, n_work = -1;
     double best_size = 0;
     for (int pass = 0; n > 0 && pass < 2; ++pass)
     {
       std::vector<double> work(pass == 0 ? 1 : n_work);
-      LAPACKgeev_(with_left ? "V" : "N", "V", &n, a.values.data(), &n, result.re.data(),
-                  result.im.data(), with_left ? result.left.values.data() : nullptr, &n, result.vectors.values.data(), &n, pass == 0 ? &best_size : work.data(),
+      LAPACKgeev_("N", "V", &n, a.values.data(), &n, result.re.data(), result.im.data(), nullptr,
+                  &n, result.vectors.values.data(), &n, pass == 0 ? &best_size : work.data(),
                   &n_work, &info);
       if (info != 0)
         throw SolverError("LAPACK dgeev did not converge (info " + std::to_string(info) + ").");
@@ -170,74 +169,11 @@ namespace squeal
             x[i] = {e.vectors(i, j), complex_pair ? e.vectors(i, j + 1) : 0.};
           for (const SquareRoot &root : upper_square_roots(-1. / theta))
           {
-            pairs.push_back({root.value, x, {}});
+            pairs.push_back({root.value, x});
             if (root.conjugate)
               for (auto &value : pairs.back().vector)
                 value = std::conj(value);
           }
-        }
-        j += complex_pair;
-      }
-      return pairs;
-    }
-
-    /// By the companion matrix; on demand with left vectors.
-    std::vector<DensePair> companion_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
-                                                const DenseMatrix &q, const double shift,
-                                                const double scale, const bool with_left)
-    {
-      const unsigned int n = m.n_rows;
-      const double s  = shift / scale;
-      DenseMatrix q_s = q, right(n, 2 * n);
-      for (std::size_t k = 0; k < q.values.size(); ++k)
-      {
-        const double m_k = scale * scale * m.values[k];
-        const double p_k = p.n_rows == 0 ? 0. : scale * p.values[k];
-        q_s.values[k] += s * p_k + s * s * m_k;
-        right.values[k]                   = -(p_k + 2 * s * m_k);
-        right.values[k + q.values.size()] = -m_k;
-      }
-      const DenseMatrix top = solve(q_s, std::move(right));
-
-      DenseMatrix companion(2 * n, 2 * n);
-      for (unsigned int j = 0; j < 2 * n; ++j)
-        for (unsigned int i = 0; i < n; ++i)
-          companion(i, j) = top(i, j);
-      for (unsigned int i = 0; i < n; ++i)
-        companion(n + i, i) = 1;
-
-      const DenseEigenpairs e = general_eigen(std::move(companion), with_left);
-      // y = Q(s)^{-T} conj(a), packed as LAPACK's vectors are; the sign of Im is taken care of below
-      const DenseMatrix y = with_left ? solve(transposed(q_s), with_rows(e.left, n)) : DenseMatrix();
-      std::vector<DensePair> pairs;
-      const double spread = std::sqrt(20 * n * std::numeric_limits<double>::epsilon());
-      double largest      = 0;
-      for (unsigned int j = 0; j < 2 * n; ++j)
-        largest = std::max(largest, std::hypot(e.re[j], e.im[j]));
-      for (unsigned int j = 0; j < 2 * n; ++j)
-      {
-        // dgeev lists the eigenvalue with positive imaginary part of each pair first.
-        const std::complex<double> theta(e.re[j], e.im[j]);
-        const bool complex_pair = e.im[j] != 0;
-        // Infinite eigenvalues are theta = 0 with M x = 0. They are double, hence rounding spreads
-        // them to the square root of rounding. A threshold there would drop the modes of a body that
-        // is almost free (the nearness of its zero to the shift makes the largest theta), M x = 0
-        // alone those of a dashpot without mass.
-        if (std::abs(theta) > 1e-9 * largest)
-        {
-          // The lower half of the companion vector is x; conj(theta) has Im l > 0 and the conjugate
-          // vector.
-          std::vector<std::complex<double>> x(n);
-          for (unsigned int i = 0; i < n; ++i)
-            x[i] = {e.vectors(n + i, j), complex_pair ? -e.vectors(n + i, j + 1) : 0.};
-          if (std::abs(theta) > spread * largest || !is_massless(m, x))
-          {
-          // The left vector of conj(theta) is conj(a), so that y = Q(s)^{-T} a.
-          std::vector<std::complex<double>> left(with_left ? n : 0);
-          for (unsigned int i = 0; i < left.size(); ++i)
-            left[i] = {y(i, j), complex_pair ? y(i, j + 1) : 0.};
-          pairs.push_back({shift + scale / std::conj(theta), x, left});
-        }
         }
         j += complex_pair;
       }
@@ -249,18 +185,58 @@ namespace squeal
                                               const DenseMatrix &q, const double shift,
                                               const double scale)
   {
-    if (m.n_rows == 0)
+    const unsigned int n = m.n_rows;
+    if (n == 0)
       return {};
     if (p.n_rows == 0 && shift == 0)
       return without_velocity_term(m, q);
-    return companion_eigenpairs(m, p, q, shift, scale, false);
-  }
 
-  std::vector<DensePair> two_sided_quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
-                                                        const DenseMatrix &q, const double shift,
-                                                        const double scale)
-  {
-    return m.n_rows == 0 ? std::vector<DensePair>()
-                         : companion_eigenpairs(m, p, q, shift, scale, true);
+    const double s  = shift / scale;
+    DenseMatrix q_s = q, right(n, 2 * n);
+    for (std::size_t k = 0; k < q.values.size(); ++k)
+    {
+      const double m_k = scale * scale * m.values[k];
+      const double p_k = p.n_rows == 0 ? 0. : scale * p.values[k];
+      q_s.values[k] += s * p_k + s * s * m_k;
+      right.values[k]                   = -(p_k + 2 * s * m_k);
+      right.values[k + q.values.size()] = -m_k;
+    }
+    const DenseMatrix top = solve(std::move(q_s), std::move(right));
+
+    DenseMatrix companion(2 * n, 2 * n);
+    for (unsigned int j = 0; j < 2 * n; ++j)
+      for (unsigned int i = 0; i < n; ++i)
+        companion(i, j) = top(i, j);
+    for (unsigned int i = 0; i < n; ++i)
+      companion(n + i, i) = 1;
+
+    const DenseEigenpairs e = general_eigen(std::move(companion));
+    std::vector<DensePair> pairs;
+    const double spread = std::sqrt(20 * n * std::numeric_limits<double>::epsilon());
+    double largest      = 0;
+    for (unsigned int j = 0; j < 2 * n; ++j)
+      largest = std::max(largest, std::hypot(e.re[j], e.im[j]));
+    for (unsigned int j = 0; j < 2 * n; ++j)
+    {
+      // dgeev lists the eigenvalue with positive imaginary part of each pair first.
+      const std::complex<double> theta(e.re[j], e.im[j]);
+      const bool complex_pair = e.im[j] != 0;
+      // Infinite eigenvalues are theta = 0 with M x = 0. They are double, hence rounding spreads
+      // them to the square root of rounding. A threshold there would drop the modes of a body that
+      // is almost free (the nearness of its zero to the shift makes the largest theta), M x = 0
+      // alone those of a dashpot without mass.
+      if (std::abs(theta) > 1e-9 * largest)
+      {
+        // The lower half of the companion vector is x; conj(theta) has Im l > 0 and the conjugate
+        // vector.
+        std::vector<std::complex<double>> x(n);
+        for (unsigned int i = 0; i < n; ++i)
+          x[i] = {e.vectors(n + i, j), complex_pair ? -e.vectors(n + i, j + 1) : 0.};
+        if (std::abs(theta) > spread * largest || !is_massless(m, x))
+          pairs.push_back({shift + scale / std::conj(theta), x});
+      }
+      j += complex_pair;
+    }
+    return pairs;
   }
 } // namespace squeal

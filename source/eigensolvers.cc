@@ -195,7 +195,7 @@ namespace squeal
         const EigensolverOptions &options;
         const Factorization &factorization;
         SearchRegion region;
-        double shift; ///< of l; in a window the shift of l^2 is region.square
+        double shift;                     ///< of l; in a window the shift of l^2 is region.square
         unsigned int n_expected, n_rigid; ///< by the inertia, in the region
 
         double radius() const
@@ -214,12 +214,12 @@ namespace squeal
       };
       struct Search
       {
-        std::vector<Complex> lambda; ///< with Im l >= 0
-        Block vectors;               ///< Re and Im
-        Pairs pairs;                 ///< those of the region, if they are converged already
-        Pairs left;                  ///< Q(l)^T y = 0 in the order of pairs, if found, too ...
+        std::vector<Complex> lambda;     ///< with Im l >= 0
+        Block vectors;                   ///< Re and Im
+        Pairs pairs;                     ///< those of the region, if they are converged already
+        Pairs left;                      ///< Q(l)^T y = 0 in the order of pairs, if found, too ...
         std::vector<double> left_errors; ///< ... and their backward errors
-        Block space;                 ///< searched, if the solver has a basis
+        Block space;                     ///< searched, if the solver has a basis
         unsigned int n_solves = 0;
       };
       virtual Search search(const Task &task, unsigned int seed) const = 0;
@@ -286,13 +286,14 @@ namespace squeal
         options.min_imaginary = task.options.min_imaginary;
         options.max_imaginary = task.options.max_imaginary;
         options.tolerance     = task.options.tolerance;
+        options.only_count    = seed > 0; // the second search confirms the number
         options.n_expected    = task.n_expected;
         options.seed          = seed;
         WindowSearch found =
             window_search(task.problem, task.factorization, options, task.options.progress);
         Search result;
-        result.lambda   = std::move(found.lambda);
-        result.n_solves = found.n_solves;
+        result.lambda      = std::move(found.lambda);
+        result.n_solves    = found.n_solves;
         result.pairs       = std::move(found.right);
         result.left        = std::move(found.left);
         result.left_errors = std::move(found.left_backward_error);
@@ -302,9 +303,8 @@ namespace squeal
       {
         if (!task.region.is_disc() && task.problem.P)
           return search_with_velocity_terms(task, seed);
-        BlockSearch found =
-            block_krylov_search(task.problem, task.shift_invert(),
-                                search_options(task, seed), task.options.progress);
+        BlockSearch found = block_krylov_search(task.problem, task.shift_invert(),
+                                                search_options(task, seed), task.options.progress);
         Search result;
         result.lambda   = found.pairs.lambda;
         result.n_solves = found.n_solves;
@@ -442,9 +442,9 @@ namespace squeal
       Modes::Seconds seconds;
 
       // At shift 0 the position matrix itself is factorised; a rigid body makes it singular.
-      const bool is_disc         = region.is_disc();
-      const unsigned int n_rigid = is_disc ? count_rigid_body_modes(problem, options) : 0,
-                         n_below = is_disc ? n_rigid : count_reference(problem, region.lower()),
+      const bool is_disc            = region.is_disc();
+      const unsigned int n_rigid    = is_disc ? count_rigid_body_modes(problem, options) : 0,
+                         n_below    = is_disc ? n_rigid : count_reference(problem, region.lower()),
                          n_expected = count_reference(problem, region.upper()) - n_below;
       const double shift            = is_disc ? shift_of(options, n_rigid > 0) : 0,
                    square           = is_disc ? shift * shift : region.square;

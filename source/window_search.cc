@@ -63,61 +63,77 @@ namespace squeal
       std::vector<std::vector<Complex>> coefficients;
     };
 
-    /// The right or the left half of the two-sided search: an orthonormal basis and its images.
+    /// The search for right vectors or, with the adjoint problem, for left ones: an orthonormal
+    /// basis, its images and test vectors.
     class Side
     {
     public:
-      Side(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert)
-          : shift_invert(shift_invert), problem(problem), basis{Block(problem.rows, 0),
-                                                                Block(problem.rows, 0),
-                                                                Block(problem.rows, 0),
-                                                                Block(problem.rows, 0)}
+      Side(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+           const WindowSearchOptions &options)
+          : shift_invert(shift_invert), problem(problem),
+            options(options), basis{Block(problem.rows, 0), Block(problem.rows, 0),
+                                    Block(problem.rows, 0), Block(problem.rows, 0)},
+            tests(problem.rows, 0)
       {
       }
 
-      /// F^{-1} M x.
-      void start(const Block &x);
+      /// Enlarges the basis from F^{-1} M x on until the corrections of all pairs of the region are
+      /// short enough, of the wanted ones |t| <= @p wanted_bound |x|.
+      void run(const Block &x, double wanted_bound, double slack,
+               const std::function<void(const std::string &)> &progress);
 
-      Corrections correct(const RitzPairs &ritz);
+      /// More steps, with smaller bounds.
+      void improve(double wanted_bound, const std::function<void(const std::string &)> &progress);
 
-      /// Adds what is new in the corrections of the given numbers.
-      void expand(const Corrections &corrections, const std::vector<unsigned int> &numbers);
+      /// All eigenvalues of the region.
+      std::vector<Complex> eigenvalues() const;
+      /// The corrected wanted vectors x + t, with their contact pressures.
+      Pairs wanted_pairs();
 
-      /// The corrected vectors x + t, with their contact pressures.
-      Pairs vectors(const RitzPairs &ritz);
-
-      const ShiftInvert shift_invert;
-
-      const Images &images() const
-      {
-        return basis;
-      }
-      unsigned int n_columns() const
-      {
-        return basis.y.n_columns();
-      }
       unsigned int n_solves() const
       {
         return solves;
       }
 
     private:
+      /// The Ritz pairs of the region and a little further.
+      void find_ritz_pairs();
+      /// Those that need a correction. Of modes that are not wanted only the place must be known:
+      /// once their corrections were small, they rest until they move.
+      std::vector<unsigned int> moving_pairs() const;
+      bool is_wanted(const Complex &l) const
+      {
+        return options.region.contains(l) && l.imag() >= options.min_imaginary * (1 - slack) &&
+               l.imag() <= options.max_imaginary * (1 + slack);
+      }
+      /// How short a correction must be; what is a little outside of the region must not be on its
+      /// way in.
+      double bound(const Complex &l) const
+      {
+        return is_wanted(l) ? wanted_bound : options.region.contains(l) ? 1e-2 : 3e-2;
+      }
+      Corrections correct(const RitzPairs &ritz);
+      /// Adds what is new in the corrections of the given numbers.
+      void expand(const Corrections &corrections, const std::vector<unsigned int> &numbers);
       void expand(Block y, Block g);
       /// F (x + t) = -((l^2 - s) M + l P) x.
       Block sources(const RitzPairs &ritz) const;
+      unsigned int n_columns() const
+      {
+        return basis.y.n_columns();
+      }
 
+      const ShiftInvert shift_invert;
       const QuadraticEigenproblem &problem;
+      const WindowSearchOptions &options;
       Images basis;
-      unsigned int solves = 0;
+      Block tests;         ///< Z = F^{-T} M U
+      DenseMatrix m, p, f; ///< Z^T M U, Z^T P U, Z^T F U
+      RitzPairs ritz;
+      std::vector<Complex> at_rest;
+      double wanted_bound = 0, slack = 0;
+      unsigned int solves = 0, step = 0;
     };
-
-    void Side::start(const Block &x)
-    {
-      Block g = multiply(problem.M, x);
-      Block y = shift_invert.solve(g);
-      solves += g.n_columns();
-      expand(std::move(y), std::move(g));
-    }
 
     RitzPairs select(const RitzPairs &ritz, const std::vector<unsigned int> &numbers)
     {
@@ -149,10 +165,10 @@ namespace squeal
     Block Side::sources(const RitzPairs &ritz) const
     {
       const unsigned int n = n_columns(), n_all = 2 * ritz.lambda.size();
-      Block result = combine(basis.m,
-                             real_columns(ritz, n, [&](const Complex &l)
-                                          { return shift_invert.square - l * l; }),
-                             n_all);
+      Block result = combine(
+          basis.m,
+          real_columns(ritz, n, [&](const Complex &l) { return shift_invert.square - l * l; }),
+          n_all);
       subtract_combination(result, basis.p,
                            real_columns(ritz, n, [](const Complex &l) { return l; }));
       return result;
@@ -189,9 +205,9 @@ namespace squeal
         const bool keeps_both = short_one > much_shorter * much_shorter * long_one;
         first.push_back(first.back() + (keeps_both ? 2 : 1));
         coefficients.resize(std::size_t(2 * n_pairs) * first.back());
-        const auto column         = coefficients.begin() + std::size_t(2 * n_pairs) * first[j];
-        column[2 * j]             = std::cos(angle);
-        column[2 * j + 1]         = -std::sin(angle);
+        const auto column = coefficients.begin() + std::size_t(2 * n_pairs) * first[j];
+        column[2 * j]     = std::cos(angle);
+        column[2 * j + 1] = -std::sin(angle);
         if (keeps_both)
         {
           column[2 * n_pairs + 2 * j]     = std::sin(angle);
@@ -225,19 +241,6 @@ namespace squeal
         result.sizes.push_back(std::sqrt(t_square / square));
       }
       return result;
-    }
-
-    Pairs Side::vectors(const RitzPairs &ritz)
-    {
-      const Block y = shift_invert.solve(sources(ritz));
-      solves += y.n_columns();
-      Pairs pairs{ritz.lambda, Block(problem.rows, 0), Block(problem.rows, 0)};
-      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
-      {
-        pairs.re.append(y.columns(2 * j, 1));
-        pairs.im.append(y.columns(2 * j + 1, 1));
-      }
-      return pairs;
     }
 
     void Side::expand(const Corrections &corrections, const std::vector<unsigned int> &numbers)
@@ -295,7 +298,10 @@ namespace squeal
               coefficients.push_back(vectors(i, k) / (length[i] * std::sqrt(squares[k])));
         combine_both(coefficients, coefficients.size() / n);
       }
-      basis.m.append(multiply(problem.M, y));
+      const Block m_y = multiply(problem.M, y);
+      tests.append(shift_invert.solve_transposed(m_y));
+      solves += m_y.n_columns();
+      basis.m.append(m_y);
       basis.p.append(multiply(problem.P, y));
       basis.y.append(y);
       basis.g.append(g);
@@ -320,54 +326,122 @@ namespace squeal
       form = std::move(all);
     }
 
-    /// The two-sided search.
-    class TwoSided
+    void Side::find_ritz_pairs()
     {
-    public:
-      TwoSided(const QuadraticEigenproblem &problem, const Factorization &factorization,
-               const WindowSearchOptions &options,
-               const std::function<void(const std::string &)> &progress)
-          : problem(problem), adjoint(adjoint_of(problem)), options(options), progress(progress),
-            right(problem, ShiftInvert::of_square(factorization, options.region.square)),
-            left(adjoint, ShiftInvert::of_square(factorization, options.region.square, true))
-      {
-      }
-      WindowSearch run();
+      const unsigned int n = n_columns();
+      grow(m, tests, basis.m, n);
+      grow(p, tests, basis.p, n);
+      grow(f, tests, basis.g, n);
+      DenseMatrix q = f;
+      for (std::size_t k = 0; k < q.values.size(); ++k)
+        q.values[k] -= options.region.square * m.values[k];
+      ritz = {};
+      for (DensePair &pair : quadratic_eigenpairs(m, p, q, 0, std::sqrt(-options.region.square)))
+        if (pair.lambda.imag() > 0 && options.region.distance(pair.lambda) <= 1.05)
+        {
+          ritz.lambda.push_back(pair.lambda);
+          ritz.coefficients.push_back(std::move(pair.vector));
+        }
+    }
 
-    private:
-      void start();
-      /// The Ritz pairs of the region and a little further, right and left.
-      void find_ritz_pairs();
-      /// Those that need a correction. Of modes that are not wanted only the place must be known:
-      /// once their corrections were small, they rest until they move.
-      std::vector<unsigned int> moving_pairs() const;
-      bool is_wanted(const Complex &l) const
+    std::vector<unsigned int> Side::moving_pairs() const
+    {
+      constexpr double at_the_same_place = 1e-3;
+      std::vector<unsigned int> numbers;
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
       {
-        return options.region.contains(l) && l.imag() >= options.min_imaginary &&
-               l.imag() <= options.max_imaginary;
+        const Complex l = ritz.lambda[j];
+        const bool rests =
+            std::any_of(at_rest.begin(), at_rest.end(),
+                        [&](const Complex &other)
+                        { return std::abs(l - other) <= at_the_same_place * std::abs(l); });
+        if (is_wanted(l) || !rests)
+          numbers.push_back(j);
       }
-      /// How short a correction must be. Eigenvalues are right to its square; what is a little
-      /// outside of the region must not be on its way in.
-      double bound(const Complex &l) const
+      return numbers;
+    }
+
+    std::vector<Complex> Side::eigenvalues() const
+    {
+      std::vector<Complex> result;
+      for (const Complex &l : ritz.lambda)
+        if (options.region.contains(l))
+          result.push_back(l);
+      return result;
+    }
+
+    Pairs Side::wanted_pairs()
+    {
+      std::vector<unsigned int> wanted;
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+        if (is_wanted(ritz.lambda[j]))
+          wanted.push_back(j);
+      const RitzPairs chosen = select(ritz, wanted);
+      const Block y          = shift_invert.solve(sources(chosen));
+      solves += y.n_columns();
+      Pairs pairs{chosen.lambda, Block(problem.rows, 0), Block(problem.rows, 0)};
+      for (unsigned int j = 0; j < wanted.size(); ++j)
       {
-        return is_wanted(l) ? step_bound : options.region.contains(l) ? 1e-2 : 3e-2;
+        pairs.re.append(y.columns(2 * j, 1));
+        pairs.im.append(y.columns(2 * j + 1, 1));
       }
-      /// The wanted pairs with their vectors; false if a backward error is too large.
-      bool finish(WindowSearch &result);
+      return pairs;
+    }
 
-      const QuadraticEigenproblem &problem;
-      const QuadraticEigenproblem adjoint;
-      const WindowSearchOptions &options;
-      const std::function<void(const std::string &)> &progress;
-      Side right, left;
-      DenseMatrix m, p, f; ///< Z^T M U, Z^T P U, Z^T F U
-      RitzPairs of_right, of_left;
-      std::vector<Complex> at_rest;
-      double step_bound     = 1e-6;
-      unsigned int n_solves = 0;
-    };
+    void Side::run(const Block &x, const double bound, const double window_slack,
+                   const std::function<void(const std::string &)> &progress)
+    {
+      slack   = window_slack;
+      Block g = multiply(problem.M, x);
+      Block y = shift_invert.solve(g);
+      solves += g.n_columns();
+      expand(std::move(y), std::move(g));
+      improve(bound, progress);
+    }
 
-    void TwoSided::start()
+    void Side::improve(const double new_bound,
+                       const std::function<void(const std::string &)> &progress)
+    {
+      wanted_bound                     = new_bound;
+      constexpr unsigned int max_steps = 25;
+      double worst                     = 0;
+      for (; step < max_steps; ++step)
+      {
+        find_ritz_pairs();
+        const RitzPairs moving        = select(ritz, moving_pairs());
+        const Corrections corrections = correct(moving);
+        std::vector<unsigned int> open;
+        worst = 0;
+        for (unsigned int j = 0; j < moving.lambda.size(); ++j)
+        {
+          const Complex l = moving.lambda[j];
+          worst           = std::max(worst, corrections.sizes[j] / bound(l));
+          if (!(corrections.sizes[j] <= bound(l)))
+            open.push_back(j);
+          else if (!is_wanted(l))
+            at_rest.push_back(l);
+        }
+        progress("  window: " + std::to_string(ritz.lambda.size() - open.size()) + " of " +
+                 std::to_string(ritz.lambda.size()) + " eigenvalues converged, subspace of " +
+                 std::to_string(n_columns()));
+        if (open.empty())
+          return;
+        expand(corrections, open);
+      }
+      std::ostringstream message;
+      message
+          << "The modes of the window did not converge in " << max_steps
+          << " steps: the largest correction is " << worst
+          << " times what is allowed. Try a narrower window (Eigenproblem/Minimum frequency), a "
+             "larger Eigenproblem/Tolerance, or Eigenproblem/Solver = krylov.";
+      throw SolverError(message.str());
+    }
+
+    /// The eigenvectors without velocity terms, orthonormalised, and the right-hand sides solved.
+    Block start_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                        const WindowSearchOptions &options,
+                        const std::function<void(const std::string &)> &progress,
+                        unsigned int &n_solves)
     {
       BlockSearchOptions krylov;
       krylov.region        = options.region;
@@ -376,133 +450,71 @@ namespace squeal
       krylov.n_expected    = options.n_expected;
       krylov.seed          = options.seed;
       krylov.reach         = 2; // neighbours of the region, to which P couples
-      BlockSearch found = block_krylov_search(without_velocity_terms(problem), right.shift_invert,
-                                              krylov, progress);
-      n_solves          = found.n_solves;
-      Block x           = std::move(found.pairs.re);
+      BlockSearch found =
+          block_krylov_search(without_velocity_terms(problem), shift_invert, krylov, progress);
+      n_solves += found.n_solves;
+      Block x = std::move(found.pairs.re);
       x.append(found.pairs.im); // zero for a real vector
       if (!problem.compliant)
         clear_pressures(problem.n_local_constraints, x);
-      x = orthonormalize(std::move(x));
-      right.start(x);
-      left.start(x);
-    }
-
-    void TwoSided::find_ritz_pairs()
-    {
-      const unsigned int n = std::min(right.n_columns(), left.n_columns());
-      grow(m, left.images().y, right.images().m, n);
-      grow(p, left.images().y, right.images().p, n);
-      grow(f, left.images().y, right.images().g, n);
-      DenseMatrix q = f;
-      for (std::size_t k = 0; k < q.values.size(); ++k)
-        q.values[k] -= options.region.square * m.values[k];
-      of_right = of_left = {};
-      for (DensePair &pair :
-           two_sided_quadratic_eigenpairs(m, p, q, 0, std::sqrt(-options.region.square)))
-        if (pair.lambda.imag() > 0 && options.region.distance(pair.lambda) <= 1.05)
-        {
-          of_right.lambda.push_back(pair.lambda);
-          of_left.lambda.push_back(pair.lambda);
-          of_right.coefficients.push_back(std::move(pair.vector));
-          of_left.coefficients.push_back(std::move(pair.left));
-        }
-    }
-
-    std::vector<unsigned int> TwoSided::moving_pairs() const
-    {
-      constexpr double at_the_same_place = 1e-3;
-      std::vector<unsigned int> numbers;
-      for (unsigned int j = 0; j < of_right.lambda.size(); ++j)
-      {
-        const Complex l = of_right.lambda[j];
-        const bool rests =
-            std::any_of(at_rest.begin(), at_rest.end(), [&](const Complex &other)
-                        { return std::abs(l - other) <= at_the_same_place * std::abs(l); });
-        if (is_wanted(l) || !rests)
-          numbers.push_back(j);
-      }
-      return numbers;
-    }
-
-    bool TwoSided::finish(WindowSearch &result)
-    {
-      result.lambda.clear();
-      std::vector<unsigned int> wanted;
-      for (unsigned int j = 0; j < of_right.lambda.size(); ++j)
-      {
-        if (options.region.contains(of_right.lambda[j]))
-          result.lambda.push_back(of_right.lambda[j]);
-        if (is_wanted(of_right.lambda[j]))
-          wanted.push_back(j);
-      }
-      result.right          = right.vectors(select(of_right, wanted));
-      result.left           = left.vectors(select(of_left, wanted));
-      result.backward_error = BackwardError(problem)(result.right.lambda, result.right.re,
-                                                     result.right.im)
-                                  .errors;
-      result.left_backward_error =
-          BackwardError(adjoint)(result.left.lambda, result.left.re, result.left.im).errors;
-      result.n_solves   = n_solves + right.n_solves() + left.n_solves();
-      const auto passes = [&](const double error) { return error <= options.tolerance; };
-      return std::all_of(result.backward_error.begin(), result.backward_error.end(), passes) &&
-             std::all_of(result.left_backward_error.begin(), result.left_backward_error.end(),
-                         passes);
-    }
-
-    WindowSearch TwoSided::run()
-    {
-      start();
-      constexpr unsigned int max_steps = 25;
-      double worst                     = 0;
-      for (unsigned int step = 0; step < max_steps; ++step)
-      {
-        find_ritz_pairs();
-        const std::vector<unsigned int> moving = moving_pairs();
-        const RitzPairs of_x = select(of_right, moving), of_y = select(of_left, moving);
-        const Corrections right_steps = right.correct(of_x), left_steps = left.correct(of_y);
-        std::vector<unsigned int> open;
-        worst = 0;
-        for (unsigned int j = 0; j < moving.size(); ++j)
-        {
-          const Complex l    = of_x.lambda[j];
-          const double limit = bound(l),
-                       size  = std::max(right_steps.sizes[j], left_steps.sizes[j]);
-          worst              = std::max(worst, size / limit);
-          if (!(size <= limit))
-            open.push_back(j);
-          else if (!is_wanted(l))
-            at_rest.push_back(l);
-        }
-        progress("  window: " + std::to_string(of_right.lambda.size() - open.size()) + " of " +
-                 std::to_string(of_right.lambda.size()) + " eigenvalues converged, subspace of " +
-                 std::to_string(m.n_rows));
-        WindowSearch result;
-        if (open.empty() && finish(result))
-          return result;
-        if (open.empty())
-        {
-          step_bound /= 10;
-          open.resize(moving.size());
-          std::iota(open.begin(), open.end(), 0u);
-        }
-        right.expand(right_steps, open);
-        left.expand(left_steps, open);
-      }
-      std::ostringstream message;
-      message << "The modes of the window did not converge in " << max_steps
-              << " steps: the largest correction is " << worst
-              << " times what is allowed. Try a narrower window (Eigenproblem/Minimum frequency), a "
-                 "larger Eigenproblem/Tolerance, or Eigenproblem/Solver = krylov.";
-      throw SolverError(message.str());
+      return orthonormalize(std::move(x));
     }
   } // namespace
 
   WindowSearch window_search(const QuadraticEigenproblem &problem,
-                             const Factorization &factorization,
-                             const WindowSearchOptions &options,
+                             const Factorization &factorization, const WindowSearchOptions &options,
                              const std::function<void(const std::string &)> &progress)
   {
-    return TwoSided(problem, factorization, options, progress).run();
+    const QuadraticEigenproblem adjoint = adjoint_of(problem);
+    const double square                 = options.region.square;
+    Side right(problem, ShiftInvert::of_square(factorization, square), options),
+        left(adjoint, ShiftInvert::of_square(factorization, square, true), options);
+    WindowSearch result;
+    const Block x = start_vectors(problem, ShiftInvert::of_square(factorization, square), options,
+                                  progress, result.n_solves);
+    // Left vectors may be less accurate: their eigenvalues are known. At the window's ends these
+    // need not be on the same side.
+    constexpr double right_bound = 1e-8, left_bound = 1e-6, left_slack = 1e-4;
+    double bound = right_bound;
+    right.run(x, options.only_count ? 1e-2 : bound, 0, progress);
+    if (options.only_count)
+    {
+      result.lambda = right.eigenvalues();
+      result.n_solves += right.n_solves();
+      return result;
+    }
+    left.run(x, left_bound, left_slack, progress);
+    const auto errors_of = [](const QuadraticEigenproblem &p, const Pairs &pairs)
+    { return BackwardError(p)(pairs.lambda, pairs.re, pairs.im).errors; };
+    const auto is_accurate = [&](const std::vector<double> &errors)
+    {
+      return std::all_of(errors.begin(), errors.end(),
+                         [&](const double error) { return error <= options.tolerance; });
+    };
+    for (;; bound /= 10)
+    {
+      result.lambda         = right.eigenvalues();
+      result.right          = right.wanted_pairs();
+      result.backward_error = errors_of(problem, result.right);
+      if (is_accurate(result.backward_error))
+        break;
+      right.improve(bound / 10, progress);
+    }
+    for (bound = left_bound;; bound /= 10)
+    {
+      const Pairs found = left.wanted_pairs();
+      if (found.lambda.size() < result.right.lambda.size())
+        throw SolverError("The transposed problem has " + std::to_string(found.lambda.size()) +
+                          " eigenvalues in the window where the problem has " +
+                          std::to_string(result.right.lambda.size()) +
+                          ": left vectors are missing. Try Eigenproblem/Solver = krylov.");
+      result.left = squeal::select(found, nearest_partners(result.right.lambda, found.lambda));
+      result.left_backward_error = errors_of(adjoint, result.left);
+      if (is_accurate(result.left_backward_error))
+        break;
+      left.improve(bound / 10, progress);
+    }
+    result.n_solves += right.n_solves() + left.n_solves();
+    return result;
   }
 } // namespace squeal

@@ -15,10 +15,10 @@ namespace squeal
 
   struct BlockSearchOptions
   {
-    SearchRegion region;          ///< every eigenvalue of it is looked for
-    double max_imaginary    = 0;  ///< those with Im l <= max_imaginary to the tolerance ...
+    SearchRegion region;             ///< every eigenvalue of it is looked for
+    double max_imaginary    = 0;     ///< those with Im l <= max_imaginary to the tolerance ...
     double tolerance        = 1e-11; ///< ... a relative residual of S, others to its root
-    unsigned int n_expected = 0; ///< pairs of the region, as far as known: when to look first
+    unsigned int n_expected = 0;     ///< pairs of the region, as far as known: when to look first
     unsigned int seed       = 0;
     double reach = 1; ///< return pairs up to this distance(), those beyond the rim as they are
 

@@ -58,11 +58,10 @@ namespace squeal
   {
     std::vector<double> re, im;
     DenseMatrix vectors; ///< LAPACK's packing: a complex pair as two columns, Re and Im
-    DenseMatrix left;    ///< u^H A = theta u^H, packed likewise; on demand
   };
 
   /// LAPACK dgeev; of each complex pair the eigenvalue with positive imaginary part comes first.
-  DenseEigenpairs general_eigen(DenseMatrix a, bool with_left = false);
+  DenseEigenpairs general_eigen(DenseMatrix a);
 
   /// The roots l with Im l >= 0 that come with an eigenvalue l^2 and, if it is complex, with its
   /// conjugate: of the four +-l, +-conj(l) two. The vector of the second is the conjugate one then.
@@ -78,7 +77,6 @@ namespace squeal
   {
     std::complex<double> lambda;
     std::vector<std::complex<double>> vector;
-    std::vector<std::complex<double>> left; ///< (l^2 M + l P + Q)^T y = 0; on demand
   };
 
   /// All finite eigenpairs with Im l >= 0 of (l^2 M + l P + Q) x = 0, shift-inverted at the real @p
@@ -92,10 +90,4 @@ namespace squeal
   /// are left out. LAPACK dgeev. Throws SolverError.
   std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
                                               const DenseMatrix &q, double shift, double scale);
-
-  /// The same, always by the companion matrix, with left vectors. If (a, b) is a left vector of
-  /// that, u^H C = theta u^H, then y = Q(s)^{-T} conj(a).
-  std::vector<DensePair> two_sided_quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
-                                                        const DenseMatrix &q, double shift,
-                                                        double scale);
 } // namespace squeal

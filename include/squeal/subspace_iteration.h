@@ -86,8 +86,8 @@ namespace squeal
     double norm_m, norm_p, norm_q;
   };
 
-  /// Solves with a factorisation of F = Q(s) at a real shift s, or of F = Q + t M, a shift of l^2 by
-  /// t in which the velocity terms are left out (t = -w^2 reaches modes near i w in real
+  /// Solves with a factorisation of F = Q(s) at a real shift s, or of F = Q + t M, a shift of l^2
+  /// by t in which the velocity terms are left out (t = -w^2 reaches modes near i w in real
   /// arithmetic); or of its transpose for the adjoint problem. In both cases
   ///     Q(l) = F + (l^2 - square) M + (l - shift) P.
   class ShiftInvert
