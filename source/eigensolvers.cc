@@ -33,7 +33,7 @@ namespace squeal
     }
 
     /// A window whose lower end is below this part of its upper one is cut out of all modes below.
-    constexpr double far_from_zero = 0.5;
+    constexpr double far_from_zero = 0.75;
 
     bool is_far_from_zero(const EigensolverOptions &options)
     {

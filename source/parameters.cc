@@ -317,7 +317,7 @@ namespace squeal
                         positive());
       prm.add_parameter("Minimum frequency", minimum_frequency,
                         "0, or the lower end of the window: only modes from this frequency up to "
-                        "Maximum frequency are wanted, Hz. A window far from zero, from half of "
+                        "Maximum frequency are wanted, Hz. A window far from zero, from 3/4 of "
                         "Maximum frequency on, does not pay for the modes below it (solver "
                         "block_krylov). It says nothing about divergence. Not in sweeps.",
                         Patterns::Double(0));
