@@ -19,6 +19,14 @@ namespace squeal
     const std::vector<std::string> phase_names = {"mesh",         "assembly", "contact", "static",
                                                   "eigenproblem", "estimate", "output"};
 
+    /// The window of frequencies, as "up to 6000 Hz" or "from 10000 to 12000 Hz".
+    std::string window_of(const Parameters::Eigenproblem &prm)
+    {
+      const std::string maximum = number(prm.maximum_frequency) + " Hz";
+      return prm.minimum_frequency > 0 ? "from " + number(prm.minimum_frequency) + " to " + maximum
+                                       : "up to " + maximum;
+    }
+
     std::string cycles_header()
     {
       std::string header = "cycle,cells,dofs,multipliers";
@@ -61,6 +69,7 @@ namespace squeal
   {
     EigensolverOptions options;
     options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
+    options.min_imaginary = 2 * M_PI * prm.eigenproblem.minimum_frequency;
     options.tolerance     = prm.eigenproblem.tolerance;
     options.shift         = prm.eigenproblem.shift;
     options.progress      = [this](const std::string &text) { log.progress(text); };
@@ -154,9 +163,13 @@ namespace squeal
         [](const ModeRow &row) { return row.verdict == "flutter" || row.verdict == "divergence"; });
     const unsigned int n_undecided = std::count_if(
         rows.begin(), rows.end(), [](const ModeRow &row) { return row.verdict == "undecided"; });
-    log.line("\n" + std::to_string(rows.size()) + " modes up to " +
-             number(prm.eigenproblem.maximum_frequency) + " Hz, " + std::to_string(n_unstable) +
-             " unstable (marked >), " + std::to_string(n_undecided) + " undecided.");
+    log.line("\n" + std::to_string(rows.size()) + " modes " + window_of(prm.eigenproblem) + ", " +
+             std::to_string(n_unstable) + " unstable (marked >), " + std::to_string(n_undecided) +
+             " undecided.");
+    if (prm.eigenproblem.minimum_frequency > 0)
+      log.line(
+          "The window leaves out zero frequency: nothing is said about divergence, and nothing "
+          "about flutter below it.");
     PhaseTimer::Scope scope(timer, "eigenproblem");
     explain_modes(model, cycle);
   }
@@ -283,9 +296,8 @@ namespace squeal
            << prm.refinement.strategy;
     }
     if (prm.eigenproblem.is_solved())
-      text << "\nEvery mode up to " << number(prm.eigenproblem.maximum_frequency)
-           << " Hz by the solver " << prm.eigenproblem.solver << ", tolerance "
-           << prm.eigenproblem.tolerance;
+      text << "\nEvery mode " << window_of(prm.eigenproblem) << " by the solver "
+           << prm.eigenproblem.solver << ", tolerance " << prm.eigenproblem.tolerance;
     else
       text << "\nThe static equilibrium only, linear solver "
            << prm.static_equilibrium.linear_solver;

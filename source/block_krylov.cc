@@ -318,7 +318,7 @@ namespace squeal
       return result;
     }
 
-    /// The Ritz pairs inside the radius.
+    /// The Ritz pairs up to a distance.
     struct Ritz
     {
       std::vector<Complex> lambda;
@@ -326,9 +326,10 @@ namespace squeal
       DenseMatrix re, im;           ///< in V
     };
 
-    Ritz ritz_pairs(const DenseMatrix &h, const double shift, const double c, const bool quadratic,
-                    const double radius)
+    Ritz ritz_pairs(const DenseMatrix &h, const ShiftInvert &shift_invert, const bool quadratic,
+                    const SearchRegion &region, const double reach)
     {
+      const double c          = region.radius;
       const unsigned int m    = h.n_columns;
       const DenseEigenpairs e = general_eigen(with_rows(h, m));
       Ritz result;
@@ -351,7 +352,7 @@ namespace squeal
         }
         const auto add = [&](const Complex lambda, const double sign)
         {
-          if (std::abs(lambda) > radius)
+          if (region.distance(lambda) > reach)
             return;
           result.lambda.push_back(lambda);
           result.residual.push_back(std::sqrt(square) / std::abs(theta));
@@ -364,9 +365,9 @@ namespace squeal
         if (std::abs(theta) > 0)
         {
           if (quadratic)
-            add(shift + c / std::conj(theta), -1); // conj(theta): Im l >= 0
+            add(shift_invert.shift + c / std::conj(theta), -1); // conj(theta): Im l >= 0
           else
-            for (const SquareRoot &root : upper_square_roots(shift * shift - c * c / theta))
+            for (const SquareRoot &root : upper_square_roots(shift_invert.square - c * c / theta))
               add(root.value, root.conjugate ? -1 : 1);
         }
         j += complex_pair;
@@ -374,12 +375,12 @@ namespace squeal
       return result;
     }
 
-    Pairs select_pairs(const Arnoldi &arnoldi, const Ritz &ritz, const double radius)
+    Pairs select_pairs(const Arnoldi &arnoldi, const Ritz &ritz, const BlockSearchOptions &options)
     {
       Pairs pairs;
       DenseMatrix re(ritz.re.n_rows, 0), im(ritz.im.n_rows, 0);
       for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
-        if (std::abs(ritz.lambda[j]) <= radius)
+        if (options.region.distance(ritz.lambda[j]) <= options.reach)
         {
           pairs.lambda.push_back(ritz.lambda[j]);
           append(re, columns_of(ritz.re, j, 1));
@@ -397,8 +398,7 @@ namespace squeal
                                   const std::function<void(const std::string &)> &progress)
   {
     const bool quadratic = bool(problem.P);
-    const double c       = options.radius;
-    Arnoldi arnoldi(problem, shift_invert, c,
+    Arnoldi arnoldi(problem, shift_invert, options.region.radius,
                     std::min(options.block_size, n_free_displacements(problem)), options.seed);
     BlockSearch result;
     const unsigned int per_mode = quadratic ? 2 : 1;
@@ -413,16 +413,19 @@ namespace squeal
       const unsigned int m = arnoldi.n_columns();
       if (m < next_check && arnoldi.n_new() > 0)
         continue;
-      next_check = m + 2 * options.block_size;
-      const Ritz ritz =
-          ritz_pairs(arnoldi.hessenberg(), shift_invert.shift, c, quadratic, 1.05 * options.radius);
+      next_check      = m + 2 * options.block_size;
+      const Ritz ritz = ritz_pairs(arnoldi.hessenberg(), shift_invert, quadratic, options.region,
+                                   std::max(1.05, options.reach));
       unsigned int n_inside = 0, n_converged = 0;
       bool done = true;
       for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
       {
         // In the window to the tolerance, in the rest of the disc to its root, and a little
         // further nothing may be on its way in.
-        const bool inside  = std::abs(ritz.lambda[j]) <= options.radius;
+        const double distance = options.region.distance(ritz.lambda[j]);
+        if (distance > 1.05)
+          continue;
+        const bool inside  = distance <= 1;
         const double bound = ritz.lambda[j].imag() <= options.max_imaginary
                                  ? options.tolerance
                                  : std::sqrt(options.tolerance);
@@ -439,7 +442,7 @@ namespace squeal
       if ((done && (n_inside >= options.n_expected || 2 * m >= 3 * done_since)) ||
           arnoldi.n_new() == 0)
       {
-        result.pairs = select_pairs(arnoldi, ritz, options.radius);
+        result.pairs = select_pairs(arnoldi, ritz, options);
         break;
       }
       if (m >= largest)

@@ -2,11 +2,13 @@
 #include <squeal/eigensolvers.h>
 #include <squeal/left_vectors.h>
 #include <squeal/pep_search.h>
+#include <squeal/window_search.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <ctime>
+#include <map>
 #include <optional>
 #include <sstream>
 
@@ -28,6 +30,27 @@ namespace squeal
     double shift_of(const EigensolverOptions &options, const bool moves_rigidly)
     {
       return options.max_imaginary * (options.shift > 0 ? options.shift : moves_rigidly ? 0.1 : 0.);
+    }
+
+    /// A window whose lower end is below this part of its upper one is cut out of all modes below.
+    constexpr double far_from_zero = 0.75;
+
+    bool is_far_from_zero(const EigensolverOptions &options)
+    {
+      return options.min_imaginary >= far_from_zero * options.max_imaginary;
+    }
+
+    /// The window and a margin at both ends, of which modes are moved across the ends by friction
+    /// and damping.
+    SearchRegion region_around(const EigensolverOptions &options, const double widening)
+    {
+      const double margin = 1 + 0.05 * widening;
+      return SearchRegion::between(options.min_imaginary / margin, options.max_imaginary * margin);
+    }
+
+    bool is_wanted(const EigensolverOptions &options, const Complex &l)
+    {
+      return l.imag() >= options.min_imaginary && l.imag() <= options.max_imaginary;
     }
 
     /// x := f x for every column of a complex block.
@@ -123,7 +146,7 @@ namespace squeal
       for (unsigned int j = 0; j < modes.lambda.size(); ++j)
         if (std::abs(modes.lambda[j]) <= rigid_body_limit(options.max_imaginary))
           ++n_zero;
-        else if (modes.lambda[j].imag() <= options.max_imaginary &&
+        else if (is_wanted(options, modes.lambda[j]) &&
                  (modes.lambda[j].imag() > 0 || modes.lambda[j].real() > 0))
           order.push_back(j); // real eigenvalues only if they diverge
       std::sort(order.begin(), order.end(),
@@ -162,29 +185,41 @@ namespace squeal
                   const EigensolverOptions &options) const override;
 
     protected:
-      /// The number of reference modes in the disc, counted again only if the reference problem is
-      /// another one: the products with a fixed vector tell.
-      unsigned int count_reference(const QuadraticEigenproblem &problem, double radius) const;
+      /// The number of reference modes below a frequency, counted again only if the reference
+      /// problem is another one: the products with a fixed vector tell.
+      unsigned int count_reference(const QuadraticEigenproblem &problem, double omega) const;
 
       struct Task
       {
         const QuadraticEigenproblem &problem;
         const EigensolverOptions &options;
         const Factorization &factorization;
-        double shift, radius;
-        unsigned int n_expected, n_rigid; ///< by the inertia, in the disc
+        SearchRegion region;
+        double shift;                     ///< of l; in a window the shift of l^2 is region.square
+        unsigned int n_expected, n_rigid; ///< by the inertia, in the region
 
-        bool in_disc(const Complex &l) const
+        double radius() const
         {
-          return std::abs(l) <= radius && std::abs(l) > rigid_body_limit(options.max_imaginary);
+          return region.radius;
+        }
+        ShiftInvert shift_invert(const bool adjoint = false) const
+        {
+          return region.is_disc() ? ShiftInvert(factorization, shift, adjoint)
+                                  : ShiftInvert::of_square(factorization, region.square, adjoint);
+        }
+        bool in_region(const Complex &l) const
+        {
+          return region.contains(l) && std::abs(l) > rigid_body_limit(options.max_imaginary);
         }
       };
       struct Search
       {
-        std::vector<Complex> lambda; ///< with Im l >= 0
-        Block vectors;               ///< Re and Im
-        Pairs pairs;                 ///< those of the disc, if they are converged already
-        Block space;                 ///< searched, if the solver has a basis
+        std::vector<Complex> lambda;     ///< with Im l >= 0
+        Block vectors;                   ///< Re and Im
+        Pairs pairs;                     ///< those of the region, if they are converged already
+        Pairs left;                      ///< Q(l)^T y = 0 in the order of pairs, if found, too ...
+        std::vector<double> left_errors; ///< ... and their backward errors
+        Block space;                     ///< searched, if the solver has a basis
         unsigned int n_solves = 0;
       };
       virtual Search search(const Task &task, unsigned int seed) const = 0;
@@ -194,13 +229,21 @@ namespace squeal
       {
         return false;
       }
+      /// Whether a window far from zero is searched by itself; else all modes below it are found,
+      /// too.
+      virtual bool searches_windows() const
+      {
+        return false;
+      }
 
     private:
+      Modes solve_in(const SearchRegion &region, const QuadraticEigenproblem &problem,
+                     const EigensolverOptions &options) const;
       /// Searches twice if the inertia does not confirm the number found.
       Search search_all(const Task &task, std::string &completeness) const;
 
       mutable std::vector<double> counted_problem;
-      mutable unsigned int counted = 0;
+      mutable std::map<double, unsigned int> counted; ///< by frequency
     };
 
     /// SLEPc's PEP: single vectors.
@@ -209,7 +252,7 @@ namespace squeal
       Search search(const Task &task, const unsigned int seed) const override
       {
         PepSearch found = pep_search(task.problem, task.factorization, task.shift,
-                                     std::hypot(task.radius, task.shift),
+                                     std::hypot(task.radius(), task.shift),
                                      2 * (task.n_expected + task.n_rigid) + 4, seed, task.options);
         Search result;
         result.lambda  = std::move(found.lambda);
@@ -218,8 +261,7 @@ namespace squeal
       }
       void add_left(const Task &task, Modes &modes) const override
       {
-        add_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
-                         task.radius, task.options, modes);
+        add_left_vectors(task.problem, task.shift_invert(true), task.radius(), task.options, modes);
       }
     };
 
@@ -229,18 +271,40 @@ namespace squeal
       static BlockSearchOptions search_options(const Task &task, const unsigned int seed)
       {
         BlockSearchOptions options;
-        options.radius        = task.radius;
+        options.region        = task.region;
         options.max_imaginary = task.options.max_imaginary;
         options.tolerance     = std::min(1e-11, 1e-2 * task.options.tolerance);
         options.n_expected    = task.n_expected + task.n_rigid;
         options.seed          = seed;
         return options;
       }
+      /// In a window velocity terms are no part of the factors.
+      static Search search_with_velocity_terms(const Task &task, const unsigned int seed)
+      {
+        WindowSearchOptions options;
+        options.region        = task.region;
+        options.min_imaginary = task.options.min_imaginary;
+        options.max_imaginary = task.options.max_imaginary;
+        options.tolerance     = task.options.tolerance;
+        options.only_count    = seed > 0; // the second search confirms the number
+        options.n_expected    = task.n_expected;
+        options.seed          = seed;
+        WindowSearch found =
+            window_search(task.problem, task.factorization, options, task.options.progress);
+        Search result;
+        result.lambda      = std::move(found.lambda);
+        result.n_solves    = found.n_solves;
+        result.pairs       = std::move(found.right);
+        result.left        = std::move(found.left);
+        result.left_errors = std::move(found.left_backward_error);
+        return result;
+      }
       Search search(const Task &task, const unsigned int seed) const override
       {
-        BlockSearch found =
-            block_krylov_search(task.problem, ShiftInvert(task.factorization, task.shift),
-                                search_options(task, seed), task.options.progress);
+        if (!task.region.is_disc() && task.problem.P)
+          return search_with_velocity_terms(task, seed);
+        BlockSearch found = block_krylov_search(task.problem, task.shift_invert(),
+                                                search_options(task, seed), task.options.progress);
         Search result;
         result.lambda   = found.pairs.lambda;
         result.n_solves = found.n_solves;
@@ -248,7 +312,8 @@ namespace squeal
           result.space = std::move(found.space);
         std::vector<unsigned int> inside;
         for (unsigned int j = 0; j < result.lambda.size(); ++j)
-          if (task.in_disc(result.lambda[j]))
+          if (task.in_region(result.lambda[j]) &&
+              (task.region.is_disc() || is_wanted(task.options, result.lambda[j])))
             inside.push_back(j);
         result.pairs   = select(found.pairs, inside);
         result.vectors = result.pairs.re;
@@ -260,8 +325,11 @@ namespace squeal
         BlockSearchOptions options = search_options(task, 2);
         options.tolerance          = 1e-8; // of vectors: their eigenvalues are known
         options.n_expected         = modes.lambda.size() + task.n_rigid;
-        search_left_vectors(task.problem, ShiftInvert(task.factorization, task.shift, true),
-                            options, task.options, modes);
+        search_left_vectors(task.problem, task.shift_invert(true), options, task.options, modes);
+      }
+      bool searches_windows() const override
+      {
+        return true;
       }
       bool has_all_of_disc() const override
       {
@@ -272,26 +340,30 @@ namespace squeal
     ShiftInvertSolver::Search ShiftInvertSolver::search_all(const Task &task,
                                                             std::string &completeness) const
     {
-      const auto count_in_disc = [&](const std::vector<Complex> &lambda)
+      const auto count_in_region = [&](const std::vector<Complex> &lambda)
       {
         return std::count_if(lambda.begin(), lambda.end(),
-                             [&](const Complex &l) { return task.in_disc(l) && l.imag() > 0; });
+                             [&](const Complex &l) { return task.in_region(l) && l.imag() > 0; });
       };
       // Friction and damping move eigenvalues, so near the rim the numbers of the problem and of
       // its reference may differ without anything missing: then an independent search from another
       // start decides.
       Search found               = search(task, 0);
-      const unsigned int n_found = count_in_disc(found.lambda), n_expected = task.n_expected;
+      const unsigned int n_found = count_in_region(found.lambda), n_expected = task.n_expected;
       std::ostringstream text;
-      text << n_found << " modes with |l| <= 2 pi " << task.radius / (2 * M_PI)
-           << " Hz; the inertia of "
+      if (task.region.is_disc())
+        text << n_found << " modes with |l| <= 2 pi " << task.region.upper() / (2 * M_PI) << " Hz";
+      else
+        text << n_found << " modes around the window, " << task.region.lower() / (2 * M_PI)
+             << " to " << task.region.upper() / (2 * M_PI) << " Hz";
+      text << "; the inertia of "
            << (task.problem.reference ? task.problem.reference_name
                                       : std::string("the problem itself (it is symmetric)"))
            << " proves " << n_expected << " there";
       if (n_found != n_expected)
       {
         Search again               = search(task, 1);
-        const unsigned int n_again = count_in_disc(again.lambda);
+        const unsigned int n_again = count_in_region(again.lambda);
         text << "; a second search from another start vector found " << n_again;
         if (n_again != n_found)
           throw SolverError("Two Krylov searches of the same window found " +
@@ -321,6 +393,15 @@ namespace squeal
       std::clock_t start = std::clock();
     };
 
+    [[noreturn]] void throw_inaccurate(const std::vector<double> &backward_errors)
+    {
+      std::ostringstream message;
+      message << "The modes of the window have backward errors up to "
+              << *std::max_element(backward_errors.begin(), backward_errors.end())
+              << ". Try a larger Eigenproblem/Tolerance, or Eigenproblem/Solver = krylov.";
+      throw SolverError(message.str());
+    }
+
     /// The pairs as they are, if they are good enough.
     bool accept(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
                 Pairs &pairs, Modes &modes)
@@ -340,37 +421,60 @@ namespace squeal
     Modes ShiftInvertSolver::solve(const QuadraticEigenproblem &problem,
                                    const EigensolverOptions &options) const
     {
-      const double radius = search_radius(options.max_imaginary);
+      if (!searches_windows() || !is_far_from_zero(options))
+        return solve_in({0, search_radius(options.max_imaginary)}, problem, options);
+      try
+      {
+        return solve_in(region_around(options, 1), problem, options);
+      }
+      catch (const SingularMatrix &)
+      {
+        // An undamped mode lies exactly at the centre: another centre.
+        return solve_in(region_around(options, 1.1), problem, options);
+      }
+    }
+
+    Modes ShiftInvertSolver::solve_in(const SearchRegion &region,
+                                      const QuadraticEigenproblem &problem,
+                                      const EigensolverOptions &options) const
+    {
       Stopwatch watch;
       Modes::Seconds seconds;
 
       // At shift 0 the position matrix itself is factorised; a rigid body makes it singular.
-      const unsigned int n_rigid    = count_rigid_body_modes(problem, options);
-      const unsigned int n_expected = count_reference(problem, radius) - n_rigid;
-      const double shift            = shift_of(options, n_rigid > 0);
+      const bool is_disc            = region.is_disc();
+      const unsigned int n_rigid    = is_disc ? count_rigid_body_modes(problem, options) : 0,
+                         n_below    = is_disc ? n_rigid : count_reference(problem, region.lower()),
+                         n_expected = count_reference(problem, region.upper()) - n_below;
+      const double shift            = is_disc ? shift_of(options, n_rigid > 0) : 0,
+                   square           = is_disc ? shift * shift : region.square;
       seconds.counting              = watch.lap();
       const Matrix shifted =
-          shift == 0 ? Matrix()
-                     : sum_of(problem.rows,
-                              {{1., problem.Q}, {shift, problem.P}, {shift * shift, problem.M}});
+          square == 0
+              ? Matrix()
+              : sum_of(problem.rows, {{1., problem.Q}, {shift, problem.P}, {square, problem.M}});
       const auto factors = std::make_shared<const Factorization>(
-          shift == 0 ? problem.Q : shifted, Factorization::Kind::lu,
+          square == 0 ? problem.Q : shifted, Factorization::Kind::lu,
           "the position matrix (for shift-invert)");
       const Factorization &factorization = *factors;
       seconds.factorization              = watch.lap();
-      const Task task{problem, options, factorization, shift, radius, n_expected, n_rigid};
+      const Task task{problem, options, factorization, region, shift, n_expected, n_rigid};
 
       std::string completeness;
       Search found = search_all(task, completeness);
       Modes modes;
-      if (!accept(problem, options, found.pairs, modes))
+      if (!is_disc && found.pairs.lambda.empty())
+        modes.re = modes.im = Block(problem.rows, 0);
+      else if (!accept(problem, options, found.pairs, modes))
       {
+        if (!is_disc)
+          throw_inaccurate(modes.backward_error);
         std::vector<Complex> inside;
         for (const Complex &l : found.lambda)
-          if (task.in_disc(l))
+          if (task.in_region(l))
             inside.push_back(l);
-        modes = polish(problem, ShiftInvert(factorization, shift), std::move(found.vectors), inside,
-                       radius, false, options);
+        modes = polish(problem, task.shift_invert(), std::move(found.vectors), inside,
+                       task.radius(), false, options);
       }
       modes.n_solves += found.n_solves;
       modes.n_rigid_body_modes   = n_rigid;
@@ -379,10 +483,13 @@ namespace squeal
       modes.predicted_memory_mib = factorization.predicted_memory_mib();
       modes.completeness         = completeness;
       seconds.right              = watch.lap();
-      add_left(task, modes);
+      if (found.left.lambda.empty())
+        add_left(task, modes);
+      else
+        attach_left_vectors(problem, std::move(found.left), std::move(found.left_errors), modes);
       seconds.left  = watch.lap();
       modes.seconds = seconds;
-      if (options.keep_factors && has_all_of_disc() && shift == 0)
+      if (options.keep_factors && has_all_of_disc() && square == 0)
       {
         modes.factorization = factors;
         modes.search_space  = std::move(found.space);
@@ -397,7 +504,7 @@ namespace squeal
     }
 
     unsigned int ShiftInvertSolver::count_reference(const QuadraticEigenproblem &problem,
-                                                    const double radius) const
+                                                    const double omega) const
     {
       Block vector(problem.rows, 1);
       for (unsigned int i = 0; i < vector.n_local(); ++i)
@@ -406,13 +513,13 @@ namespace squeal
                   by_m = multiply(problem.M, vector);
       const std::vector<double> fingerprint = {inner_products(by_q, by_q)[0],
                                                inner_products(by_m, by_m)[0],
-                                               inner_products(by_q, vector)[0], radius};
+                                               inner_products(by_q, vector)[0]};
       if (fingerprint != counted_problem)
-      {
-        counted         = count_reference_modes(problem, radius);
-        counted_problem = fingerprint;
-      }
-      return counted;
+        counted.clear();
+      counted_problem = fingerprint;
+      if (counted.count(omega) == 0)
+        counted[omega] = count_reference_modes(problem, omega);
+      return counted[omega];
     }
 
     /// LAPACK on the whole problem; the oracle of the other solvers.

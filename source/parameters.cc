@@ -315,6 +315,12 @@ namespace squeal
       prm.add_parameter("Maximum frequency", maximum_frequency,
                         "Every mode with 0 < |Im l|/(2 pi) up to this frequency is wanted, Hz.",
                         positive());
+      prm.add_parameter("Minimum frequency", minimum_frequency,
+                        "0, or the lower end of the window: only modes from this frequency up to "
+                        "Maximum frequency are wanted, Hz. A window far from zero, from 3/4 of "
+                        "Maximum frequency on, does not pay for the modes below it (solver "
+                        "block_krylov). It says nothing about divergence. Not in sweeps.",
+                        Patterns::Double(0));
       prm.add_parameter(
           "Solver", solver,
           "block_krylov: block second-order Arnoldi, shift-invert with MUMPS on blocks of "
@@ -363,6 +369,13 @@ namespace squeal
                         "are an error.",
                         Patterns::Integer(1, 10000));
       prm.leave_subsection();
+    }
+
+    void Eigenproblem::check() const
+    {
+      if (minimum_frequency >= maximum_frequency)
+        fail("Eigenproblem/Minimum frequency", minimum_frequency,
+             "it must be below Maximum frequency.");
     }
 
     void Prestress::declare(ParameterHandler &prm)
@@ -486,6 +499,10 @@ namespace squeal
     void All::check()
     {
       sweep.check();
+      eigenproblem.check();
+      if (sweep.active() && eigenproblem.minimum_frequency > 0)
+        fail("Eigenproblem/Minimum frequency", eigenproblem.minimum_frequency,
+             "sweeps and maps follow all modes from zero on; allowed with Sweep/Parameter is 0.");
       refinement.check();
       if (!refinement.reference.empty() &&
           (sweep.active() || stage_name == "ladder" || scene == "matrices"))

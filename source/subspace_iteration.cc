@@ -71,16 +71,14 @@ namespace squeal
   void inverse_iteration(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
                          Pairs &pairs)
   {
-    const double shift         = shift_invert.shift;
     const unsigned int n_pairs = pairs.lambda.size(), n = problem.rows.n_local();
     const Block m_re = multiply(problem.M, pairs.re), m_im = multiply(problem.M, pairs.im);
     const Block p_re = multiply(problem.P, pairs.re), p_im = multiply(problem.P, pairs.im);
     Block right(problem.rows, 2 * n_pairs);
     for (unsigned int j = 0; j < n_pairs; ++j)
     {
-      // m^2 M + m (P + 2 s M) = (l^2 - s^2) M + m P
-      const Complex c_m = pairs.lambda[j] * pairs.lambda[j] - shift * shift,
-                    c_p = pairs.lambda[j] - shift;
+      const Complex c_m = pairs.lambda[j] * pairs.lambda[j] - shift_invert.square,
+                    c_p = pairs.lambda[j] - shift_invert.shift;
       for (unsigned int i = 0; i < n; ++i)
       {
         const Complex r = -c_m * Complex(m_re.column(j)[i], m_im.column(j)[i]) -

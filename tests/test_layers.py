@@ -7,7 +7,7 @@ import squeal_testing as st
 
 # A file includes only from lower floors. A new file gets a place here: the lowest floor on which it can stand.
 FLOORS = [
-    ["errors"],
+    ["errors", "search_region"],
     ["interruption", "memory"],
     ["materials", "friction_laws", "log"],
     ["expressions", "dense", "mesh_file", "files"],
@@ -24,6 +24,7 @@ FLOORS = [
     ["contact_fields", "local_problems", "friction_work", "static_equilibrium", "subspace_iteration"],
     ["block_krylov", "pep_search"],
     ["left_vectors"],
+    ["window_search"],
     ["eigensolvers", "model", "reduced_model"],
     ["half_problems", "stability", "divergence", "brake_model", "matrix_model"],
     ["brake_derivatives", "reduced_projection", "reduced_pairs", "branches", "error_bounds"],

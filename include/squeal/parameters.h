@@ -212,6 +212,7 @@ namespace squeal
 
     struct Eigenproblem
     {
+      double minimum_frequency = 0;
       double maximum_frequency = 6000;
       std::string solver       = "block_krylov";
       double tolerance         = 1e-9;
@@ -225,6 +226,7 @@ namespace squeal
         return solver != "none";
       }
       void declare(dealii::ParameterHandler &prm);
+      void check() const;
     };
 
     /// Terms of the size of the static stress, off by default.

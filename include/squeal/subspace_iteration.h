@@ -55,6 +55,7 @@ namespace squeal
   struct EigensolverOptions
   {
     double max_imaginary = 0;    ///< every mode with 0 < |Im l| <= this is wanted, 1/s
+    double min_imaginary = 0;    ///< 0, or only those with |Im l| >= this
     double tolerance     = 1e-9; ///< backward error, and relative change of the last polishing step
     double shift         = 0;    ///< relative to max_imaginary; 0: chosen
     bool keep_factors    = false; ///< for problems nearby
@@ -85,13 +86,22 @@ namespace squeal
     double norm_m, norm_p, norm_q;
   };
 
-  /// Solves with a factorisation of Q(s), or of its transpose for the adjoint problem.
+  /// Solves with a factorisation of F = Q(s) at a real shift s, or of F = Q + t M, a shift of l^2
+  /// by t in which the velocity terms are left out (t = -w^2 reaches modes near i w in real
+  /// arithmetic); or of its transpose for the adjoint problem. In both cases
+  ///     Q(l) = F + (l^2 - square) M + (l - shift) P.
   class ShiftInvert
   {
   public:
     ShiftInvert(const Factorization &factorization, const double shift, const bool adjoint = false)
-        : shift(shift), factorization(factorization), adjoint(adjoint)
+        : shift(shift), square(shift * shift), factorization(factorization), adjoint(adjoint)
     {
+    }
+    /// Q + square M.
+    static ShiftInvert of_square(const Factorization &factorization, const double square,
+                                 const bool adjoint = false)
+    {
+      return ShiftInvert(factorization, 0, square, adjoint);
     }
     Block solve(const Block &b) const
     {
@@ -101,9 +111,14 @@ namespace squeal
     {
       return adjoint ? factorization.solve(b) : factorization.solve_transposed(b);
     }
-    const double shift;
+    const double shift, square;
 
   private:
+    ShiftInvert(const Factorization &factorization, const double shift, const double square,
+                const bool adjoint)
+        : shift(shift), square(square), factorization(factorization), adjoint(adjoint)
+    {
+    }
     const Factorization &factorization;
     const bool adjoint;
   };
@@ -147,8 +162,8 @@ namespace squeal
   /// The pairs of the given numbers.
   Pairs select(const Pairs &pairs, const std::vector<unsigned int> &numbers);
 
-  /// One step of inverse iteration with the factorisation at the shift s: with m = l - s,
-  ///     x := -Q(s)^{-1} (m^2 M + m Q'(s)) x  =  x - Q(s)^{-1} Q(l) x.
+  /// One step of inverse iteration with the factorisation F at the shift s:
+  ///     x := -F^{-1} ((l^2 - s^2) M + (l - s) P) x  =  x - F^{-1} Q(l) x.
   /// It damps what is far outside of the window, and gives multipliers that belong to the
   /// displacements.
   void inverse_iteration(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,

@@ -1,0 +1,520 @@
+#include <squeal/block_krylov.h>
+#include <squeal/dense.h>
+#include <squeal/left_vectors.h>
+#include <squeal/window_search.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <sstream>
+
+namespace squeal
+{
+  using Complex = std::complex<double>;
+
+  namespace
+  {
+    /// The problem without its velocity terms.
+    QuadraticEigenproblem without_velocity_terms(const QuadraticEigenproblem &problem)
+    {
+      QuadraticEigenproblem result;
+      result.rows                = problem.rows;
+      result.M                   = problem.M.view(false);
+      result.Q                   = problem.Q.view(problem.Q.is_transposed());
+      result.n_constraints       = problem.n_constraints;
+      result.n_local_constraints = problem.n_local_constraints;
+      result.compliant           = problem.compliant;
+      return result;
+    }
+
+    /// Norms of the columns.
+    std::vector<double> lengths_of(const Block &block)
+    {
+      std::vector<double> squares(block.n_columns());
+      for (unsigned int k = 0; k < block.n_columns(); ++k)
+        for (unsigned int i = 0; i < block.n_local(); ++i)
+          squares[k] += block.column(k)[i] * block.column(k)[i];
+      MPI_Allreduce(MPI_IN_PLACE, squares.data(), squares.size(), MPI_DOUBLE, MPI_SUM,
+                    block.row_range().comm);
+      for (double &square : squares)
+        square = std::sqrt(square);
+      return squares;
+    }
+
+    /// Vectors with what is known of them.
+    struct Images
+    {
+      Block y, g, m, p; ///< Y (without contact pressures), F Y (with them), M Y, P Y
+    };
+
+    /// Corrections t = -F^{-1} Q(l) x of Ritz pairs, one or two real columns each.
+    struct Corrections
+    {
+      Block t, residual;               ///< F t
+      std::vector<unsigned int> first; ///< column of each pair, and their number
+      std::vector<double> sizes;       ///< |t| / |x|
+    };
+
+    /// Ritz pairs: eigenvalues and coefficients in a basis.
+    struct RitzPairs
+    {
+      std::vector<Complex> lambda;
+      std::vector<std::vector<Complex>> coefficients;
+    };
+
+    /// The search for right vectors or, with the adjoint problem, for left ones: an orthonormal
+    /// basis, its images and test vectors.
+    class Side
+    {
+    public:
+      Side(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+           const WindowSearchOptions &options)
+          : shift_invert(shift_invert), problem(problem),
+            options(options), basis{Block(problem.rows, 0), Block(problem.rows, 0),
+                                    Block(problem.rows, 0), Block(problem.rows, 0)},
+            tests(problem.rows, 0)
+      {
+      }
+
+      /// Enlarges the basis from F^{-1} M x on until the corrections of all pairs of the region are
+      /// short enough, of the wanted ones |t| <= @p wanted_bound |x|.
+      void run(const Block &x, double wanted_bound, double slack,
+               const std::function<void(const std::string &)> &progress);
+
+      /// More steps, with smaller bounds.
+      void improve(double wanted_bound, const std::function<void(const std::string &)> &progress);
+
+      /// All eigenvalues of the region.
+      std::vector<Complex> eigenvalues() const;
+      /// The corrected wanted vectors x + t, with their contact pressures.
+      Pairs wanted_pairs();
+
+      unsigned int n_solves() const
+      {
+        return solves;
+      }
+
+    private:
+      /// The Ritz pairs of the region and a little further.
+      void find_ritz_pairs();
+      /// Those that need a correction. Of modes that are not wanted only the place must be known:
+      /// once their corrections were small, they rest until they move.
+      std::vector<unsigned int> moving_pairs() const;
+      bool is_wanted(const Complex &l) const
+      {
+        return options.region.contains(l) && l.imag() >= options.min_imaginary * (1 - slack) &&
+               l.imag() <= options.max_imaginary * (1 + slack);
+      }
+      /// How short a correction must be; what is a little outside of the region must not be on its
+      /// way in.
+      double bound(const Complex &l) const
+      {
+        return is_wanted(l) ? wanted_bound : options.region.contains(l) ? 1e-2 : 3e-2;
+      }
+      Corrections correct(const RitzPairs &ritz);
+      /// Adds what is new in the corrections of the given numbers.
+      void expand(const Corrections &corrections, const std::vector<unsigned int> &numbers);
+      void expand(Block y, Block g);
+      /// F (x + t) = -((l^2 - s) M + l P) x.
+      Block sources(const RitzPairs &ritz) const;
+      unsigned int n_columns() const
+      {
+        return basis.y.n_columns();
+      }
+
+      const ShiftInvert shift_invert;
+      const QuadraticEigenproblem &problem;
+      const WindowSearchOptions &options;
+      Images basis;
+      Block tests;         ///< Z = F^{-T} M U
+      DenseMatrix m, p, f; ///< Z^T M U, Z^T P U, Z^T F U
+      RitzPairs ritz;
+      std::vector<Complex> at_rest;
+      double wanted_bound = 0, slack = 0;
+      unsigned int solves = 0, step = 0;
+    };
+
+    RitzPairs select(const RitzPairs &ritz, const std::vector<unsigned int> &numbers)
+    {
+      RitzPairs result;
+      for (const unsigned int j : numbers)
+      {
+        result.lambda.push_back(ritz.lambda[j]);
+        result.coefficients.push_back(ritz.coefficients[j]);
+      }
+      return result;
+    }
+
+    /// The coefficients of f_j x_j, Re and Im side by side.
+    template <typename Factor>
+    std::vector<double> real_columns(const RitzPairs &ritz, const unsigned int n_rows,
+                                     const Factor &factor)
+    {
+      std::vector<double> columns(std::size_t(n_rows) * 2 * ritz.lambda.size());
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+        for (unsigned int i = 0; i < ritz.coefficients[j].size(); ++i)
+        {
+          const Complex c = factor(ritz.lambda[j]) * ritz.coefficients[j][i];
+          columns[i + std::size_t(n_rows) * 2 * j]       = c.real();
+          columns[i + std::size_t(n_rows) * (2 * j + 1)] = c.imag();
+        }
+      return columns;
+    }
+
+    Block Side::sources(const RitzPairs &ritz) const
+    {
+      const unsigned int n = n_columns(), n_all = 2 * ritz.lambda.size();
+      Block result = combine(
+          basis.m,
+          real_columns(ritz, n, [&](const Complex &l) { return shift_invert.square - l * l; }),
+          n_all);
+      subtract_combination(result, basis.p,
+                           real_columns(ritz, n, [](const Complex &l) { return l; }));
+      return result;
+    }
+
+    /// Turns each complex vector a + i b of a block of (a, b) so that a is as long as can be, a and
+    /// b orthogonal, and leaves out short b: vectors are almost real and damping almost imaginary,
+    /// so that most residuals have one direction only.
+    Block main_parts(const Block &pairs, std::vector<unsigned int> &first)
+    {
+      constexpr double much_shorter = 0.02;
+      const unsigned int n_pairs = pairs.n_columns() / 2, n = pairs.n_local();
+      std::vector<double> sums(3 * n_pairs); // a a, b b, a b
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        const double *a = pairs.column(2 * j), *b = pairs.column(2 * j + 1);
+        for (unsigned int i = 0; i < n; ++i)
+        {
+          sums[3 * j] += a[i] * a[i];
+          sums[3 * j + 1] += b[i] * b[i];
+          sums[3 * j + 2] += a[i] * b[i];
+        }
+      }
+      MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM,
+                    pairs.row_range().comm);
+      std::vector<double> coefficients;
+      first.assign(1, 0);
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        // (a + i b)^T (a + i b) becomes real and positive.
+        const Complex square(sums[3 * j] - sums[3 * j + 1], 2 * sums[3 * j + 2]);
+        const double both = sums[3 * j] + sums[3 * j + 1], angle = -std::arg(square) / 2,
+                     long_one = both + std::abs(square), short_one = both - std::abs(square);
+        const bool keeps_both = short_one > much_shorter * much_shorter * long_one;
+        first.push_back(first.back() + (keeps_both ? 2 : 1));
+        coefficients.resize(std::size_t(2 * n_pairs) * first.back());
+        const auto column = coefficients.begin() + std::size_t(2 * n_pairs) * first[j];
+        column[2 * j]     = std::cos(angle);
+        column[2 * j + 1] = -std::sin(angle);
+        if (keeps_both)
+        {
+          column[2 * n_pairs + 2 * j]     = std::sin(angle);
+          column[2 * n_pairs + 2 * j + 1] = std::cos(angle);
+        }
+      }
+      return combine(pairs, coefficients, first.back());
+    }
+
+    Corrections Side::correct(const RitzPairs &ritz)
+    {
+      Corrections result;
+      // -Q(l) x, with the contact pressures of the basis' vectors.
+      Block residual = sources(ritz);
+      subtract_combination(residual, basis.g,
+                           real_columns(ritz, n_columns(), [](const Complex &) { return 1.; }));
+      result.residual = main_parts(residual, result.first);
+      result.t        = shift_invert.solve(result.residual);
+      solves += result.t.n_columns();
+      if (!problem.compliant)
+        clear_pressures(problem.n_local_constraints, result.t);
+      const std::vector<double> lengths = lengths_of(result.t);
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+      {
+        double square = 0; // the basis is orthonormal
+        for (const Complex &c : ritz.coefficients[j])
+          square += std::norm(c);
+        double t_square = 0;
+        for (unsigned int k = result.first[j]; k < result.first[j + 1]; ++k)
+          t_square += lengths[k] * lengths[k];
+        result.sizes.push_back(std::sqrt(t_square / square));
+      }
+      return result;
+    }
+
+    void Side::expand(const Corrections &corrections, const std::vector<unsigned int> &numbers)
+    {
+      Block t(problem.rows, 0), residual(problem.rows, 0);
+      for (const unsigned int j : numbers)
+      {
+        const unsigned int first = corrections.first[j], n = corrections.first[j + 1] - first;
+        t.append(corrections.t.columns(first, n));
+        residual.append(corrections.residual.columns(first, n));
+      }
+      expand(std::move(t), std::move(residual));
+    }
+
+    void Side::expand(Block y, Block g)
+    {
+      // A remainder shorter than this, relatively, is rounding; a combination of remainders of unit
+      // length shorter than that, too.
+      constexpr double rounding = 1e-12, dependent = 1e-6;
+      if (!problem.compliant)
+        clear_pressures(problem.n_local_constraints, y);
+      const auto combine_both = [&](const std::vector<double> &coefficients, const unsigned int n)
+      {
+        y = combine(y, coefficients, n);
+        g = combine(g, coefficients, n);
+      };
+      // Twice is enough (Kahan).
+      for (unsigned int pass = 0; pass < 2 && y.n_columns() > 0; ++pass)
+      {
+        const unsigned int n = y.n_columns();
+        const DenseMatrix before(n, n, inner_products(y, y));
+        DenseMatrix vectors = before;
+        if (n_columns() > 0)
+        {
+          const std::vector<double> part = inner_products(basis.y, y);
+          subtract_combination(y, basis.y, part);
+          subtract_combination(g, basis.g, part);
+          vectors = DenseMatrix(n, n, inner_products(y, y));
+        }
+        // Remainders of unit length, without those that are rounding, and of these the well
+        // conditioned combinations.
+        std::vector<double> length(n);
+        for (unsigned int k = 0; k < n; ++k)
+          length[k] = vectors(k, k) > rounding * rounding * before(k, k)
+                          ? std::sqrt(vectors(k, k))
+                          : std::numeric_limits<double>::infinity();
+        for (unsigned int k = 0; k < n; ++k)
+          for (unsigned int i = 0; i < n; ++i)
+            vectors(i, k) /= length[i] * length[k];
+        const std::vector<double> squares = symmetric_eigen(vectors);
+        std::vector<double> coefficients;
+        for (unsigned int k = 0; k < n; ++k)
+          if (squares[k] > dependent * dependent)
+            for (unsigned int i = 0; i < n; ++i)
+              coefficients.push_back(vectors(i, k) / (length[i] * std::sqrt(squares[k])));
+        combine_both(coefficients, coefficients.size() / n);
+      }
+      const Block m_y = multiply(problem.M, y);
+      tests.append(shift_invert.solve_transposed(m_y));
+      solves += m_y.n_columns();
+      basis.m.append(m_y);
+      basis.p.append(multiply(problem.P, y));
+      basis.y.append(y);
+      basis.g.append(g);
+    }
+
+    /// Z^T B with the first n columns of each; what is known of it from before is kept.
+    void grow(DenseMatrix &form, const Block &z, const Block &b, const unsigned int n)
+    {
+      const unsigned int old = form.n_rows, more = n - old;
+      DenseMatrix all(n, n);
+      for (unsigned int j = 0; j < old; ++j)
+        for (unsigned int i = 0; i < old; ++i)
+          all(i, j) = form(i, j);
+      const std::vector<double> right = inner_products(z, 0, n, b, old, more),
+                                below = inner_products(z, old, more, b, 0, old);
+      for (unsigned int j = 0; j < more; ++j)
+        for (unsigned int i = 0; i < n; ++i)
+          all(i, old + j) = right[i + std::size_t(n) * j];
+      for (unsigned int j = 0; j < old; ++j)
+        for (unsigned int i = 0; i < more; ++i)
+          all(old + i, j) = below[i + std::size_t(more) * j];
+      form = std::move(all);
+    }
+
+    void Side::find_ritz_pairs()
+    {
+      const unsigned int n = n_columns();
+      grow(m, tests, basis.m, n);
+      grow(p, tests, basis.p, n);
+      grow(f, tests, basis.g, n);
+      DenseMatrix q = f;
+      for (std::size_t k = 0; k < q.values.size(); ++k)
+        q.values[k] -= options.region.square * m.values[k];
+      ritz = {};
+      for (DensePair &pair : quadratic_eigenpairs(m, p, q, 0, std::sqrt(-options.region.square)))
+        if (pair.lambda.imag() > 0 && options.region.distance(pair.lambda) <= 1.05)
+        {
+          ritz.lambda.push_back(pair.lambda);
+          ritz.coefficients.push_back(std::move(pair.vector));
+        }
+    }
+
+    std::vector<unsigned int> Side::moving_pairs() const
+    {
+      constexpr double at_the_same_place = 1e-3;
+      std::vector<unsigned int> numbers;
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+      {
+        const Complex l = ritz.lambda[j];
+        const bool rests =
+            std::any_of(at_rest.begin(), at_rest.end(),
+                        [&](const Complex &other)
+                        { return std::abs(l - other) <= at_the_same_place * std::abs(l); });
+        if (is_wanted(l) || !rests)
+          numbers.push_back(j);
+      }
+      return numbers;
+    }
+
+    std::vector<Complex> Side::eigenvalues() const
+    {
+      std::vector<Complex> result;
+      for (const Complex &l : ritz.lambda)
+        if (options.region.contains(l))
+          result.push_back(l);
+      return result;
+    }
+
+    Pairs Side::wanted_pairs()
+    {
+      std::vector<unsigned int> wanted;
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+        if (is_wanted(ritz.lambda[j]))
+          wanted.push_back(j);
+      const RitzPairs chosen = select(ritz, wanted);
+      const Block y          = shift_invert.solve(sources(chosen));
+      solves += y.n_columns();
+      Pairs pairs{chosen.lambda, Block(problem.rows, 0), Block(problem.rows, 0)};
+      for (unsigned int j = 0; j < wanted.size(); ++j)
+      {
+        pairs.re.append(y.columns(2 * j, 1));
+        pairs.im.append(y.columns(2 * j + 1, 1));
+      }
+      return pairs;
+    }
+
+    void Side::run(const Block &x, const double bound, const double window_slack,
+                   const std::function<void(const std::string &)> &progress)
+    {
+      slack   = window_slack;
+      Block g = multiply(problem.M, x);
+      Block y = shift_invert.solve(g);
+      solves += g.n_columns();
+      expand(std::move(y), std::move(g));
+      improve(bound, progress);
+    }
+
+    void Side::improve(const double new_bound,
+                       const std::function<void(const std::string &)> &progress)
+    {
+      wanted_bound                     = new_bound;
+      constexpr unsigned int max_steps = 25;
+      double worst                     = 0;
+      for (; step < max_steps; ++step)
+      {
+        find_ritz_pairs();
+        const RitzPairs moving        = select(ritz, moving_pairs());
+        const Corrections corrections = correct(moving);
+        std::vector<unsigned int> open;
+        worst = 0;
+        for (unsigned int j = 0; j < moving.lambda.size(); ++j)
+        {
+          const Complex l = moving.lambda[j];
+          worst           = std::max(worst, corrections.sizes[j] / bound(l));
+          if (!(corrections.sizes[j] <= bound(l)))
+            open.push_back(j);
+          else if (!is_wanted(l))
+            at_rest.push_back(l);
+        }
+        progress("  window: " + std::to_string(ritz.lambda.size() - open.size()) + " of " +
+                 std::to_string(ritz.lambda.size()) + " eigenvalues converged, subspace of " +
+                 std::to_string(n_columns()));
+        if (open.empty())
+          return;
+        expand(corrections, open);
+      }
+      std::ostringstream message;
+      message
+          << "The modes of the window did not converge in " << max_steps
+          << " steps: the largest correction is " << worst
+          << " times what is allowed. Try a narrower window (Eigenproblem/Minimum frequency), a "
+             "larger Eigenproblem/Tolerance, or Eigenproblem/Solver = krylov.";
+      throw SolverError(message.str());
+    }
+
+    /// The eigenvectors without velocity terms, orthonormalised, and the right-hand sides solved.
+    Block start_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                        const WindowSearchOptions &options,
+                        const std::function<void(const std::string &)> &progress,
+                        unsigned int &n_solves)
+    {
+      BlockSearchOptions krylov;
+      krylov.region        = options.region;
+      krylov.max_imaginary = options.max_imaginary;
+      krylov.tolerance     = 1e-4;
+      krylov.n_expected    = options.n_expected;
+      krylov.seed          = options.seed;
+      krylov.reach         = 2; // neighbours of the region, to which P couples
+      BlockSearch found =
+          block_krylov_search(without_velocity_terms(problem), shift_invert, krylov, progress);
+      n_solves += found.n_solves;
+      Block x = std::move(found.pairs.re);
+      x.append(found.pairs.im); // zero for a real vector
+      if (!problem.compliant)
+        clear_pressures(problem.n_local_constraints, x);
+      return orthonormalize(std::move(x));
+    }
+  } // namespace
+
+  WindowSearch window_search(const QuadraticEigenproblem &problem,
+                             const Factorization &factorization, const WindowSearchOptions &options,
+                             const std::function<void(const std::string &)> &progress)
+  {
+    const QuadraticEigenproblem adjoint = adjoint_of(problem);
+    const double square                 = options.region.square;
+    Side right(problem, ShiftInvert::of_square(factorization, square), options),
+        left(adjoint, ShiftInvert::of_square(factorization, square, true), options);
+    WindowSearch result;
+    const Block x = start_vectors(problem, ShiftInvert::of_square(factorization, square), options,
+                                  progress, result.n_solves);
+    // Left vectors may be less accurate: their eigenvalues are known. At the window's ends these
+    // need not be on the same side.
+    constexpr double right_bound = 1e-8, left_bound = 1e-6, left_slack = 1e-4;
+    double bound = right_bound;
+    right.run(x, options.only_count ? 1e-2 : bound, 0, progress);
+    if (options.only_count)
+    {
+      result.lambda = right.eigenvalues();
+      result.n_solves += right.n_solves();
+      return result;
+    }
+    left.run(x, left_bound, left_slack, progress);
+    const auto errors_of = [](const QuadraticEigenproblem &p, const Pairs &pairs)
+    { return BackwardError(p)(pairs.lambda, pairs.re, pairs.im).errors; };
+    const auto is_accurate = [&](const std::vector<double> &errors)
+    {
+      return std::all_of(errors.begin(), errors.end(),
+                         [&](const double error) { return error <= options.tolerance; });
+    };
+    for (;; bound /= 10)
+    {
+      result.lambda         = right.eigenvalues();
+      result.right          = right.wanted_pairs();
+      result.backward_error = errors_of(problem, result.right);
+      if (is_accurate(result.backward_error))
+        break;
+      right.improve(bound / 10, progress);
+    }
+    for (bound = left_bound;; bound /= 10)
+    {
+      const Pairs found = left.wanted_pairs();
+      if (found.lambda.size() < result.right.lambda.size())
+        throw SolverError("The transposed problem has " + std::to_string(found.lambda.size()) +
+                          " eigenvalues in the window where the problem has " +
+                          std::to_string(result.right.lambda.size()) +
+                          ": left vectors are missing. Try Eigenproblem/Solver = krylov.");
+      result.left = squeal::select(found, nearest_partners(result.right.lambda, found.lambda));
+      result.left_backward_error = errors_of(adjoint, result.left);
+      if (is_accurate(result.left_backward_error))
+        break;
+      left.improve(bound / 10, progress);
+    }
+    result.n_solves += right.n_solves() + left.n_solves();
+    return result;
+  }
+} // namespace squeal
