@@ -117,7 +117,65 @@ namespace squeal
   }
 
   template <int dim>
+  std::shared_ptr<const Matrix> Contact<dim>::shared_normal() const
+  {
+    const std::vector<double> constants = {double(model.mortar), scale, constraint_stiffness,
+                                           model.penalty_stiffness, model.compliance};
+    int is_kept                         = kept_normal.is_of(*this, constants);
+    MPI_Allreduce(MPI_IN_PLACE, &is_kept, 1, MPI_INT, MPI_MIN, spaces.comm);
+    if (!is_kept)
+      kept_normal = {
+          active, active_points, constants, {}, std::make_shared<const Matrix>(normal())};
+    return kept_normal.matrix;
+  }
+
+  template <int dim>
+  std::pair<double, std::shared_ptr<const Matrix>>
+  Contact<dim>::shared_friction(const Pressure &pressure) const
+  {
+    Pressure slopes = uniform_pressure(0);
+    double largest  = 0;
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            double &slope = slopes[i][k.first_point + q];
+            slope = model.friction.traction(k.speeds[q], pressure[i][k.first_point + q]).d_pressure;
+            largest = std::max(largest, std::abs(slope));
+          }
+        });
+    largest = Utilities::MPI::max(largest, spaces.comm);
+    if (largest == 0)
+      return {0., std::make_shared<const Matrix>(tangential(slopes))};
+    for (std::vector<double> &of_interface : slopes)
+      for (double &slope : of_interface)
+        slope /= largest;
+    const std::vector<double> constants = {double(model.mortar), scale, model.penalty_stiffness};
+    int is_kept = kept_friction.is_of(*this, constants) && kept_friction.coefficients == slopes;
+    MPI_Allreduce(MPI_IN_PLACE, &is_kept, 1, MPI_INT, MPI_MIN, spaces.comm);
+    if (!is_kept)
+      kept_friction = {active, active_points, constants, slopes,
+                       std::make_shared<const Matrix>(tangential(slopes))};
+    return {largest, kept_friction.matrix};
+  }
+
+  template <int dim>
   Matrix Contact<dim>::friction(const Pressure &pressure) const
+  {
+    Pressure slopes = pressure;
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          for (unsigned int q = k.first_point; q < k.first_point + k.n_points; ++q)
+            slopes[i][q] =
+                model.friction.traction(k.speeds[q - k.first_point], pressure[i][q]).d_pressure;
+        });
+    return tangential(slopes);
+  }
+
+  template <int dim>
+  Matrix Contact<dim>::tangential(const Pressure &coefficients) const
   {
     EntryList entries;
     for_each_pair(
@@ -127,7 +185,7 @@ namespace squeal
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
             const unsigned int point = k.first_point + q;
-            c[q] *= model.friction.traction(k.speeds[q], pressure[i][point]).d_pressure *
+            c[q] *= coefficients[i][point] *
                     (model.mortar ? scale : model.penalty_stiffness * active_points[i][point]);
           }
           if (model.mortar)
@@ -205,13 +263,13 @@ namespace squeal
     FrictionDamping result;
     if (dim == 3)
     {
-      result.P = P.make_matrix(spaces.rows);
-      result.Q = Q.make_matrix(spaces.rows);
+      result.P = P.make_matrix(spaces.rows, (*patterns)[0]);
+      result.Q = Q.make_matrix(spaces.rows, (*patterns)[1]);
     }
     if (!model.friction.is_flat())
     {
-      result.P_falling = P_falling.make_matrix(spaces.rows);
-      result.Q_falling = Q_falling.make_matrix(spaces.rows);
+      result.P_falling = P_falling.make_matrix(spaces.rows, (*patterns)[2]);
+      result.Q_falling = Q_falling.make_matrix(spaces.rows, (*patterns)[3]);
     }
     return result;
   }
