@@ -263,6 +263,13 @@ namespace squeal
     log.line("  " + std::to_string(follower.n_full_solutions()) + " full solutions for " +
              std::to_string(points.size() - n_done) + " values" +
              (critical_csv ? " and the critical ones." : "."));
+    const ModeFollower::Seconds &seconds = follower.seconds();
+    char text[160];
+    std::snprintf(text, sizeof(text),
+                  "  Processor seconds: contact and static states %.1f, counting %.1f, projection "
+                  "%.1f, full solutions %.1f.",
+                  seconds.assembly, seconds.counting, seconds.projection, seconds.full);
+    log.line(text);
     file.vary(parameter, original);
     MPI_Barrier(comm);
     std::error_code ignored;

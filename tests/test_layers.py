@@ -19,7 +19,7 @@ FLOORS = [
     ["mirror", "cell_operators", "cell_map", "cell_residuals", "contact_pairs", "fields", "prestress"],
     ["body_operators"],
     ["contact"],
-    ["contact_fields", "local_problems", "friction_work", "static_equilibrium", "subspace_iteration"],
+    ["contact_fields", "local_problems", "friction_work", "kept_contact", "static_equilibrium", "subspace_iteration"],
     ["block_krylov", "pep_search"],
     ["left_vectors"],
     ["eigensolvers", "model", "reduced_model"],

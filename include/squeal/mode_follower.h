@@ -70,6 +70,16 @@ namespace squeal
     {
       return n_full;
     }
+    /// Processor seconds of this rank; assembly has the contact and the static states, also those
+    /// of full solutions.
+    struct Seconds
+    {
+      double assembly = 0, counting = 0, projection = 0, full = 0;
+    };
+    const Seconds &seconds() const
+    {
+      return seconds_;
+    }
 
   private:
     void assemble_model(const Parameters::All &parameters, const Factorization *nearby);
@@ -87,6 +97,7 @@ namespace squeal
     ReducedModel reduced;
     RowRange whole_rows;
     unsigned int n_full = 0;
+    Seconds seconds_;
     mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
     bool is_as_solved = false; ///< whether nothing was assembled since the last full solution
 
