@@ -113,8 +113,7 @@ namespace squeal
       return block;
     }
 
-    /// C in A C^{-1} for many A: the factors of a symmetric positive definite C by Cholesky's
-    /// method.
+    /// A symmetric positive definite C, factorised once by Cholesky's method for many right sides.
     class PositiveFactors
     {
     public:
