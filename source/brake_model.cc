@@ -299,9 +299,12 @@ namespace squeal
         terms.push_back({origin, order, 1., std::make_shared<const Matrix>(std::move(matrix))});
     };
     const StageTerms stage = parameters.terms();
-    add(Origin::contact, 0, contact.normal());
+    terms.push_back({Origin::contact, 0, 1., contact.shared_normal()});
     if (stage.friction)
-      add(Origin::friction, 0, contact.friction(pressure));
+    {
+      auto [coefficient, matrix] = contact.shared_friction(pressure);
+      terms.push_back({Origin::friction, 0, coefficient, std::move(matrix)});
+    }
     if (stage.friction_damping)
     {
       auto damping = contact.friction_damping(pressure);

@@ -119,6 +119,20 @@ namespace squeal
   template <int dim>
   Matrix Contact<dim>::friction(const Pressure &pressure) const
   {
+    Pressure slopes = pressure;
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          for (unsigned int q = k.first_point; q < k.first_point + k.n_points; ++q)
+            slopes[i][q] =
+                model.friction.traction(k.speeds[q - k.first_point], pressure[i][q]).d_pressure;
+        });
+    return tangential(slopes);
+  }
+
+  template <int dim>
+  Matrix Contact<dim>::tangential(const Pressure &coefficients) const
+  {
     EntryList entries;
     for_each_pair(
         [&](const unsigned int i, const Kinematics &k)
@@ -127,7 +141,7 @@ namespace squeal
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
             const unsigned int point = k.first_point + q;
-            c[q] *= model.friction.traction(k.speeds[q], pressure[i][point]).d_pressure *
+            c[q] *= coefficients[i][point] *
                     (model.mortar ? scale : model.penalty_stiffness * active_points[i][point]);
           }
           if (model.mortar)
@@ -205,13 +219,13 @@ namespace squeal
     FrictionDamping result;
     if (dim == 3)
     {
-      result.P = P.make_matrix(spaces.rows);
-      result.Q = Q.make_matrix(spaces.rows);
+      result.P = P.make_matrix(spaces.rows, (*patterns)[0]);
+      result.Q = Q.make_matrix(spaces.rows, (*patterns)[1]);
     }
     if (!model.friction.is_flat())
     {
-      result.P_falling = P_falling.make_matrix(spaces.rows);
-      result.Q_falling = Q_falling.make_matrix(spaces.rows);
+      result.P_falling = P_falling.make_matrix(spaces.rows, (*patterns)[2]);
+      result.Q_falling = Q_falling.make_matrix(spaces.rows, (*patterns)[3]);
     }
     return result;
   }

@@ -255,6 +255,24 @@ namespace squeal
     return matrix;
   }
 
+  Matrix EntryList::make_matrix(const RowRange &range, Pattern &pattern)
+  {
+    int same = pattern.matrix && rows == pattern.rows && columns == pattern.columns;
+    MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, range.comm);
+    if (!same)
+    {
+      // PETSc sorts in place
+      pattern.rows    = rows;
+      pattern.columns = columns;
+      pattern.matrix  = make_matrix(range);
+    }
+    else
+      SQUEAL_PETSC(MatSetValuesCOO(pattern.matrix, values.data(), INSERT_VALUES));
+    Mat copy = nullptr;
+    SQUEAL_PETSC(MatDuplicate(pattern.matrix, MAT_COPY_VALUES, &copy));
+    return Matrix(copy);
+  }
+
   std::vector<double> replicate(const Block &column)
   {
     const RowRange &range = column.row_range();

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <ctime>
 
 namespace squeal
 {
@@ -24,6 +25,23 @@ namespace squeal
 
   namespace
   {
+    /// Adds the processor seconds of its lifetime.
+    class Stopwatch
+    {
+    public:
+      explicit Stopwatch(double &seconds) : seconds(seconds), start(std::clock()) {}
+      ~Stopwatch()
+      {
+        seconds += double(std::clock() - start) / CLOCKS_PER_SEC;
+      }
+      Stopwatch(const Stopwatch &)            = delete;
+      Stopwatch &operator=(const Stopwatch &) = delete;
+
+    private:
+      double &seconds;
+      const std::clock_t start;
+    };
+
     /// A number that hardly two different matrices share.
     double fingerprint(const Matrix &matrix)
     {
@@ -39,6 +57,7 @@ namespace squeal
 
   void ModeFollower::assemble_model(const Parameters::All &parameters, const Factorization *nearby)
   {
+    const Stopwatch stopwatch(seconds_.assembly);
     summed.reset(); // two of them would double the memory
     is_as_solved = false;
     model->assemble(parameters, nearby);
@@ -69,6 +88,7 @@ namespace squeal
 
   bool ModeFollower::has_count_of_anchor()
   {
+    const Stopwatch stopwatch(seconds_.counting);
     std::vector<double> key = reference_key();
     if (key != counted_key)
     {
@@ -84,8 +104,11 @@ namespace squeal
     {
       assemble_model(parameters, reduced.factorization());
       if (has_count_of_anchor())
+      {
+        const Stopwatch stopwatch(seconds_.projection);
         if (std::optional<Modes> modes = reduced.solve(model->terms()))
           return std::move(*modes);
+      }
     }
     return solve_fully(parameters);
   }
@@ -93,6 +116,7 @@ namespace squeal
   Modes ModeFollower::solve_fully(const Parameters::All &parameters)
   {
     assemble_model(parameters, nullptr);
+    const Stopwatch stopwatch(seconds_.full);
     const QuadraticEigenproblem &problem = whole_problem();
     whole_rows                           = problem.rows;
     is_as_solved                         = true;
@@ -119,6 +143,15 @@ namespace squeal
     reduced.anchor(whole_problem(), model->terms(), modes);
     anchor_count = counted = modes.n_reference;
     counted_key            = reference_key();
+  }
+
+  bool ModeFollower::prepare(const Parameters::All &parameters)
+  {
+    if (!reduced.is_anchored())
+      return false;
+    assemble_model(parameters, reduced.factorization());
+    const Stopwatch stopwatch(seconds_.projection);
+    return reduced.prepare(model->terms());
   }
 
   std::vector<ModeRow> ModeFollower::analyse(const Modes &modes) const

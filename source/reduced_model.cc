@@ -153,10 +153,14 @@ namespace squeal
   ReducedModel::Members ReducedModel::members_of(const std::vector<Term> &terms)
   {
     Members members;
+    const bool in_contact =
+        std::any_of(terms.begin(), terms.end(),
+                    [](const Term &term) { return term.origin == Origin::contact; });
     for (const Term &term : terms)
       if (term.matrix && *term.matrix)
       {
-        const Member member{term.matrix, term.order, term.coefficient};
+        const Member member{term.matrix, term.order, term.coefficient,
+                            in_contact && is_of_contact(term.origin)};
         if (const Member *known = find(members, member))
           members[known - members.data()].coefficient += term.coefficient;
         else
@@ -198,7 +202,7 @@ namespace squeal
     const auto touch = [&](const Members &members, const Members &others)
     {
       for (const Member &member : members)
-        if (!find(others, member))
+        if (member.of_contact || !find(others, member))
           for_entries(*member.matrix, [&](const PetscInt row, const PetscInt column, double)
                       { touched[row] = touched[column] = 1; });
     };
@@ -214,7 +218,7 @@ namespace squeal
       for (const Member &member : now)
       {
         const Member *of_anchor = find(before, member);
-        if (!of_anchor || member.order != order)
+        if (!of_anchor || member.of_contact || member.order != order)
           continue;
         if (of_anchor->coefficient != member.coefficient && !find(varying, member))
           varying.push_back(member);
@@ -305,6 +309,12 @@ namespace squeal
       gather(entries.values, MPI_DOUBLE, rows.comm);
     }
     MPI_Allreduce(MPI_IN_PLACE, &known, 1, MPI_INT, MPI_MIN, rows.comm);
+    if (known && has_constraints && !compliant)
+    {
+      find_constraints(true, left_constraints);
+      if (find_constraints(false, right_constraints))
+        right_change = DenseMatrix();
+    }
     return known;
   }
 
@@ -336,6 +346,8 @@ namespace squeal
     append(std::move(responses), smallest);
   }
 
+  /// Of the pairs in the disc those with the smallest residuals: others are no modes of the whole
+  /// problem.
   std::vector<unsigned int> ReducedModel::best_pairs(const Solutions &solutions) const
   {
     std::vector<unsigned int> best(solutions.lambda.size());
@@ -345,6 +357,17 @@ namespace squeal
                      { return solutions.errors[a] < solutions.errors[b]; });
     best.resize(std::min<std::size_t>(best.size(), n_disc));
     return best;
+  }
+
+  std::vector<unsigned int> ReducedModel::failing(const Solutions &solutions,
+                                                  const std::vector<unsigned int> &which,
+                                                  const double largest_error) const
+  {
+    std::vector<unsigned int> result;
+    for (const unsigned int i : which)
+      if (!(solutions.errors[i] <= (is_in_window(solutions.lambda[i]) ? largest_error : 1e-6)))
+        result.push_back(i);
+    return result;
   }
 
   /// Solves the projected problem and certifies the pairs; gives their residuals. The last pairs
@@ -369,7 +392,8 @@ namespace squeal
     return result;
   }
 
-  std::optional<Modes> ReducedModel::solve(const std::vector<Term> &terms)
+  std::optional<Modes> ReducedModel::solve(const std::vector<Term> &terms,
+                                           const double largest_error)
   {
     if (!is_anchored())
       return std::nullopt;
@@ -384,25 +408,18 @@ namespace squeal
     Solutions x, y;
     for (unsigned int n_corrections = 0;; ++n_corrections)
     {
-      const Block residuals_of_x = solve_projected(x, y);
-      // Of the pairs in the disc those with the smallest residuals: others are no modes of the
-      // whole problem. Beyond the window they need only be known.
-      const std::vector<unsigned int> best = best_pairs(x);
-      std::vector<unsigned int> failing;
-      double worst = 0;
+      const Block residuals_of_x              = solve_projected(x, y);
+      const std::vector<unsigned int> best    = best_pairs(x),
+                                      lacking = failing(x, best, largest_error);
+      double worst                            = 0;
       for (const unsigned int i : best)
-      {
-        const bool in_window = x.lambda[i].imag() <= options.max_imaginary;
-        if (in_window)
+        if (is_in_window(x.lambda[i]))
           worst = std::max(worst, x.errors[i]);
-        if (x.errors[i] > (in_window ? accepted_error() : 1e-6))
-          failing.push_back(i);
-      }
       std::ostringstream text;
       text << "  projected on " << dimension() << " vectors: " << best.size() << " of " << n_disc
            << " modes, backward errors " << worst;
       options.progress(text.str());
-      if (best.size() == n_disc && failing.empty())
+      if (best.size() == n_disc && lacking.empty())
       {
         project_tests();
         return make_modes(x, y, best);
@@ -411,13 +428,14 @@ namespace squeal
       constexpr double hopeless = 1e-4;
       // A correction divides errors by 20 or more and costs a vector a mode; a basis too large
       // costs more than a new anchor.
-      const double n_needed = std::ceil(std::log(worst / accepted_error()) / std::log(20.));
-      if (n_corrections == most_corrections || failing.empty() || worst > hopeless ||
-          dimension() + n_needed * failing.size() > largest_dimension())
+      const double n_needed = std::ceil(std::log(worst / largest_error) / std::log(20.));
+      if (n_corrections == most_corrections || lacking.empty() || worst > hopeless ||
+          dimension() + n_needed * lacking.size() > largest_dimension())
         return std::nullopt;
+      // With a margin, so that the next parameters need none
       const unsigned int before = dimension();
-      Block added               = corrections(residuals_of_x, failing);
-      const double largest      = principal_components(added).sizes.front();
+      Block added          = corrections(residuals_of_x, failing(x, best, 0.1 * largest_error));
+      const double largest = principal_components(added).sizes.front();
       append(std::move(added), std::max(smallest, 1e-3 * largest));
       if (dimension() == before)
         return std::nullopt;

@@ -220,25 +220,35 @@ namespace squeal
     }
   } // namespace
 
-  /// The interface rows of Q(l) x with the pressures that make them smallest: Re and Im, a row a
-  /// solution.
-  std::array<DenseMatrix, 2> ReducedModel::residuals_at_interface(const Solutions &solutions) const
+  /// The interface rows of Q(l) x without the contact's pressures: Re and Im, a row a solution.
+  std::array<DenseMatrix, 2> ReducedModel::forces_at_interface(const std::vector<Complex> &lambda,
+                                                               const DenseMatrix &x_re,
+                                                               const DenseMatrix &x_im) const
   {
     std::array<DenseMatrix, 2> result;
-    result.fill(DenseMatrix(solutions.lambda.size(), interface_rows.size()));
+    result.fill(DenseMatrix(lambda.size(), interface_rows.size()));
     for (unsigned int order = 0; order < 3; ++order)
     {
       const DenseMatrix &of_basis = images_at_rows[order];
       if (of_basis.values.empty())
         continue;
       std::vector<Complex> powers;
-      for (const Complex l : solutions.lambda)
+      for (const Complex l : lambda)
         powers.push_back(std::pow(l, int(order)));
       DenseMatrix re, im;
-      scale_columns(solutions.re, solutions.im, powers, re, im);
+      scale_columns(x_re, x_im, powers, re, im);
       gemm(true, 1, re, of_basis, 1, result[0]);
       gemm(true, 1, im, of_basis, 1, result[1]);
     }
+    return result;
+  }
+
+  /// The interface rows of Q(l) x with the pressures that make them smallest: Re and Im, a row a
+  /// solution.
+  std::array<DenseMatrix, 2> ReducedModel::residuals_at_interface(const Solutions &solutions) const
+  {
+    std::array<DenseMatrix, 2> result =
+        forces_at_interface(solutions.lambda, solutions.re, solutions.im);
     if (has_constraints && !compliant)
       for (DenseMatrix &part : result)
         add(1, shortest_change(left_constraints, part), part);

@@ -38,7 +38,7 @@ namespace squeal
     if (!has_constraints || compliant)
       return;
     const DenseMatrix change =
-        shortest_change(constraints(false), gather_rows(added, interface_rows));
+        shortest_change(right_constraints, gather_rows(added, interface_rows));
     constexpr double rounding = 1e-3; // more is a gap
     for (unsigned int j = 0; j < added.n_columns(); ++j)
     {
@@ -115,7 +115,7 @@ namespace squeal
     n_imaged = n_all;
   }
 
-  ReducedModel::Constraints ReducedModel::constraints(const bool of_left) const
+  bool ReducedModel::find_constraints(const bool of_left, Constraints &constraints) const
   {
     Constraints result;
     result.by_row.resize(interface_rows.size());
@@ -134,30 +134,28 @@ namespace squeal
       }
       result.by_row[row].emplace_back(number[constraint], entries.values[k]);
     }
-    return result;
+    if (result.rows == constraints.rows && result.by_row == constraints.by_row)
+      return false;
+    DenseMatrix squares(result.rows.size(), result.rows.size());
+    for (const auto &row : result.by_row)
+      for (const auto &[k, value] : row)
+        for (const auto &[i, other] : row)
+          squares(i, k) += value * other;
+    result.squares = PositiveFactors(std::move(squares));
+    constraints    = std::move(result);
+    return true;
   }
 
   DenseMatrix ReducedModel::balancing_pressures(const Constraints &c,
                                                 const DenseMatrix &at_rows) const
   {
-    const unsigned int m = at_rows.n_rows, n = c.rows.size();
-    DenseMatrix result(m, interface_rows.size());
-    if (n == 0)
-      return result;
-    DenseMatrix violation(n, m), squares(n, n);
+    const unsigned int m = at_rows.n_rows;
+    DenseMatrix violation(m, c.rows.size());
     for (unsigned int r = 0; r < interface_rows.size(); ++r)
       for (const auto &[k, value] : c.by_row[r])
-      {
         for (unsigned int j = 0; j < m; ++j)
-          violation(k, j) -= value * at_rows(j, r);
-        for (const auto &[i, other] : c.by_row[r])
-          squares(i, k) += value * other;
-      }
-    const DenseMatrix pressures = squeal::solve(std::move(squares), std::move(violation));
-    for (unsigned int k = 0; k < n; ++k)
-      for (unsigned int j = 0; j < m; ++j)
-        result(j, c.rows[k]) = pressures(k, j);
-    return result;
+          violation(j, k) -= value * at_rows(j, r);
+    return transposed(c.squares.solve(transposed(violation)));
   }
 
   DenseMatrix ReducedModel::shortest_change(const Constraints &c, const DenseMatrix &at_rows) const
@@ -167,20 +165,21 @@ namespace squeal
     for (unsigned int r = 0; r < interface_rows.size(); ++r)
       for (const auto &[k, value] : c.by_row[r])
         for (unsigned int j = 0; j < at_rows.n_rows; ++j)
-          result(j, r) += value * pressures(j, c.rows[k]);
+          result(j, r) += value * pressures(j, k);
     return result;
   }
 
   void ReducedModel::satisfy_constraints()
   {
-    left_change = right_change = DenseMatrix(dimension(), interface_rows.size());
-    if (has_constraints && !compliant)
+    const bool holds_pressures = has_constraints && !compliant;
+    left_change                = holds_pressures ? shortest_change(left_constraints, left_rows)
+                                                 : DenseMatrix(dimension(), interface_rows.size());
+    if (right_change.n_rows != dimension() || right_change.values.empty())
     {
-      left_constraints = constraints(true);
-      left_change      = shortest_change(left_constraints, left_rows);
-      right_change     = shortest_change(constraints(false), right_rows);
+      right_change = holds_pressures ? shortest_change(right_constraints, right_rows)
+                                     : DenseMatrix(dimension(), interface_rows.size());
+      find_kernel();
     }
-    find_kernel();
     left_moved = left_rows;
     add(1, left_change, left_moved);
   }
@@ -260,8 +259,9 @@ namespace squeal
     return result;
   }
 
-  /// Entries applied to a basis' interface rows.
-  DenseMatrix ReducedModel::apply(const Entries &entries, const DenseMatrix &basis) const
+  /// Entries applied to a basis' interface rows, in which pressures may be zero.
+  DenseMatrix ReducedModel::apply(const Entries &entries, const DenseMatrix &basis,
+                                  const bool of_pressures) const
   {
     if (entries.values.empty())
       return {};
@@ -269,6 +269,8 @@ namespace squeal
     DenseMatrix result(m, interface_rows.size());
     for (std::size_t k = 0; k < entries.values.size(); ++k)
     {
+      if (!of_pressures && is_constraint[entries.columns[k]])
+        continue;
       const double a  = entries.values[k];
       const double *x = &basis.values[std::size_t(entries.columns[k]) * m];
       double *y       = &result.values[std::size_t(entries.rows[k]) * m];
@@ -298,19 +300,19 @@ namespace squeal
   void ReducedModel::project_terms()
   {
     left_pressures  = DenseMatrix();
-    right_pressures = {};
+    right_pressures = DenseMatrix();
     if (compliant)
     {
-      left_pressures     = compliant_pressures(left_rows, true);
-      right_pressures[0] = compliant_pressures(right_rows, false);
+      left_pressures  = compliant_pressures(left_rows, true);
+      right_pressures = compliant_pressures(right_rows, false);
     }
     for (unsigned int order = 0; order < 3; ++order)
     {
       DenseMatrix with_pressures = right_rows;
       if (order == 0)
-        add(1, right_pressures[0], with_pressures);
+        add(1, right_pressures, with_pressures);
       DenseMatrix &of_v = changing_images[order];
-      of_v              = apply(changing[order], with_pressures);
+      of_v              = apply(changing[order], with_pressures, compliant);
       if (compliant)
         clear_constraints(of_v);
       images_at_rows[order] = sum_of_fixed(at_rows, order);
@@ -328,7 +330,6 @@ namespace squeal
   /// What is to be known of a solution beyond its pairs.
   void ReducedModel::project_tests()
   {
-    const bool holds_pressures = has_constraints && !compliant;
     for (unsigned int order = 0; order < 3; ++order)
     {
       DenseMatrix sum = sum_of_fixed(projected[of_right], order);
@@ -336,16 +337,6 @@ namespace squeal
         add(1, outer_product(right_rows, changing_images[order]), sum);
       operators[of_right][order] = std::move(sum);
       operators[of_left][order]  = sum_of_fixed(projected[of_left], order);
-      pressure_forms[order]      = DenseMatrix();
-      if (holds_pressures && !images_at_rows[order].values.empty())
-      {
-        // The pressures that balance l^order A_order V best: -(C C^T)^{-1} C (...), C^T = N + mu T
-        right_pressures[order] = balancing_pressures(left_constraints, images_at_rows[order]);
-        // x^H (N + mu T) Lambda
-        DenseMatrix forces = apply(changing[0], right_pressures[order]);
-        clear_constraints(forces);
-        pressure_forms[order] = outer_product(right_rows, forces);
-      }
     }
   }
 
@@ -368,6 +359,20 @@ namespace squeal
       result.push_back(
           {term.origin, order, term.coefficient, std::make_shared<const Matrix>(sparse(small))});
     };
+    // The pressures Lambda_0 + l Lambda_1 + l^2 Lambda_2 of V in the constraints' rows; those that
+    // balance l^order A_order V best are -(C C^T)^{-1} C (...), C^T = N + mu T
+    std::array<DenseMatrix, 3> pressures = {{right_pressures, {}, {}}};
+    if (has_constraints && !compliant)
+      for (unsigned int order = 0; order < 3; ++order)
+        if (!images_at_rows[order].values.empty())
+        {
+          const DenseMatrix balancing =
+              balancing_pressures(left_constraints, images_at_rows[order]);
+          pressures[order] = DenseMatrix(dimension(), interface_rows.size());
+          for (unsigned int k = 0; k < balancing.n_columns; ++k)
+            for (unsigned int j = 0; j < dimension(); ++j)
+              pressures[order](j, left_constraints.rows[k]) = balancing(j, k);
+        }
     DenseMatrix test_change = left_change;
     add(1, left_pressures, test_change);
     for (const Term &term : terms)
@@ -396,9 +401,9 @@ namespace squeal
       DenseMatrix test = left_moved;
       add(1, left_pressures, test);
       for (unsigned int order = 0; order < 3 && !entries.values.empty(); ++order)
-        if (!right_pressures[order].values.empty())
+        if (!pressures[order].values.empty())
           add_term(term, term.order + order,
-                   outer_product(test, apply(entries, right_pressures[order])));
+                   outer_product(test, apply(entries, pressures[order], true)));
     }
     return result;
   }
@@ -406,6 +411,22 @@ namespace squeal
   ReducedModel::RayleighForms ReducedModel::rayleigh_forms(const Modes &modes) const
   {
     RayleighForms forms;
+    // (N + mu T) Lambda of the modes
+    const unsigned int n = modes.lambda.size();
+    const auto small     = [&](const Block &block) {
+      return DenseMatrix(dimension(), n, {block.data(), block.data() + dimension() * n});
+    };
+    const DenseMatrix x_re = small(modes.re), x_im = small(modes.im);
+    std::array<DenseMatrix, 2> forces = forces_at_interface(modes.lambda, x_re, x_im);
+    DenseMatrix at_rows_re(n, interface_rows.size()), at_rows_im = at_rows_re;
+    const bool holds_pressures = has_constraints && !compliant;
+    if (holds_pressures)
+    {
+      for (DenseMatrix &part : forces)
+        part = shortest_change(left_constraints, part);
+      gemm(true, 1, x_re, right_rows, 0, at_rows_re);
+      gemm(true, 1, x_im, right_rows, 0, at_rows_im);
+    }
     for (unsigned int j = 0; j < modes.lambda.size(); ++j)
     {
       const auto form = [&](const DenseMatrix &a)
@@ -422,8 +443,9 @@ namespace squeal
       };
       forms.of_p.push_back(form(operators[of_right][1]));
       Complex of_q = form(operators[of_right][0]);
-      for (unsigned int order = 0; order < 3; ++order)
-        of_q += std::pow(modes.lambda[j], int(order)) * form(pressure_forms[order]);
+      for (unsigned int r = 0; r < interface_rows.size() && holds_pressures; ++r)
+        of_q += Complex(at_rows_re(j, r), -at_rows_im(j, r)) *
+                Complex(forces[0](j, r), forces[1](j, r));
       forms.of_q.push_back(of_q);
     }
     return forms;

@@ -196,9 +196,10 @@ namespace squeal
     tangent_product(const std::vector<Term> &body_terms, const Contact<dim> &contact,
                     const typename Contact<dim>::Pressure &pressure, const bool with_friction)
     {
-      const auto normal = std::make_shared<const Matrix>(contact.normal()),
-                 slip   = std::make_shared<const Matrix>(with_friction ? contact.friction(pressure)
-                                                                       : Matrix());
+      const std::shared_ptr<const Matrix> normal = contact.shared_normal();
+      std::pair<double, std::shared_ptr<const Matrix>> slip;
+      if (with_friction)
+        slip = contact.shared_friction(pressure);
       return [&body_terms, normal, slip](const Block &x)
       {
         Block y        = multiply(*normal, x);
@@ -207,15 +208,49 @@ namespace squeal
           if (!matrix)
             return;
           const Block product = multiply(matrix, x);
-          for (unsigned int i = 0; i < y.n_local(); ++i)
+          for (std::size_t i = 0; i < std::size_t(y.n_local()) * y.n_columns(); ++i)
             y.data()[i] += factor * product.data()[i];
         };
-        add(1, *slip);
+        if (slip.second)
+          add(slip.first, *slip.second);
         for (const Term &term : body_terms)
           if (term.order == 0 && term.matrix)
             add(term.coefficient, *term.matrix);
         return y;
       };
+    }
+
+    /// x = X c with X^T (b - A X c) = 0.
+    Block best_combination(const Block &states, const LinearOperator &tangent, const Block &b)
+    {
+      const Block X        = orthonormalize(states);
+      const unsigned int n = X.n_columns();
+      const DenseMatrix c  = squeal::solve(DenseMatrix(n, n, inner_products(X, tangent(X))),
+                                           DenseMatrix(n, 1, inner_products(X, b)));
+      return combine(X, c.values, 1);
+    }
+
+    /// Solves A x = b from the given x on with B ~ A^{-1}; false if that does not converge.
+    bool correct(const LinearOperator &tangent, const Factorization &nearby, const Block &b,
+                 Block &x)
+    {
+      // Preconditioned residuals are relative errors of the state.
+      constexpr double tolerance              = 1e-12;
+      constexpr unsigned int most_corrections = 60;
+      Block residual                          = b;
+      const Block product                     = tangent(x);
+      for (unsigned int i = 0; i < b.n_local(); ++i)
+        residual.data()[i] -= product.data()[i];
+      const Block change = nearby.solve(residual);
+      const double size  = std::sqrt(inner_products(x, x)[0]);
+      for (unsigned int i = 0; i < b.n_local(); ++i)
+        x.data()[i] += change.data()[i];
+      // What is left after it is a fraction of the change.
+      if (std::sqrt(inner_products(change, change)[0]) <= 10 * tolerance * size)
+        return true;
+      return bool(gmres(
+          tangent, [&](const Block &y) { return nearby.solve(y); }, b, x, tolerance,
+          most_corrections));
     }
 
     /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts
@@ -406,6 +441,7 @@ namespace squeal
         if (settled && accurate)
         {
           check_residual(steps, contact, with_friction, load, result);
+          result.states = result.state;
           return;
         }
         accurate |= settled;
@@ -434,23 +470,26 @@ namespace squeal
                             const std::vector<Term> &body_terms, Contact<dim> &contact,
                             const bool with_friction, const Block &load)
   {
-    const RowRange &rows = before.state.row_range();
-    // Preconditioned residuals are relative errors of the state.
-    constexpr double tolerance              = 1e-12;
-    constexpr unsigned int most_corrections = 60, max_iterations = 10;
+    const RowRange &rows                  = before.state.row_range();
+    constexpr unsigned int max_iterations = 10, most_states = 8;
     StaticEquilibrium result;
     result.state    = before.state;
     result.pressure = before.pressure;
     for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
     {
       const auto tangent = tangent_product(body_terms, contact, result.pressure, with_friction);
-      if (!gmres(
-              tangent, [&](const Block &x) { return nearby.solve(x); },
-              total_load(contact, result.pressure, with_friction, load), result.state, tolerance,
-              most_corrections))
+      const Block b      = total_load(contact, result.pressure, with_friction, load);
+      if (iteration == 0)
+        result.state = best_combination(before.states, tangent, b);
+      if (!correct(tangent, nearby, b, result.state))
         return std::nullopt;
       if (take_step(contact, result, rows.comm))
+      {
+        const unsigned int n = before.states.n_columns(), n_kept = std::min(n, most_states - 1);
+        result.states = before.states.columns(n - n_kept, n_kept);
+        result.states.append(result.state);
         return result;
+      }
       if (!contact.lost_contacts().empty())
         return std::nullopt;
     }

@@ -165,6 +165,20 @@ namespace squeal
     MPI_Barrier(comm);
   }
 
+  void Sweep::prepare(const unsigned int first)
+  {
+    const std::vector<double> points = file.parameters().sweep.points();
+    const unsigned int n             = points.size() - first;
+    // Measured: with fewer values it is cheaper to make the basis richer value by value.
+    constexpr unsigned int fewest = 20;
+    if (!keeps_mesh || n < fewest)
+      return;
+    // From near to far, so that each sample is nearly known from those before
+    for (const double share : {0.1, 0.3})
+      if (!follower.prepare(parameters_at(points[first + std::lround(share * (n - 1))])))
+        break;
+  }
+
   bool Sweep::resume(BranchPoint &last, unsigned int &n_done)
   {
     const std::vector<double> points               = file.parameters().sweep.points();
@@ -191,6 +205,7 @@ namespace squeal
     if (keeps_mesh)
       follower.anchor(parameters_at(last.value), last.modes);
     n_done = std::find(points.begin(), points.end(), last.value) - points.begin() + 1;
+    prepare(n_done);
     cut_files(directory, tables, {state->begin() + 2, state->begin() + n_head}, comm);
     log.line("Resumed after " + std::to_string(n_done) + " of " + std::to_string(points.size()) +
              " values: " + parameter + " = " + number(last.value) + ".");
@@ -242,10 +257,19 @@ namespace squeal
       }
       write(last);
       settle(last);
+      if (follower.is_whole(last.modes))
+        prepare(k + 1);
     }
     log.line("  " + std::to_string(follower.n_full_solutions()) + " full solutions for " +
              std::to_string(points.size() - n_done) + " values" +
              (critical_csv ? " and the critical ones." : "."));
+    const ModeFollower::Seconds &seconds = follower.seconds();
+    char text[160];
+    std::snprintf(text, sizeof(text),
+                  "  Processor seconds: contact and static states %.1f, counting %.1f, projection "
+                  "%.1f, full solutions %.1f.",
+                  seconds.assembly, seconds.counting, seconds.projection, seconds.full);
+    log.line(text);
     file.vary(parameter, original);
     MPI_Barrier(comm);
     std::error_code ignored;

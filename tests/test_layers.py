@@ -21,7 +21,7 @@ FLOORS = [
     ["body_operators", "displacement_operator"],
     ["contact", "displacement_multigrid"],
     ["contact_border", "iterative_statics"],
-    ["contact_fields", "local_problems", "friction_work", "static_equilibrium", "subspace_iteration"],
+    ["contact_fields", "local_problems", "friction_work", "kept_contact", "static_equilibrium", "subspace_iteration"],
     ["block_krylov", "pep_search"],
     ["left_vectors"],
     ["window_search"],

@@ -4,6 +4,7 @@
 #include <squeal/eigenproblem.h>
 #include <squeal/friction_laws.h>
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <utility>
@@ -70,6 +71,12 @@ namespace squeal
     /// The friction term: int (d tau/d p) d[[u]].e Dp, that is mu T where mu does not depend on the
     /// pressure.
     Matrix friction(const Pressure &pressure) const;
+
+    /// N and the friction term as multiples of matrices that stay the same as long as only that
+    /// changes: sweeps over the friction coefficient assemble neither.
+    std::shared_ptr<const Matrix> shared_normal() const;
+    std::pair<double, std::shared_ptr<const Matrix>>
+    shared_friction(const Pressure &pressure) const;
 
     /// P_R and Q_R: those of the turning direction, int (tau/v) d[[u]].P_perp ..., and those of the
     /// law's slope, int (d tau/d v) (d[[u]].e)(e. ...). Empty where they vanish.
@@ -190,6 +197,9 @@ namespace squeal
     void for_each_pair(const std::function<void(unsigned int interface, const Kinematics &)> &work,
                        bool with_slopes = false) const;
 
+    /// int c d[[u]].e Dp with a coefficient at every point.
+    Matrix tangential(const Pressure &coefficients) const;
+
     double gap(const dealii::Point<dim> &x) const
     {
       return model.initial_gap ? model.initial_gap(x) : 0.;
@@ -207,7 +217,25 @@ namespace squeal
       std::vector<std::pair<unsigned int, Kinematics>> pairs; ///< with the interface's number
     };
     mutable std::shared_ptr<const Tabulated> tabulated;
-    bool keeps_table            = true;
+    bool keeps_table = true;
+    /// The matrices of the last call and what they were made with.
+    struct Kept
+    {
+      std::vector<bool> active;
+      std::vector<std::vector<bool>> active_points;
+      std::vector<double> constants;
+      Pressure coefficients;
+      std::shared_ptr<const Matrix> matrix;
+      bool is_of(const Contact &contact, const std::vector<double> &present) const
+      {
+        return matrix && constants == present && active == contact.active &&
+               active_points == contact.active_points;
+      }
+    };
+    mutable Kept kept_normal, kept_friction;
+    /// Of P_R and Q_R, with the slope of the law and without.
+    mutable std::shared_ptr<std::array<EntryList::Pattern, 4>> patterns =
+        std::make_shared<std::array<EntryList::Pattern, 4>>();
     double scale                = 1;
     double constraint_stiffness = 1;
     std::vector<bool> is_multiplier;              ///< by equation

@@ -31,6 +31,14 @@ namespace squeal
            origin == Origin::transport || origin == Origin::prestress;
   }
 
+  /// Whether a term acts on the contact surfaces only.
+  inline bool is_of_contact(const Origin origin)
+  {
+    return origin == Origin::contact || origin == Origin::friction ||
+           origin == Origin::friction_damping || origin == Origin::falling_friction ||
+           origin == Origin::turning_friction;
+  }
+
   /// One term coefficient * matrix * (d/dt)^order u of the equations of motion. Matrices are shared
   /// between terms: D = alpha M + beta K stores nothing.
   struct Term

@@ -113,6 +113,15 @@ namespace squeal
     void add(int row, int column, double value);
     Matrix make_matrix(const RowRange &range);
 
+    /// What is known of a list of entries: the next one in the same places needs no sorting.
+    struct Pattern
+    {
+      std::vector<PetscInt> rows, columns;
+      Matrix matrix;
+    };
+    /// The same, with the pattern of the last call. Collective.
+    Matrix make_matrix(const RowRange &range, Pattern &pattern);
+
   private:
     std::vector<PetscInt> rows, columns;
     std::vector<PetscScalar> values;

@@ -28,6 +28,10 @@ namespace squeal
     /// Makes a full solution for these parameters the anchor. Modes in coordinates become invalid.
     void anchor(const Parameters::All &parameters, const Modes &modes);
 
+    /// Makes the basis of the anchor rich enough for the parameters from the anchor to these.
+    /// Returns whether it could: else they are too far away.
+    bool prepare(const Parameters::All &parameters);
+
     /// Of the anchor: part of the state of a run that is to be resumed.
     std::vector<double> varying_terms() const
     {
@@ -66,6 +70,16 @@ namespace squeal
     {
       return n_full;
     }
+    /// Processor seconds of this rank; assembly has the contact and the static states, also those
+    /// of full solutions.
+    struct Seconds
+    {
+      double assembly = 0, counting = 0, projection = 0, full = 0;
+    };
+    const Seconds &seconds() const
+    {
+      return seconds_;
+    }
 
   private:
     void assemble_model(const Parameters::All &parameters, const Factorization *nearby);
@@ -83,6 +97,7 @@ namespace squeal
     ReducedModel reduced;
     RowRange whole_rows;
     unsigned int n_full = 0;
+    Seconds seconds_;
     mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
     bool is_as_solved = false; ///< whether nothing was assembled since the last full solution
 

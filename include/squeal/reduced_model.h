@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/dense.h>
+#include <squeal/reduced_tools.h>
 #include <squeal/subspace_iteration.h>
 
 #include <array>
@@ -59,7 +59,16 @@ namespace squeal
     /// The modes of other terms as coordinates in V and W (blocks of MPI_COMM_SELF), with upper
     /// bounds of their backward errors. Nothing if these are not below the tolerance or the number
     /// of modes near the window has changed: then solve the whole problem.
-    std::optional<Modes> solve(const std::vector<Term> &terms);
+    std::optional<Modes> solve(const std::vector<Term> &terms)
+    {
+      return solve(terms, accepted_error());
+    }
+    /// Makes V so rich that terms between these and others for which this was done need no more:
+    /// solves them more accurately than needed. Returns whether it could.
+    bool prepare(const std::vector<Term> &terms)
+    {
+      return bool(solve(terms, 0.5 * accepted_error()));
+    }
 
     /// W^T M V, W^T P V, W^T Q V of the last solution: the form in which left and right coordinates
     /// are orthogonal.
@@ -99,6 +108,7 @@ namespace squeal
       std::shared_ptr<const Matrix> matrix;
       unsigned int order;
       double coefficient;
+      bool of_contact; ///< changes with the area of contact, also where it has not yet
     };
     using Members = std::vector<Member>;
     /// The sum of all matrices of an order with constant coefficients, or one whose coefficient
@@ -133,7 +143,8 @@ namespace squeal
     struct Constraints
     {
       std::vector<std::vector<std::pair<unsigned int, double>>> by_row; ///< (constraint, value)
-      std::vector<unsigned int> rows; ///< by constraint, in the interface
+      std::vector<unsigned int> rows;   ///< by constraint, in the interface
+      reduced::PositiveFactors squares; ///< of C C^T
     };
 
     double radius() const
@@ -169,14 +180,15 @@ namespace squeal
     void find_kernel();
     /// Z^T A Z.
     DenseMatrix in_kernel(const DenseMatrix &a) const;
-    Constraints constraints(bool of_left) const;
+    /// Of the present terms. Returns whether they have changed.
+    bool find_constraints(bool of_left, Constraints &constraints) const;
     /// - C^T (C C^T)^{-1} C w in the interface rows.
     DenseMatrix shortest_change(const Constraints &constraints, const DenseMatrix &at_rows) const;
-    /// - (C C^T)^{-1} C w in the constraints' rows.
+    /// - (C C^T)^{-1} C w, a constraint a column.
     DenseMatrix balancing_pressures(const Constraints &constraints,
                                     const DenseMatrix &at_rows) const;
     DenseMatrix compliant_pressures(const DenseMatrix &basis, bool of_left) const;
-    DenseMatrix apply(const Entries &entries, const DenseMatrix &basis) const;
+    DenseMatrix apply(const Entries &entries, const DenseMatrix &basis, bool of_pressures) const;
     void clear_constraints(DenseMatrix &at_rows) const;
     DenseMatrix sum_of_fixed(const std::vector<DenseMatrix> &by_matrix, unsigned int order) const;
     void project_terms();
@@ -190,12 +202,25 @@ namespace squeal
     /// Unit coordinates of Z v.
     void set_column(Solutions &solutions, unsigned int k, const std::vector<Complex> &vector) const;
     std::vector<std::vector<Complex>> factors_of(const std::vector<Complex> &lambda) const;
+    std::array<DenseMatrix, 2> forces_at_interface(const std::vector<Complex> &lambda,
+                                                   const DenseMatrix &re,
+                                                   const DenseMatrix &im) const;
     std::array<DenseMatrix, 2> residuals_at_interface(const Solutions &solutions) const;
     /// Q(l) x with the pressures that make the interface rows smallest, Re and Im.
     Block residuals(const Solutions &solutions) const;
     void certify(const Block &residuals, Solutions &solutions) const;
+    bool is_in_window(const Complex lambda) const
+    {
+      return lambda.imag() <= options.max_imaginary;
+    }
+    /// Of the pairs of the given numbers those with larger errors. Beyond the window pairs need
+    /// only be known.
+    std::vector<unsigned int> failing(const Solutions &solutions,
+                                      const std::vector<unsigned int> &which,
+                                      double largest_error) const;
     /// Q_0^{-1} Q(l) x of some, Re and Im.
     Block corrections(const Block &residuals, const std::vector<unsigned int> &which) const;
+    std::optional<Modes> solve(const std::vector<Term> &terms, double largest_error);
     void add_openings();
     Block solve_projected(Solutions &x, Solutions &y);
     /// The pairs with the smallest errors, as many as the anchor has in the disc.
@@ -221,7 +246,7 @@ namespace squeal
     std::vector<unsigned int> peak_rows;
     std::vector<char> is_constraint; ///< by interface row
     bool compliant = false, has_constraints = false;
-    Constraints left_constraints;      ///< of the present terms
+    Constraints left_constraints, right_constraints; ///< of the present terms
     std::vector<unsigned int> opened;  ///< interface rows of the openings in the bases
     std::array<Entries, 3> changing;   ///< by order
     Block right;                       ///< V, orthonormal displacements
@@ -241,10 +266,7 @@ namespace squeal
     std::array<DenseMatrix, 3> images_at_rows;  ///< of all terms, by order
     std::array<std::vector<DenseMatrix>, 3> projected;   ///< by form and fixed matrix
     std::array<std::array<DenseMatrix, 3>, 3> operators; ///< by form and order
-    /// The pressures Lambda_0 + l Lambda_1 + l^2 Lambda_2 of V, in the constraints' rows, and
-    /// V^T (N + mu T) Lambda_order.
-    std::array<DenseMatrix, 3> right_pressures, pressure_forms;
-    DenseMatrix left_pressures; ///< of a compliant contact
+    DenseMatrix left_pressures, right_pressures;         ///< of a compliant contact
     Solutions last_right, last_left;
   };
 } // namespace squeal

@@ -3,6 +3,8 @@
 #include <squeal/dense.h>
 #include <squeal/eigenproblem.h>
 
+#include <petscblaslapack.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -92,11 +94,16 @@ namespace squeal
     {
       if (a.values.empty())
         return {};
-      EntryList entries;
-      for (unsigned int j = 0; j < a.n_columns; ++j)
-        for (unsigned int i = 0; i < a.n_rows; ++i)
-          entries.add(i, j, a(i, j));
-      return entries.make_matrix(small_rows(a.n_rows));
+      Matrix matrix =
+          make_matrix(small_rows(a.n_rows), std::vector<PetscInt>(a.n_rows, a.n_columns),
+                      std::vector<PetscInt>(a.n_rows, 0));
+      std::vector<PetscInt> numbers(a.n_rows);
+      std::iota(numbers.begin(), numbers.end(), 0);
+      const DenseMatrix by_row = transposed(a);
+      SQUEAL_PETSC(MatSetValues(matrix, a.n_rows, numbers.data(), a.n_columns, numbers.data(),
+                                by_row.values.data(), INSERT_VALUES));
+      compress(matrix);
+      return matrix;
     }
 
     inline Block to_block(const DenseMatrix &a)
@@ -105,6 +112,36 @@ namespace squeal
       std::copy(a.values.begin(), a.values.end(), block.data());
       return block;
     }
+
+    /// A symmetric positive definite C, factorised once by Cholesky's method for many right sides.
+    class PositiveFactors
+    {
+    public:
+      PositiveFactors() = default;
+      /// Throws SolverError if C is singular to working precision.
+      explicit PositiveFactors(DenseMatrix c) : factors(std::move(c))
+      {
+        const PetscBLASInt n = factors.n_rows;
+        PetscBLASInt info    = 0;
+        if (n > 0)
+          LAPACKpotrf_("U", &n, factors.values.data(), &n, &info);
+        if (info != 0)
+          throw SolverError("The contact's constraints depend on one another (row " +
+                            std::to_string(info) + " of " + std::to_string(n) + ").");
+      }
+      /// C^{-1} B.
+      DenseMatrix solve(DenseMatrix b) const
+      {
+        const PetscBLASInt n = b.n_rows, n_rhs = b.n_columns;
+        PetscBLASInt info = 0;
+        if (n > 0 && n_rhs > 0)
+          LAPACKpotrs_("U", &n, &n_rhs, factors.values.data(), &n, b.values.data(), &n, &info);
+        return b;
+      }
+
+    private:
+      DenseMatrix factors;
+    };
 
     inline void scale_columns(Block &block, const std::vector<double> &factors)
     {

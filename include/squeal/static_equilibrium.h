@@ -25,6 +25,7 @@ namespace squeal
     std::vector<StaticIteration> iterations;
     typename std::vector<std::vector<double>> pressure; ///< Contact::Pressure of the state
     ContactBorder border;                               ///< on demand
+    Block states; ///< the last ones of those that followed one another, this included
   };
 
   /// The tangent of the static problem at fixed active set: the body terms of order 0, N, and with
@@ -62,8 +63,9 @@ namespace squeal
                                              bool with_friction, const Block &load);
 
   /// The same out of the state and the active set of an equilibrium nearby, by GMRES with factors
-  /// of a matrix nearby: no factorisation, no matrix but those of the contact. Nothing if that does
-  /// not converge; @p contact is then to be closed again.
+  /// of a matrix nearby: no factorisation, no matrix but those of the contact. It begins with the
+  /// combination of the last states that satisfies the equations best. Nothing if that does not
+  /// converge; @p contact is then to be closed again.
   template <int dim>
   std::optional<StaticEquilibrium>
   follow_static_equilibrium(const StaticEquilibrium &before, const Factorization &nearby,

@@ -53,6 +53,8 @@ namespace squeal
     BranchPoint advance_on_new_mesh(const BranchPoint &from, double value);
     void write(const BranchPoint &point);
     bool resume(BranchPoint &last, unsigned int &n_done);
+    /// Makes a new anchor's basis rich enough for the values from @p first on, as far as it can.
+    void prepare(unsigned int first);
     /// Makes a point that was solved fully the new anchor, and saves it.
     void settle(const BranchPoint &point);
 

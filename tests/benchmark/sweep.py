@@ -1,5 +1,5 @@
 """What a sweep costs beside single runs: processor seconds of a sweep over the friction coefficient and of one run at its
-last value, full solutions, peak memory.
+last value, full solutions, peak memory, and what took the time.
 
     python3 tests/benchmark/sweep.py [parameter file] [number of values ...]
 
@@ -37,12 +37,14 @@ def main():
     numbers = [int(n) for n in sys.argv[2:]] or [40]
     single, memory, _ = run(file, f"{FRICTION}=0.6", "Eigenproblem/Error bars=false")
     print(f"one run: {single:.1f} processor seconds, {memory} MiB")
-    print("values   processor s   full solutions   of as many runs   MiB")
+    print("values   processor s   full solutions   of as many runs   single runs   MiB   seconds by phase")
     for n in numbers:
         seconds, memory, log = run(file, f"Sweep/Parameter={FRICTION}", f"Sweep/Values=0 : 0.6 : {n}",
                                    "Sweep/Critical values=false")
         full = re.search(r"(\d+) full solutions", log)
-        print(f"{n:6}   {seconds:11.1f}   {full[1]:>14}   {seconds / (n * single):14.1%}   {memory:5}", flush=True)
+        phases = re.search(r"Processor seconds: (.*)\.", log)
+        print(f"{n:6}   {seconds:11.1f}   {full[1]:>14}   {seconds / (n * single):14.1%}   {seconds / single:11.1f}   "
+              f"{memory:5}   {phases[1]}", flush=True)
 
 
 if __name__ == "__main__":

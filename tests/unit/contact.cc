@@ -298,6 +298,46 @@ TEST_CASE("contact: resultants of the uniform pressure")
                        result.friction_torque) <= 1e-12);
 }
 
+TEST_CASE("contact: kept matrices are those of the present model and contacts")
+{
+  // With another friction coefficient neither N nor T is assembled again; with another speed of a
+  // law that depends on it, another scale, or released contacts they are.
+  Scene scene("upper", true, 2);
+  Contact<3> contact(scene.spaces, scene.model);
+  ContactModel<3> model    = scene.model;
+  const auto pressure      = contact.uniform_pressure(1e6);
+  const auto is_as_present = [&]()
+  {
+    const auto [factor, T] = contact.shared_friction(pressure);
+    const Matrix fresh = contact.friction(pressure), normal = contact.normal(),
+                 difference = sum_of(scene.spaces.rows, {{factor, *T}, {-1., fresh}}),
+                 of_normal =
+                     sum_of(scene.spaces.rows, {{1., *contact.shared_normal()}, {-1., normal}});
+    return difference.infinity_norm() <= 1e-14 * fresh.infinity_norm() &&
+           of_normal.infinity_norm() <= 1e-14 * normal.infinity_norm();
+  };
+  CHECK(is_as_present());
+  const auto T = contact.shared_friction(pressure).second, N = contact.shared_normal();
+  model.friction.coefficient *= 3;
+  contact.set_model(model);
+  CHECK(is_as_present());
+  CHECK(contact.shared_friction(pressure).second == T);
+  CHECK(contact.shared_normal() == N);
+
+  model.friction.kind               = FrictionLaw::Kind::falling;
+  model.friction.coefficient_moving = 0.1;
+  model.friction.decay_speed        = 1;
+  contact.set_model(model);
+  CHECK(is_as_present());
+  CHECK(contact.shared_friction(pressure).second != T);
+  contact.scale_constraints(1e3 * contact.normal().infinity_norm());
+  CHECK(is_as_present());
+  // A state of tension releases what carries it.
+  contact.update_active_set(constant_multiplier(scene.spaces, -1));
+  REQUIRE(contact.n_active_multipliers() == 0);
+  CHECK(is_as_present());
+}
+
 TEST_CASE("contact: the pressure of a state")
 {
   // Mortar: multipliers times pressure_scale. Penalty: k_C times penetration, here of a rotor risen
