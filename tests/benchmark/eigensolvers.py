@@ -25,14 +25,14 @@ LARGE = {"150 000": ["Discretization/Rotor cells=14,104,3", "Discretization/Pad 
 FREQUENCIES = [6000, 12000]
 # Name in the table, solver, whether a symmetric brake is solved by its halves
 SOLVERS = [("krylov", "krylov", "false"), ("block_krylov", "block_krylov", "false"), ("by halves", "block_krylov", "true")]
-PARTS = r"counting ([\d.]+), factorisation ([\d.]+), right vectors ([\d.]+), left vectors ([\d.]+); (\d+) right"
+PARTS = r"counting ([\d.]+), factorisation ([\d.]+), right vectors ([\d.]+), left vectors ([\d.]+).*; (\d+) right"
 
 
 def run(squeal, settings):
     with tempfile.TemporaryDirectory() as directory:
         prm = os.path.join(directory, "run.prm")
         open(prm, "w").close()
-        settings = settings + [f"Output/Directory={directory}/out", "Output/Fields=none"]
+        settings = settings + [f"Output/Directory={directory}/out", "Output/Fields=none", "Eigenproblem/Error bars=false"]
         subprocess.run([squeal, prm] + [a for s in settings for a in ("--set", s)], check=True, capture_output=True,
                        env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
         with open(f"{directory}/out/log.txt") as log:

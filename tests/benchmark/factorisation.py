@@ -3,7 +3,7 @@
 
     factorisation.py [PARAMETER_FILE] [--program SQUEAL] [--set "Section/Key=value"]...
 
-One line is one run of the file (default: prm/brake.prm, 52 300 unknowns, solved as a whole), with MUMPS told by PETSc's
+One line is one run of the file (default: prm/brake.prm, solved as a whole), with MUMPS told by PETSc's
 options database: processor seconds of LDL^T count, LU, right and left vectors, their sum, the wall time of the
 eigenvalue phase, memory of the factors and the largest backward error. All in one go on one machine.
 """
@@ -19,7 +19,6 @@ from accuracy import read_csv
 
 PROJECT = Path(__file__).resolve().parents[2]
 PARTS = r"counting ([\d.]+), factorisation ([\d.]+), right vectors ([\d.]+), left vectors ([\d.]+)"
-MESH = ["Discretization/Rotor cells=10,72,2", "Discretization/Pad cells=6,12,2"]
 # Name, PETSc options, threads, ranks
 CHOICES = [("as it comes", "", 1, 1),
            ("AMD", "-mat_mumps_icntl_7 0", 1, 1),
@@ -35,7 +34,7 @@ CHOICES = [("as it comes", "", 1, 1),
 
 def run(arguments, options, threads, ranks):
     with tempfile.TemporaryDirectory() as directory:
-        settings = MESH + ["Eigenproblem/Mirror symmetry=false", "Eigenproblem/Error bars=false", "Output/Fields=none",
+        settings = ["Eigenproblem/Mirror symmetry=false", "Eigenproblem/Error bars=false", "Output/Fields=none",
                            f"Output/Directory={directory}"] + arguments.set
         command = [arguments.program, arguments.file, *(a for s in settings for a in ("--set", s))]
         if ranks > 1:
