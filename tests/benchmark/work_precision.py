@@ -191,8 +191,7 @@ def main():
         show_needs(lines, arguments.target)
     if arguments.plot and lines:
         plot(lines, arguments.target, arguments.plot)
-    if not arguments.load:
-    
+
 
 if __name__ == "__main__":
     main()
