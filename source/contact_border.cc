@@ -1,4 +1,5 @@
 #include <squeal/contact_border.h>
+#include <squeal/reduced_tools.h>
 
 #include <cstdlib>
 
@@ -9,15 +10,7 @@ namespace squeal
     /// The given rows of a block, on all ranks: one row each.
     DenseMatrix rows_of(const Block &block, const std::vector<unsigned int> &numbers)
     {
-      DenseMatrix result(numbers.size(), block.n_columns());
-      const RowRange &rows = block.row_range();
-      for (unsigned int i = 0; i < numbers.size(); ++i)
-        if (rows.contains(numbers[i]))
-          for (unsigned int j = 0; j < block.n_columns(); ++j)
-            result(i, j) = block.column(j)[numbers[i] - rows.begin];
-      MPI_Allreduce(MPI_IN_PLACE, result.values.data(), result.values.size(), MPI_DOUBLE, MPI_SUM,
-                    rows.comm);
-      return result;
+      return transposed(reduced::gather_rows(block, numbers));
     }
 
     Block unit_columns(const RowRange &rows, const std::vector<unsigned int> &numbers)
@@ -141,10 +134,7 @@ namespace squeal
       border.closed         = sum_of(rows, {{1., normal}, {1., friction}});
       Block a               = multiply(border.closed, unit_columns(rows, border.closing));
       DenseMatrix c         = rows_of(a, border.closing);
-      for (const unsigned int row : border.closing)
-        if (rows.contains(row))
-          for (unsigned int j = 0; j < a.n_columns(); ++j)
-            a.column(j)[row - rows.begin] = 0;
+      reduced::clear_rows(a, border.closing);
       const DenseMatrix b_y = rows_of(multiply(border.closed, solve(a)), border.closing);
       for (std::size_t k = 0; k < c.values.size(); ++k)
         c.values[k] -= b_y.values[k];

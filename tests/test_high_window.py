@@ -11,14 +11,6 @@ import squeal_testing as st
 
 HIGH = {"Eigenproblem/Maximum frequency": 16000}
 WINDOW = {**HIGH, "Eigenproblem/Minimum frequency": 12000}
-# 888 unknowns: small enough for the dense solver.
-TINY_BRAKE = {
-    "Discretization/Degree": 2,
-    "Discretization/Rotor cells": "2, 9, 1",
-    "Discretization/Pad cells": "1, 2, 1",
-    "Discretization/Clamp layers": 0,
-    "Output/Fields": "none",
-}
 
 
 class HighWindow(st.TestCase):
@@ -73,10 +65,10 @@ class HighWindow(st.TestCase):
 
     def test_solvers(self):
         """The other solvers find all modes below and leave out what is not wanted."""
-        block = self.eigenvalues({**TINY_BRAKE, **WINDOW})
+        block = self.eigenvalues({**st.TINY_BRAKE, **WINDOW})
         self.assertGreater(len(block), 2)
         for solver in ["krylov", "dense"]:
-            other = self.modes({**TINY_BRAKE, **WINDOW, "Eigenproblem/Solver": solver})
+            other = self.modes({**st.TINY_BRAKE, **WINDOW, "Eigenproblem/Solver": solver})
             self.assertGreaterEqual(min(row["frequency_hz"] for row in other), 12000)
             self.assertSameModes(block, [st.eigenvalue(row) for row in other], 1e-8)
 
@@ -94,16 +86,16 @@ class HighWindow(st.TestCase):
                              [st.eigenvalue(row) for row in everything if row["frequency_hz"] >= 1400], 1e-12)
 
     def test_empty_window(self):
-        frequencies = [row["frequency_hz"] for row in self.modes({**TINY_BRAKE, **HIGH})]
+        frequencies = [row["frequency_hz"] for row in self.modes({**st.TINY_BRAKE, **HIGH})]
         gap, low = max((b - a, a) for a, b in zip(frequencies, frequencies[1:]) if a > 3000)
         window = {"Eigenproblem/Minimum frequency": low + 0.4 * gap, "Eigenproblem/Maximum frequency": low + 0.6 * gap}
-        self.assertEqual(self.modes_or_none({**TINY_BRAKE, **window}), [])
+        self.assertEqual(self.modes_or_none({**st.TINY_BRAKE, **window}), [])
 
     def modes_or_none(self, settings):
         return st.read_table(self.analyse(settings) / "modes.csv")
 
     def test_adaptive(self):
-        settings = {**TINY_BRAKE, **WINDOW, "Refinement/Strategy": "adaptive", "Refinement/Cycles": 2}
+        settings = {**st.TINY_BRAKE, **WINDOW, "Refinement/Strategy": "adaptive", "Refinement/Cycles": 2}
         rows = st.read_table(self.analyse(settings) / "modes.csv")
         self.assertEqual({row["cycle"] for row in rows}, {0, 1})
         self.assertTrue(all(12000 <= row["frequency_hz"] <= 16000 for row in rows))

@@ -6,22 +6,13 @@ import squeal_testing as st
 
 SOLVERS = ["block_krylov", "krylov"]
 
-# 888 unknowns: the dense solver needs the eigenvalues of a matrix of twice that size.
-TINY_BRAKE = {
-    "Discretization/Degree": 2,
-    "Discretization/Rotor cells": "2, 9, 1",
-    "Discretization/Pad cells": "1, 2, 1",
-    "Discretization/Clamp layers": 0,
-    "Output/Fields": "none",
-}
-
 
 class Solvers(st.TestCase):
     def compare(self, settings):
-        dense = self.eigenvalues({**TINY_BRAKE, **settings, "Eigenproblem/Solver": "dense"})
+        dense = self.eigenvalues({**st.TINY_BRAKE, **settings, "Eigenproblem/Solver": "dense"})
         self.assertGreater(len(dense), 10)
         for solver in SOLVERS:
-            self.assertSameModes(self.eigenvalues({**TINY_BRAKE, **settings, "Eigenproblem/Solver": solver}),
+            self.assertSameModes(self.eigenvalues({**st.TINY_BRAKE, **settings, "Eigenproblem/Solver": solver}),
                                  dense, 1e-8)
 
     def test_mortar_elastic(self):

@@ -18,6 +18,7 @@ import re
 import subprocess
 import tempfile
 
+import runs
 from accuracy import read_csv
 
 MESHES = {"prm/brake.prm": ["Discretization/Rotor cells=10,72,2", "Discretization/Pad cells=6,12,2"]}
@@ -40,10 +41,6 @@ def run(squeal, settings):
         return parts, read_csv(f"{directory}/out/modes.csv"), read_csv(f"{directory}/out/cycles.csv")[0]
 
 
-def eigenvalues(modes):
-    return [complex(float(m["growth_rate_1_per_s"]), 6.283185307179586 * float(m["frequency_hz"])) for m in modes]
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("squeal")
@@ -64,10 +61,9 @@ def main():
                       f"{parts[2]:6.2f} {parts[3]:6.2f} {phase:6.2f} {parts[4]:7.0f} {errors[0]:13.1e} {errors[1]:8.1e}",
                       flush=True)
                 if first is None:
-                    first, reference = (*parts[:4], phase), eigenvalues(modes)
+                    first, reference = (*parts[:4], phase), runs.eigenvalues(modes)
                     continue
-                own = eigenvalues(modes)
-                difference = max(min(abs(x - y) for y in own) / abs(x) for x in reference)
+                difference = runs.largest_difference(reference, runs.eigenvalues(modes))
                 print(f"          {first[2] / parts[2]:.1f} (right), {first[3] / parts[3]:.1f} (left), {first[4] / phase:.1f} (phase) "
                       f"times faster; left/right {parts[3] / parts[2]:.2f}; phase/(LU + right) "
                       f"{phase / (parts[1] + parts[2]):.2f}; eigenvalues differ by {difference:.0e}", flush=True)

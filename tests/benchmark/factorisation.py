@@ -9,16 +9,11 @@ eigenvalue phase, memory of the factors and the largest backward error. All in o
 """
 
 import argparse
-import os
 import re
 import subprocess
-import tempfile
-from pathlib import Path
 
-from accuracy import read_csv
+import runs
 
-PROJECT = Path(__file__).resolve().parents[2]
-PARTS = r"counting ([\d.]+), factorisation ([\d.]+), right vectors ([\d.]+), left vectors ([\d.]+)"
 # Name, PETSc options, threads, ranks
 CHOICES = [("as it comes", "", 1, 1),
            ("AMD", "-mat_mumps_icntl_7 0", 1, 1),
@@ -33,20 +28,13 @@ CHOICES = [("as it comes", "", 1, 1),
 
 
 def run(arguments, options, threads, ranks):
-    with tempfile.TemporaryDirectory() as directory:
-        settings = ["Eigenproblem/Mirror symmetry=false", "Eigenproblem/Error bars=false", "Output/Fields=none",
-                           f"Output/Directory={directory}"] + arguments.set
-        command = [arguments.program, arguments.file, *(a for s in settings for a in ("--set", s))]
-        if ranks > 1:
-            command = ["mpirun", "-np", str(ranks), *command]
-        threads = {name: str(threads) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
-        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **threads, "PETSC_OPTIONS": options})
-        if done.returncode != 0:
-            return (done.stderr.strip().splitlines() or ["failed"])[0]
-        log = Path(directory, "log.txt").read_text()
-        modes = read_csv(f"{directory}/modes.csv")
-        cycle = read_csv(f"{directory}/cycles.csv")[-1]
-    parts = [float(value) for value in re.findall(PARTS, log)[-1]]
+    settings = ["Eigenproblem/Mirror symmetry=false", "Eigenproblem/Error bars=false", *arguments.set]
+    environment = {"OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads), "PETSC_OPTIONS": options}
+    try:
+        log, modes, cycle = runs.run(arguments.program, arguments.file, settings, ranks, environment)
+    except subprocess.CalledProcessError as error:
+        return (error.stderr.strip().splitlines() or ["failed"])[0]
+    parts = [float(value) for value in re.findall(runs.PARTS, log)[-1]]
     wall = float(re.findall(r"eigenproblem +([\d.]+)", log)[-1])
     memory = float(re.findall(r"shift-invert (\d+) MiB", log)[-1])
     error = max(float(mode["backward_error"]) for mode in modes)
@@ -56,8 +44,8 @@ def run(arguments, options, threads, ranks):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("file", nargs="?", default=PROJECT / "prm/brake.prm")
-    parser.add_argument("--program", default=PROJECT / "build/release/squeal")
+    parser.add_argument("file", nargs="?", default=runs.DEFAULT_BRAKE)
+    parser.add_argument("--program", default=runs.PROGRAM)
     parser.add_argument("--set", action="append", default=[])
     arguments = parser.parse_args()
     print(f"{'':18s}  count     LU  right   left    sum   wall    MiB modes  b. error   unknowns")

@@ -8,29 +8,16 @@ has the check of the symmetry and the products that make the halves.
 """
 
 import argparse
-import os
 import re
-import subprocess
-import tempfile
-from pathlib import Path
 
-from accuracy import read_csv
-
-PROJECT = Path(__file__).resolve().parents[2]
-PARTS = r"counting ([\d.]+), factorisation ([\d.]+), right vectors ([\d.]+), left vectors ([\d.]+)"
+import runs
 
 
 def run(arguments, mirror):
     """Figures by name, and the eigenvalues."""
-    with tempfile.TemporaryDirectory() as directory:
-        settings = [f"Output/Directory={directory}", "Output/Fields=none", f"Eigenproblem/Mirror symmetry={mirror}"]
-        command = [arguments.program, arguments.file, *(a for s in arguments.set + settings for a in ("--set", s))]
-        subprocess.run(command, check=True, capture_output=True,
-                       env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
-        log = Path(directory, "log.txt").read_text()
-        modes = read_csv(f"{directory}/modes.csv")
-        cycle = read_csv(f"{directory}/cycles.csv")[-1]
-    parts = [float(value) for value in re.findall(PARTS, log)[-1]]
+    log, modes, cycle = runs.run(arguments.program, arguments.file,
+                                 [*arguments.set, f"Eigenproblem/Mirror symmetry={mirror}"])
+    parts = [float(value) for value in re.findall(runs.PARTS, log)[-1]]
     figures = dict(zip(["counting, s", "factorisation, s", "right vectors, s", "left vectors, s"], parts))
     figures["sum of these, s"] = sum(parts)
     figures["whole run, s"] = float(cycle["processor_seconds"])
@@ -38,13 +25,13 @@ def run(arguments, mirror):
     figures["peak memory, MiB"] = float(cycle["memory_mib"])
     figures["largest backward error"] = max(float(mode["backward_error"]) for mode in modes)
     last = [mode for mode in modes if mode["cycle"] == modes[-1]["cycle"]]
-    return figures, [complex(float(m["growth_rate_1_per_s"]), 6.283185307179586 * float(m["frequency_hz"])) for m in last]
+    return figures, runs.eigenvalues(last)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("file", nargs="?", default=PROJECT / "prm/brake.prm")
-    parser.add_argument("--program", default=PROJECT / "build/release/squeal")
+    parser.add_argument("file", nargs="?", default=runs.DEFAULT_BRAKE)
+    parser.add_argument("--program", default=runs.PROGRAM)
     parser.add_argument("--set", action="append", default=[])
     arguments = parser.parse_args()
     (whole, of_whole), (halves, of_halves) = (run(arguments, mirror) for mirror in ("false", "true"))
@@ -52,8 +39,7 @@ def main():
     for name, value in whole.items():
         ratio = f"{value / halves[name]:7.2f}" if halves[name] > 0 else ""
         print(f"{name:24s} {value:10.4g} {halves[name]:10.4g} {ratio}")
-    difference = max(min(abs(x - y) for y in of_halves) / abs(x) for x in of_whole)
-    print(f"{len(of_whole)} and {len(of_halves)} modes; largest relative difference of an eigenvalue {difference:.1e}")
+    print(f"{len(of_whole)} and {len(of_halves)} modes; largest relative difference of an eigenvalue {runs.largest_difference(of_whole, of_halves):.1e}")
 
 
 if __name__ == "__main__":

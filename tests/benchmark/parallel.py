@@ -11,50 +11,36 @@ relative difference of an eigenvalue to that on the first number of ranks.
 import argparse
 import os
 import re
-import subprocess
-import tempfile
-from pathlib import Path
 
-from accuracy import read_csv
+import runs
 
-PROJECT = Path(__file__).resolve().parents[2]
 MESH = ["Discretization/Rotor cells=8,60,1", "Discretization/Pad cells=4,10,1"]
 PHASES = ["mesh", "assembly", "contact", "static", "eigenproblem", "estimate", "output", "total"]
 
 
 def run(arguments, ranks):
     """Seconds by phase, memory of all ranks in MiB, eigenvalues, unknowns."""
-    with tempfile.TemporaryDirectory() as directory:
-        settings = MESH + ["Output/Fields=none", f"Output/Directory={directory}"] + arguments.set
-        command = [arguments.program, arguments.file, *(a for s in settings for a in ("--set", s))]
-        if ranks > 1:
-            command = ["mpirun", "--oversubscribe", "-np", str(ranks), *command]
-        subprocess.run(command, check=True, capture_output=True,
-                       env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
-        log = Path(directory, "log.txt").read_text()
-        modes = read_csv(f"{directory}/modes.csv")
-        cycle = read_csv(f"{directory}/cycles.csv")[-1]
+    log, modes, cycle = runs.run(arguments.program, arguments.file, MESH + arguments.set, ranks)
     seconds = {}
     for phase in PHASES:
         found = re.findall(rf"^  {phase} +([\d.]+)", log, re.MULTILINE)
         seconds[phase] = float(found[-1]) if found else 0.
-    eigenvalues = [complex(float(m["growth_rate_1_per_s"]), 6.283185307179586 * float(m["frequency_hz"])) for m in modes]
-    return seconds, float(cycle["memory_mib"]), eigenvalues, int(cycle["dofs"])
+    return seconds, float(cycle["memory_mib"]), runs.eigenvalues(modes), int(cycle["dofs"])
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("file", nargs="?", default=PROJECT / "prm/brake.prm")
+    parser.add_argument("file", nargs="?", default=runs.DEFAULT_BRAKE)
     parser.add_argument("--ranks", nargs="+", type=int, default=[1, 2, 4])
     parser.add_argument("--repeat", type=int, default=1)
-    parser.add_argument("--program", default=PROJECT / "build/release/squeal")
+    parser.add_argument("--program", default=runs.PROGRAM)
     parser.add_argument("--set", action="append", default=[])
     arguments = parser.parse_args()
     first, reference = None, None
     for ranks in arguments.ranks:
-        runs = [run(arguments, ranks) for _ in range(arguments.repeat)]
-        seconds = {phase: min(r[0][phase] for r in runs) for phase in PHASES}
-        _, memory, eigenvalues, n_unknowns = runs[0]
+        results = [run(arguments, ranks) for _ in range(arguments.repeat)]
+        seconds = {phase: min(r[0][phase] for r in results) for phase in PHASES}
+        _, memory, eigenvalues, n_unknowns = results[0]
         if first is None:
             first, reference = seconds, eigenvalues
             print(f"{n_unknowns} unknowns, {len(eigenvalues)} modes, {os.cpu_count()} cores")
@@ -63,8 +49,7 @@ def main():
         if ranks != arguments.ranks[0]:
             print("       speed-up" + "".join(f"{first[phase] / seconds[phase]:14.2f}" if seconds[phase] > 0 else f"{'-':>14s}"
                                              for phase in PHASES))
-            difference = max(min(abs(x - y) for y in eigenvalues) / abs(x) for x in reference)
-            print(f"       eigenvalues differ by {difference:.1e}", flush=True)
+            print(f"       eigenvalues differ by {runs.largest_difference(reference, eigenvalues):.1e}", flush=True)
 
 
 if __name__ == "__main__":
