@@ -78,6 +78,8 @@ namespace squeal
       SQUEAL_PETSC(PCSetType(pc, PCSHELL));
       SQUEAL_PETSC(PCShellSetContext(pc, const_cast<Factorization *>(&factorization)));
       SQUEAL_PETSC(PCShellSetApply(pc, apply_factorization));
+      // PETSC_OPTIONS="-pep_type linear" and the like, for comparisons.
+      SQUEAL_PETSC(PEPSetFromOptions(pep));
 
       // A fixed start vector that does not depend on the number of ranks: two runs give the same
       // digits.

@@ -5,40 +5,33 @@
 
 Each line is one run of the default brake with all modes below a frequency: seconds of the inertia count, the factorisation,
 the right vectors, the left vectors, the number of right-hand sides, the largest backward error of a right and of a left
-vector, and the whole eigenvalue phase. "krylov" and "block_krylov" solve the brake as a whole, "by halves" is the block
-solver as it comes, with the mirror symmetry. Below: how many times faster than "krylov" the two are in right and left
+vector, and the whole eigenvalue phase. "krylov" is PEP with TOAR, "linear" PEP with the linearised problem; these and
+"block_krylov" solve the brake as a whole, "by halves" is the block solver as it comes, with the mirror symmetry. Below: how many times faster than "krylov" the two are in right and left
 vectors and in the phase, the left vectors' cost relative to the right ones, the phase relative to one LU and the right
 vectors' solves alone, and the largest relative difference of an eigenvalue. --large adds a mesh of 150 000 unknowns
 (10 GiB).
 """
 
 import argparse
-import os
 import re
-import subprocess
-import tempfile
 
 import runs
-from accuracy import read_csv
 
 MESHES = {"prm/brake.prm": ["Discretization/Rotor cells=10,72,2", "Discretization/Pad cells=6,12,2"]}
 LARGE = {"150 000": ["Discretization/Rotor cells=14,104,3", "Discretization/Pad cells=9,18,3"]}
 FREQUENCIES = [6000, 12000]
-# Name in the table, solver, whether a symmetric brake is solved by its halves
-SOLVERS = [("krylov", "krylov", "false"), ("block_krylov", "block_krylov", "false"), ("by halves", "block_krylov", "true")]
-PARTS = r"counting ([\d.]+), factorisation ([\d.]+), right vectors ([\d.]+), left vectors ([\d.]+).*; (\d+) right"
+# Name in the table, solver, whether a symmetric brake is solved by its halves, options of PETSc
+SOLVERS = [("krylov", "krylov", "false", ""), ("linear", "krylov", "false", "-pep_type linear"),
+           ("block_krylov", "block_krylov", "false", ""), ("by halves", "block_krylov", "true", "")]
+RIGHT_HAND_SIDES = r"; (\d+) right-hand sides"
 
 
-def run(squeal, settings):
-    with tempfile.TemporaryDirectory() as directory:
-        prm = os.path.join(directory, "run.prm")
-        open(prm, "w").close()
-        settings = settings + [f"Output/Directory={directory}/out", "Output/Fields=none", "Eigenproblem/Error bars=false"]
-        subprocess.run([squeal, prm] + [a for s in settings for a in ("--set", s)], check=True, capture_output=True,
-                       env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
-        with open(f"{directory}/out/log.txt") as log:
-            parts = [float(value) for value in re.search(PARTS, log.read()).groups()]
-        return parts, read_csv(f"{directory}/out/modes.csv"), read_csv(f"{directory}/out/cycles.csv")[0]
+def run(squeal, settings, petsc_options):
+    """Seconds of the four parts and the number of solves, the modes, the row of the mesh."""
+    log, modes, cycle = runs.run(squeal, runs.DEFAULT_BRAKE, [*settings, "Eigenproblem/Error bars=false"],
+                                 environment={"PETSC_OPTIONS": petsc_options})
+    parts = [float(value) for value in (*re.search(runs.PARTS, log).groups(), re.search(RIGHT_HAND_SIDES, log)[1])]
+    return parts, modes, cycle
 
 
 def main():
@@ -51,10 +44,11 @@ def main():
     for mesh in {**MESHES, **(LARGE if arguments.large else {})}.values():
         for frequency in FREQUENCIES:
             first = None
-            for name, solver, mirror in SOLVERS:
+            for name, solver, mirror, petsc_options in SOLVERS:
                 parts, modes, cycle = run(
                     arguments.squeal, mesh + [f"Eigenproblem/Maximum frequency={frequency}", f"Eigenproblem/Solver={solver}",
-                                              f"Eigenproblem/Mirror symmetry={mirror}"] + arguments.set)
+                                              f"Eigenproblem/Mirror symmetry={mirror}"] + arguments.set,
+                    petsc_options)
                 errors = [max(float(m[key]) for m in modes) for key in ("backward_error", "left_backward_error")]
                 phase = sum(parts[:4])
                 print(f"{cycle['dofs']:>8s} {frequency:10d}  {name:12s} {len(modes):6d} {parts[0]:6.2f} {parts[1]:6.2f} "
