@@ -195,8 +195,15 @@ namespace squeal
       numbers = {rows[least_stable].mode};
     if (numbers.size() > 10)
       numbers.resize(10);
-    log.print("Why: the growth rate as a sum over its causes\n" +
-              contributions_table(parts, numbers));
+    // A body without damping at rest has growth rates of rounding: nothing to explain.
+    double largest = 0, rounding = 0;
+    for (const Contribution &part : parts)
+      largest = std::max(largest, std::abs(part.growth_rate));
+    for (const ModeRow &row : rows)
+      rounding = std::max(rounding, 1e-12 * std::abs(row.lambda));
+    if (largest > rounding)
+      log.print("Why: the growth rate as a sum over its causes\n" +
+                contributions_table(parts, numbers));
 
     constexpr double large_condition = 100;
     for (const ModeRow &row : rows)
