@@ -55,11 +55,12 @@ namespace squeal
 
     private:
       /// y += A x. Compiled for wider registers too; the loader takes what the processor has.
-      __attribute__((target_clones("default", "arch=haswell", "arch=skylake-avx512"))) static void
+      /// (Levels and not names of processors: these are of one maker.)
+      __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4"))) static void
       add_product(PetscInt n_rows, const PetscInt *begins, const PetscInt *columns,
                   const PetscScalar *values, const Chunk *x, Chunk *y);
       /// y += A^T x.
-      __attribute__((target_clones("default", "arch=haswell", "arch=skylake-avx512"))) static void
+      __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4"))) static void
       add_transposed_product(PetscInt n_rows, const PetscInt *begins, const PetscInt *columns,
                              const PetscScalar *values, const Chunk *x, Chunk *y);
 
