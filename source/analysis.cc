@@ -132,8 +132,10 @@ namespace squeal
       parts = rayleigh_parts(model, modes);
       rows  = analyse(parts, modes, cycle, prm.eigenproblem.tolerance);
     }
+    return_freed_memory();
     const std::clock_t before = std::clock();
     estimate(rows);
+    return_freed_memory();
     const double of_bars = double(std::clock() - before) / CLOCKS_PER_SEC;
     if (!modes_csv) // sweeps and maps need no such tables
     {

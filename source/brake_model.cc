@@ -41,8 +41,7 @@ namespace squeal
   {
     /// The terms of a body: the static equilibrium needs those of order zero only.
     std::vector<BodyTerm> wanted_terms(const Parameters::All &prm,
-                                       const Parameters::BodyMaterial &body,
-                                       const bool with_motion)
+                                       const Parameters::BodyMaterial &body, const bool with_motion)
     {
       std::vector<BodyTerm> terms = body_terms(prm, body);
       if (!with_motion)
@@ -142,6 +141,8 @@ namespace squeal
     if (!needs_modes)
       return;
     terms_.clear();
+    if (!nearby)
+      return_freed_memory();
     add_bodies(true);
     add_contact();
     add_prestress();

@@ -1,4 +1,5 @@
 #include <squeal/half_problems.h>
+#include <squeal/memory.h>
 
 #include <algorithm>
 #include <numeric>
@@ -75,6 +76,7 @@ namespace squeal
     {
       const HalfSpace space(*symmetry, name == "symmetric");
       append(space, solver.solve(space.restrict(equations), options), name, modes);
+      return_freed_memory();
     }
     sort_by_frequency(modes);
     turn_to_real(modes);

@@ -90,11 +90,6 @@ namespace squeal
 
   void return_freed_memory()
   {
-    // Matrices and factors get pages of their own, which go back as they are freed; of a block of
-    // vectors, made and freed at every step, the pages are kept.
-    constexpr int own_pages = 16 << 20, kept = 64 << 20;
-    mallopt(M_MMAP_MAX, 65536);
-    mallopt(M_MMAP_THRESHOLD, own_pages);
-    mallopt(M_TRIM_THRESHOLD, kept);
+    malloc_trim(0);
   }
 } // namespace squeal

@@ -401,6 +401,16 @@ namespace squeal
     for (const Factors &factors : all_factors)
       all_rows.push_back(std::make_unique<const Rows>(*factors.matrix, whole, others));
 
+    struct Place
+    {
+      unsigned int column;
+      bool is_second;
+      double entry;
+    };
+    std::vector<Place> places(whole.size); // side by side: they are wanted together
+    for (unsigned int k = 0; k < whole.size; ++k)
+      places[k] = {columns[k], is_second[k], entries[k]};
+
     // Of each column and sum the two brackets above.
     RowSums row_sums(rows.size, 2 * sums.size());
     std::vector<CompressedRows> results(sums.size());
@@ -410,12 +420,12 @@ namespace squeal
         all_rows[f]->for_entries(row,
                                  [&](const PetscInt k, const PetscScalar a)
                                  {
-                                   const unsigned int column = columns[k];
-                                   if (column == none)
+                                   const Place &place = places[k];
+                                   if (place.column == none)
                                      return;
-                                   const bool is_crossed = is_image != is_second[k];
-                                   const double value    = (entries[row] * entries[k]) * a;
-                                   double *const parts   = row_sums.at(column) + is_crossed;
+                                   const double value = (entries[row] * place.entry) * a;
+                                   double *const parts =
+                                       row_sums.at(place.column) + (is_image != place.is_second);
                                    for (const auto &[s, factor] : all_factors[f].of_sums)
                                      parts[2 * s] += factor * value;
                                  });

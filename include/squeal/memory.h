@@ -17,8 +17,9 @@ namespace squeal
   /// same on all ranks.
   double memory_load(double needed_mib, MPI_Comm comm);
 
-  /// Makes memory that is freed go back to the system. SuperLU, a library of deal.II's, forbids it
-  /// for the whole process as it is loaded (mallopt): then matrices and factors that are gone stay
-  /// in the process as holes that the next ones do not fit in. Call it first.
+  /// Gives memory that was freed back to the system. The C library does not do so by itself, not
+  /// even for large matrices: SuperLU, loaded with deal.II, forbids it to the whole process
+  /// (mallopt). Worth it after a phase, before others need much: pages that come back cost
+  /// microseconds each.
   void return_freed_memory();
 } // namespace squeal

@@ -61,10 +61,10 @@ namespace
     for (unsigned int j = 0; j < rows.size(); ++j)
     {
       const double size = std::abs(of_sums[j].k), rate = std::sqrt(size);
-      CHECK(std::abs(rows[j].k - of_sums[j].k) <= 1e-12 * size);
-      CHECK(std::abs(rows[j].n - of_sums[j].n) <= 1e-12 * size);
-      CHECK(std::abs(rows[j].d - of_sums[j].d) <= 1e-12 * rate);
-      CHECK(std::abs(rows[j].g - of_sums[j].g) <= 1e-12 * rate);
+      CHECK(std::abs(rows[j].k - of_sums[j].k) <= 1e-11 * size);
+      CHECK(std::abs(rows[j].n - of_sums[j].n) <= 1e-11 * size);
+      CHECK(std::abs(rows[j].d - of_sums[j].d) <= 1e-11 * rate);
+      CHECK(std::abs(rows[j].g - of_sums[j].g) <= 1e-11 * rate);
     }
     REQUIRE(rows.size() >= 4);
 
