@@ -258,22 +258,21 @@ namespace squeal
     {
       if (!contact)
         return;
-      const Block right = lifted.columns(0, 2 * n_vectors),
-                  left  = lifted.columns(2 * n_vectors, 2 * n_vectors);
       for (const unsigned int order : {0u, 1u})
       {
         const Matrix A = sum_of(spaces.rows, contact_terms, order);
         if (!A)
           continue;
-        const std::array<Block, 2> products = {{multiply(A, right), multiply_transposed(A, left)}};
-        for (const bool is_left : {false, true})
+        for (const bool is_left : {false, true}) // one after the other: copies are large
+        {
+          const unsigned int side = is_left ? 2 * n_vectors : 0;
+          const Block vectors     = lifted.columns(side, 2 * n_vectors),
+                      product = is_left ? multiply_transposed(A, vectors) : multiply(A, vectors);
           for (unsigned int j = 0; j < m; ++j) // the state has its own terms
           {
             const Complex l = modes.lambda[j], factor = order == 0 ? 1.
                                                         : is_left  ? std::conj(l)
                                                                    : l;
-            const Block &product    = products[is_left];
-            const unsigned int side = is_left ? 2 * n_vectors : 0;
             for (unsigned int i = 0; i < product.n_local(); ++i)
             {
               const Complex value =
@@ -282,6 +281,7 @@ namespace squeal
               residuals[side + n_vectors + j].local_element(i) += value.imag();
             }
           }
+        }
       }
     }
 

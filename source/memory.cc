@@ -1,5 +1,6 @@
 #include <squeal/memory.h>
 
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -85,5 +86,10 @@ namespace squeal
     double load = needed / std::max(available, 1.);
     MPI_Allreduce(MPI_IN_PLACE, &load, 1, MPI_DOUBLE, MPI_MAX, comm);
     return load;
+  }
+
+  void return_freed_memory()
+  {
+    malloc_trim(0);
   }
 } // namespace squeal

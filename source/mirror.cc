@@ -1,3 +1,4 @@
+#include <squeal/compressed_rows.h>
 #include <squeal/mirror.h>
 #include <squeal/spaces.h>
 
@@ -9,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 
 namespace squeal
@@ -215,28 +217,73 @@ namespace squeal
     return result;
   }
 
-  bool is_symmetric(const QuadraticEigenproblem &problem, const MirrorSymmetry &symmetry)
+  namespace
+  {
+    /// The distinct matrices of several sums of terms, and the factor of each in each sum.
+    struct Factors
+    {
+      const Matrix *matrix;
+      std::vector<std::pair<unsigned int, double>> of_sums;
+    };
+    std::vector<Factors> factors_of(const std::vector<std::vector<Term>> &sums)
+    {
+      std::vector<Factors> result;
+      for (unsigned int s = 0; s < sums.size(); ++s)
+        for (const Term &term : sums[s])
+        {
+          auto found = std::find_if(result.begin(), result.end(),
+                                    [&](const Factors &factors)
+                                    { return factors.matrix == term.matrix.get(); });
+          if (found == result.end())
+            found = result.insert(result.end(), {term.matrix.get(), {}});
+          found->of_sums.emplace_back(s, term.coefficient);
+        }
+      return result;
+    }
+
+    /// Of M, P and Q.
+    std::vector<std::vector<Term>> sums_of(const EquationsOfMotion &equations)
+    {
+      return {equations.of_order(2), equations.of_order(1), equations.of_order(0)};
+    }
+  } // namespace
+
+  bool is_symmetric(const EquationsOfMotion &equations, const MirrorSymmetry &symmetry)
   {
     // Relative to the largest entry of the product. A pad or a pressure that differs is seen in any
     // scattered vector.
-    constexpr double rounding = 1e-10;
-    if (problem.n_constraints % 2 != 0)
+    constexpr double rounding        = 1e-10;
+    constexpr unsigned int n_vectors = 2;
+    if (equations.n_constraints % 2 != 0)
       return false;
-    Block x(problem.rows, 2);
-    for (unsigned int k = 0; k < 2; ++k)
-      for (unsigned int row = problem.rows.begin; row < problem.rows.end; ++row)
-        x.column(k)[row - problem.rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
-    const Block s_x = symmetry.reflect(x);
-    for (const Matrix *matrix : {&problem.M, &problem.P, &problem.Q, &problem.reference})
+    const RowRange &rows = equations.rows;
+    Block x(rows, n_vectors);
+    for (unsigned int k = 0; k < n_vectors; ++k)
+      for (unsigned int row = rows.begin; row < rows.end; ++row)
+        x.column(k)[row - rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
+    x.append(symmetry.reflect(x)); // [x, S x]
+
+    std::vector<std::vector<Term>> sums = sums_of(equations);
+    sums.push_back(equations.reference_terms());
+    std::vector<Block> products(sums.size(), Block(rows, 2 * n_vectors));
+    for (const Factors &factors : factors_of(sums))
     {
-      const Block a_x = multiply(*matrix, x), s_a_s_x = symmetry.reflect(multiply(*matrix, s_x));
+      const Block product = multiply(*factors.matrix, x);
+      for (const auto &[s, factor] : factors.of_sums)
+        for (std::size_t i = 0; i < std::size_t(x.n_local()) * x.n_columns(); ++i)
+          products[s].data()[i] += factor * product.data()[i];
+    }
+    for (const Block &product : products)
+    {
+      const Block a_x     = product.columns(0, n_vectors),
+                  s_a_s_x = symmetry.reflect(product.columns(n_vectors, n_vectors));
       std::array<double, 2> largest{{0, 0}}; // of the product, of the difference
-      for (std::size_t i = 0; i < std::size_t(a_x.n_local()) * a_x.n_columns(); ++i)
+      for (std::size_t i = 0; i < std::size_t(a_x.n_local()) * n_vectors; ++i)
       {
         largest[0] = std::max(largest[0], std::abs(a_x.data()[i]));
         largest[1] = std::max(largest[1], std::abs(a_x.data()[i] - s_a_s_x.data()[i]));
       }
-      MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, problem.rows.comm);
+      MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, rows.comm);
       if (!(largest[1] <= rounding * largest[0]))
         return false;
     }
@@ -342,90 +389,95 @@ namespace squeal
   ///     (v_i v_k a_ik + v_i' v_k' a_i'k') + (v_i v_k' a_ik' + v_i' v_k a_i'k).
   /// Summed like this a symmetric matrix stays symmetric, and a skew one skew, to the last digit:
   /// otherwise rounding would damp or feed the vibration.
-  Matrix HalfSpace::restrict(const Matrix &matrix) const
+  std::vector<Matrix> HalfSpace::restrict(const std::vector<std::vector<Term>> &sums) const
   {
-    if (!matrix)
-      return {};
     std::vector<PetscInt> others;
     for (const unsigned int i : representatives)
       if (!whole.contains(images[i]))
         others.push_back(images[i]);
     std::sort(others.begin(), others.end());
-    const Rows all_rows(matrix, whole, others);
+    const std::vector<Factors> all_factors = factors_of(sums);
+    std::vector<std::unique_ptr<const Rows>> all_rows;
+    for (const Factors &factors : all_factors)
+      all_rows.push_back(std::make_unique<const Rows>(*factors.matrix, whole, others));
 
-    std::vector<PetscInt> begins = {0}, all_columns, row_columns;
-    std::vector<PetscScalar> values, direct(rows.size, 0.), crossed(rows.size, 0.);
-    std::vector<bool> is_met(rows.size, false);
+    struct Place
+    {
+      unsigned int column;
+      bool is_second;
+      double entry;
+    };
+    std::vector<Place> places(whole.size); // side by side: they are wanted together
+    for (unsigned int k = 0; k < whole.size; ++k)
+      places[k] = {columns[k], is_second[k], entries[k]};
+
+    // Of each column and sum the two brackets above.
+    RowSums row_sums(rows.size, 2 * sums.size());
+    std::vector<CompressedRows> results(sums.size());
+    const auto add_row = [&](const unsigned int row, const bool is_image)
+    {
+      for (unsigned int f = 0; f < all_factors.size(); ++f)
+        all_rows[f]->for_entries(row,
+                                 [&](const PetscInt k, const PetscScalar a)
+                                 {
+                                   const Place &place = places[k];
+                                   if (place.column == none)
+                                     return;
+                                   const double value = (entries[row] * place.entry) * a;
+                                   double *const parts =
+                                       row_sums.at(place.column) + (is_image != place.is_second);
+                                   for (const auto &[s, factor] : all_factors[f].of_sums)
+                                     parts[2 * s] += factor * value;
+                                 });
+    };
     for (const unsigned int i : representatives)
     {
-      row_columns.clear();
-      const auto add_row = [&](const unsigned int row, const bool is_image)
-      {
-        all_rows.for_entries(row,
-                             [&](const PetscInt k, const PetscScalar a)
-                             {
-                               const unsigned int column = columns[k];
-                               if (column == none)
-                                 return;
-                               if (!is_met[column])
-                                 row_columns.push_back(column);
-                               is_met[column] = true;
-                               (is_image == is_second[k] ? direct : crossed)[column] +=
-                                   (entries[row] * entries[k]) * a;
-                             });
-      };
       add_row(i, false);
       if (images[i] != i)
         add_row(images[i], true);
-      std::sort(row_columns.begin(), row_columns.end());
-      for (const PetscInt column : row_columns)
-      {
-        if (const double sum = direct[column] + crossed[column]; sum != 0)
-        {
-          all_columns.push_back(column);
-          values.push_back(sum);
-        }
-        direct[column] = crossed[column] = 0;
-        is_met[column]                   = false;
-      }
-      begins.push_back(all_columns.size());
+      row_sums.take(
+          [&](const unsigned int column, const double *parts)
+          {
+            for (unsigned int s = 0; s < sums.size(); ++s)
+              results[s].add(column, parts[2 * s] + parts[2 * s + 1]);
+          });
+      for (CompressedRows &result : results)
+        result.end_row();
     }
-    Mat mat = nullptr;
-    SQUEAL_PETSC(MatCreate(rows.comm, &mat));
-    Matrix result(mat);
-    SQUEAL_PETSC(MatSetSizes(mat, rows.n_local(), rows.n_local(), rows.size, rows.size));
-    SQUEAL_PETSC(MatSetType(mat, MATAIJ));
-    // Only the call of the matrix' own type has an effect.
-    SQUEAL_PETSC(
-        MatSeqAIJSetPreallocationCSR(mat, begins.data(), all_columns.data(), values.data()));
-    SQUEAL_PETSC(
-        MatMPIAIJSetPreallocationCSR(mat, begins.data(), all_columns.data(), values.data()));
-    return result;
+    std::vector<Matrix> matrices;
+    for (unsigned int s = 0; s < sums.size(); ++s)
+    {
+      matrices.push_back(sums[s].empty() ? Matrix() : make_matrix(rows, results[s]));
+      results[s] = {};
+    }
+    return matrices;
   }
 
-  QuadraticEigenproblem HalfSpace::restrict(const QuadraticEigenproblem &problem) const
+  QuadraticEigenproblem HalfSpace::restrict(const EquationsOfMotion &equations) const
   {
-    QuadraticEigenproblem half;
-    half.rows           = rows;
-    half.M              = restrict(problem.M);
-    half.P              = restrict(problem.P);
-    half.Q              = restrict(problem.Q);
-    half.reference      = restrict(problem.reference);
-    half.reference_name = problem.reference_name;
+    std::vector<Matrix> matrices = restrict(sums_of(equations));
+    QuadraticEigenproblem half   = equations.without_matrices();
+    half.rows                    = rows;
+    half.M                       = std::move(matrices[0]);
+    half.P                       = std::move(matrices[1]);
+    half.Q                       = std::move(matrices[2]);
+    if (equations.reference == EquationsOfMotion::Reference::symmetric_part)
+      half.reference = symmetric_part(rows, half.Q);
+    else if (!equations.reference_terms().empty())
+      half.make_shifted_reference = [equations, space = *this](const double omega)
+      { return std::move(space.restrict({equations.shifted_reference_terms(omega)})[0]); };
     // In parallel the whole is symmetric to rounding only, which would turn double eigenvalues of a
     // conservative problem into complex pairs.
-    if (!problem.reference)
+    if (!half.has_reference())
     {
       half.M = symmetric_part(rows, half.M);
       half.Q = symmetric_part(rows, half.Q);
     }
     // Pressures come in pairs, both in contact or both released.
-    half.n_constraints       = problem.n_constraints / 2;
+    half.n_constraints       = equations.n_constraints / 2;
     half.n_local_constraints = std::count_if(
         representatives.begin(), representatives.end(),
-        [&](const unsigned int row) { return row >= whole.end - problem.n_local_constraints; });
-    half.compliant        = problem.compliant;
-    half.may_move_rigidly = problem.may_move_rigidly;
+        [&](const unsigned int row) { return row >= whole.end - equations.n_local_constraints; });
     return half;
   }
 

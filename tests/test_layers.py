@@ -12,7 +12,7 @@ FLOORS = [
     ["materials", "friction_laws", "log"],
     ["expressions", "dense", "mesh_file", "files"],
     ["parameters", "linear_algebra", "gmsh_file", "abaqus_file"],
-    ["borrowed_vector", "sparse_products", "parameter_file", "sweep_parameters", "refinement_parameters", "mesh_parameters", "material_parameters", "geometry", "matrix_market", "eigenproblem", "mortar", "self_locking"],
+    ["borrowed_vector", "compressed_rows", "sparse_products", "parameter_file", "sweep_parameters", "refinement_parameters", "mesh_parameters", "material_parameters", "geometry", "matrix_market", "eigenproblem", "mortar", "self_locking"],
     ["gmres"],
     ["spaces", "static_body", "mesh_checks", "reduced_tools"],
     ["mesh_scene"],

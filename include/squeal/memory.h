@@ -16,4 +16,10 @@ namespace squeal
   /// @p needed_mib: above 1 it does not fit. Ranks on one machine share its memory. Collective; the
   /// same on all ranks.
   double memory_load(double needed_mib, MPI_Comm comm);
+
+  /// Gives memory that was freed back to the system. The C library does not do so by itself, not
+  /// even for large matrices: SuperLU, loaded with deal.II, forbids it to the whole process
+  /// (mallopt). Worth it after a phase, before others need much: pages that come back cost
+  /// microseconds each.
+  void return_freed_memory();
 } // namespace squeal

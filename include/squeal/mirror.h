@@ -37,7 +37,7 @@ namespace squeal
   void average_mirror_cells(const Spaces<dim> &spaces, std::vector<double> &by_cell);
 
   /// Whether S A S x = A x for all matrices of the problem and some scattered x, to rounding.
-  bool is_symmetric(const QuadraticEigenproblem &problem, const MirrorSymmetry &symmetry);
+  bool is_symmetric(const EquationsOfMotion &equations, const MirrorSymmetry &symmetry);
 
   /// The vectors with S x = x, or those with S x = -x, by an orthonormal basis V: its columns are
   ///     (e_i +- S e_i)/sqrt 2,   and e_i where S e_i = +- e_i.
@@ -47,10 +47,12 @@ namespace squeal
   public:
     HalfSpace(const MirrorSymmetry &symmetry, bool symmetric);
 
-    /// V^T A V of each matrix. The problem must be symmetric.
-    QuadraticEigenproblem restrict(const QuadraticEigenproblem &problem) const;
-    /// V^T A V of a matrix. Collective.
-    Matrix restrict(const Matrix &matrix) const;
+    /// V^T A V of each matrix A of the problem, which must be symmetric. The sums of its terms are
+    /// made row by row and not stored.
+    QuadraticEigenproblem restrict(const EquationsOfMotion &equations) const;
+    /// V^T (sum_i c_i A_i) V of several sums; each matrix is read once. Empty where a sum is.
+    /// Collective.
+    std::vector<Matrix> restrict(const std::vector<std::vector<Term>> &sums) const;
     /// V y.
     Block expand(const Block &y) const;
 

@@ -64,13 +64,15 @@ namespace
     {
       model.distribute();
       model.assemble(prm);
-      problem  = model.problem();
-      symmetry = model.mirror_symmetry();
+      equations = model.equations();
+      problem   = sum_of(equations);
+      symmetry  = model.mirror_symmetry();
     }
     Log log;
     PhaseTimer timer;
     BrakeModel<3> model;
-    QuadraticEigenproblem problem;
+    EquationsOfMotion equations;
+    QuadraticEigenproblem problem; ///< summed
     std::optional<MirrorSymmetry> symmetry;
   };
 
@@ -159,7 +161,7 @@ TEST_CASE("mirror: half spaces are isometric, orthogonal, and together the whole
 {
   const Brake brake(small_brake());
   REQUIRE(brake.symmetry);
-  REQUIRE(is_symmetric(brake.problem, *brake.symmetry));
+  REQUIRE(is_symmetric(brake.equations, *brake.symmetry));
   const HalfSpace plus(*brake.symmetry, true), minus(*brake.symmetry, false);
   CHECK(plus.row_range().size + minus.row_range().size == brake.problem.rows.size);
 
@@ -176,19 +178,22 @@ TEST_CASE("mirror: half spaces are isometric, orthogonal, and together the whole
   CHECK(difference(brake.symmetry->reflect(v_w), minus_v_w) <= 1e-15);
 
   // y^T (V^T A V) z = (V y)^T A (V z), and nothing between the halves.
-  const QuadraticEigenproblem half = plus.restrict(brake.problem);
-  for (const auto member : {&QuadraticEigenproblem::M, &QuadraticEigenproblem::P,
-                            &QuadraticEigenproblem::Q, &QuadraticEigenproblem::reference})
+  const QuadraticEigenproblem half = plus.restrict(brake.equations);
+  const auto check                 = [&](const Matrix &of_half, const Matrix &whole)
   {
-    const Matrix &whole = brake.problem.*member;
-    const Block a_v_z   = multiply(whole, v_z);
-    const double scale  = std::sqrt(dot(v_y, v_y) * dot(a_v_z, a_v_z));
+    const Block a_v_z  = multiply(whole, v_z);
+    const double scale = std::sqrt(dot(v_y, v_y) * dot(a_v_z, a_v_z));
     REQUIRE(scale > 0);
-    CHECK(relative_error(bilinear_form(y, half.*member, z), dot(v_y, a_v_z), scale) <= 1e-12);
+    CHECK(relative_error(bilinear_form(y, of_half, z), dot(v_y, a_v_z), scale) <= 1e-12);
     CHECK(std::abs(dot(v_w, a_v_z)) <= 1e-11 * scale);
     // The product with a basis vector has a entries of two rows at most: no fill.
-    CHECK((half.*member).n_nonzeros() <= 0.55 * whole.n_nonzeros());
-  }
+    CHECK(of_half.n_nonzeros() <= 0.55 * whole.n_nonzeros());
+  };
+  for (const auto member :
+       {&QuadraticEigenproblem::M, &QuadraticEigenproblem::P, &QuadraticEigenproblem::Q})
+    check(half.*member, brake.problem.*member);
+  REQUIRE(half.has_reference());
+  check(half.shifted_reference(1000), brake.problem.shifted_reference(1000));
   CHECK(half.n_constraints == brake.problem.n_constraints / 2);
   CHECK(Utilities::MPI::sum(half.n_local_constraints, MPI_COMM_WORLD) ==
         brake.model.spaces().n_multipliers / 2);
@@ -204,13 +209,12 @@ TEST_CASE("mirror: matrices decide")
   // The mesh is symmetric; one entry of one pad is not.
   Brake brake(small_brake());
   REQUIRE(brake.symmetry);
-  CHECK(is_symmetric(brake.problem, *brake.symmetry));
+  CHECK(is_symmetric(brake.equations, *brake.symmetry));
   const unsigned int row = brake.problem.rows.size / 2;
-  const double size      = brake.problem.Q.infinity_norm();
-  brake.problem.Q =
-      sum_of(brake.problem.rows, {{1., brake.problem.Q},
-                                  {1e-6 * size, matrix_of(brake.problem.rows, {{row, row, 1}})}});
-  CHECK_FALSE(is_symmetric(brake.problem, *brake.symmetry));
+  brake.equations.terms.push_back(
+      {Origin::elasticity, 0, 1e-6 * brake.problem.Q.infinity_norm(),
+       std::make_shared<const Matrix>(matrix_of(brake.problem.rows, {{row, row, 1}}))});
+  CHECK_FALSE(is_symmetric(brake.equations, *brake.symmetry));
 }
 
 namespace
@@ -221,8 +225,8 @@ namespace
     const Brake brake(prm);
     const auto solver    = make_eigensolver("block_krylov");
     const auto options   = window(frequency);
-    const Modes whole    = solve_by_symmetry(*solver, brake.problem, options, {});
-    const Modes by_half  = solve_by_symmetry(*solver, brake.problem, options, brake.symmetry);
+    const Modes whole    = solve_by_symmetry(*solver, brake.equations, options, {});
+    const Modes by_half  = solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
     const unsigned int n = whole.lambda.size();
     CHECK(whole.mirror.empty());
     REQUIRE(by_half.lambda.size() == n);
@@ -285,11 +289,11 @@ TEST_CASE("mirror: double eigenvalues of a conservative problem stay imaginary")
   prm.stage_name      = "elastic";
   const Brake brake(prm);
   REQUIRE(brake.symmetry);
-  REQUIRE_FALSE(brake.problem.reference);
-  const QuadraticEigenproblem half = HalfSpace(*brake.symmetry, false).restrict(brake.problem);
+  REQUIRE_FALSE(brake.problem.has_reference());
+  const QuadraticEigenproblem half = HalfSpace(*brake.symmetry, false).restrict(brake.equations);
   CHECK(asymmetry(half.rows, half.M) == 0);
   CHECK(asymmetry(half.rows, half.Q) == 0);
-  const Modes modes = solve_by_symmetry(*make_eigensolver("block_krylov"), brake.problem,
+  const Modes modes = solve_by_symmetry(*make_eigensolver("block_krylov"), brake.equations,
                                         window(6000), brake.symmetry);
   CHECK(modes.mirror.size() > 8);
   for (const Complex &l : modes.lambda)
@@ -302,7 +306,7 @@ TEST_CASE("mirror: the whole is solved where factors are kept, or without symmet
   EigensolverOptions options = window(3000);
   options.keep_factors       = true;
   const auto solver          = make_eigensolver("block_krylov");
-  const Modes modes          = solve_by_symmetry(*solver, brake.problem, options, brake.symmetry);
+  const Modes modes          = solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
   CHECK(modes.mirror.empty());
   CHECK(modes.factorization);
   CHECK_FALSE(Brake(small_brake("upper")).symmetry);
