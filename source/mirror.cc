@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 
 namespace squeal
@@ -150,6 +151,7 @@ namespace squeal
       symmetry.rows = spaces.rows;
       symmetry.image.assign(spaces.rows.size, 0);
       symmetry.sign.assign(spaces.rows.size, 1);
+      symmetry.is_pressure.assign(spaces.rows.size, false);
       for (unsigned int i = 0; i < nodes.size(); ++i)
         for (unsigned int c = 0; c < 4; ++c)
         {
@@ -159,8 +161,9 @@ namespace squeal
             return {};
           if (own < 0)
             continue;
-          symmetry.image[static_cast<unsigned int>(own)] = static_cast<unsigned int>(other);
-          symmetry.sign[static_cast<unsigned int>(own)]  = c == 2 ? -1 : 1;
+          symmetry.image[static_cast<unsigned int>(own)]       = static_cast<unsigned int>(other);
+          symmetry.sign[static_cast<unsigned int>(own)]        = c == 2 ? -1 : 1;
+          symmetry.is_pressure[static_cast<unsigned int>(own)] = c == 3;
         }
       return symmetry;
     }
@@ -215,35 +218,61 @@ namespace squeal
     return result;
   }
 
+  namespace
+  {
+    /// Whether a = b to rounding. Collective.
+    bool are_equal(const Block &a, const Block &b)
+    {
+      // Relative to the largest entry. A pad or a pressure that differs is seen in the product with
+      // any scattered vector.
+      constexpr double rounding = 1e-10;
+      std::array<double, 2> largest{{0, 0}}; // of a, of the difference
+      for (std::size_t i = 0; i < std::size_t(a.n_local()) * a.n_columns(); ++i)
+      {
+        largest[0] = std::max(largest[0], std::abs(a.data()[i]));
+        largest[1] = std::max(largest[1], std::abs(a.data()[i] - b.data()[i]));
+      }
+      MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, a.row_range().comm);
+      return largest[1] <= rounding * largest[0];
+    }
+  } // namespace
+
+  bool is_symmetric(const Block &x, const MirrorSymmetry &symmetry)
+  {
+    return are_equal(x, symmetry.reflect(x));
+  }
+
+  bool is_symmetric(const std::function<Block(const Block &)> &matrix,
+                    const MirrorSymmetry &symmetry)
+  {
+    Block x(symmetry.rows, 2);
+    for (unsigned int k = 0; k < 2; ++k)
+      for (unsigned int row = symmetry.rows.begin; row < symmetry.rows.end; ++row)
+        x.column(k)[row - symmetry.rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
+    return are_equal(matrix(x), symmetry.reflect(matrix(symmetry.reflect(x))));
+  }
+
   bool is_symmetric(const QuadraticEigenproblem &problem, const MirrorSymmetry &symmetry)
   {
-    // Relative to the largest entry of the product. A pad or a pressure that differs is seen in any
-    // scattered vector.
-    constexpr double rounding = 1e-10;
     if (problem.n_constraints % 2 != 0)
       return false;
-    Block x(problem.rows, 2);
-    for (unsigned int k = 0; k < 2; ++k)
-      for (unsigned int row = problem.rows.begin; row < problem.rows.end; ++row)
-        x.column(k)[row - problem.rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
-    const Block s_x = symmetry.reflect(x);
     for (const Matrix *matrix : {&problem.M, &problem.P, &problem.Q, &problem.reference})
-    {
-      const Block a_x = multiply(*matrix, x), s_a_s_x = symmetry.reflect(multiply(*matrix, s_x));
-      std::array<double, 2> largest{{0, 0}}; // of the product, of the difference
-      for (std::size_t i = 0; i < std::size_t(a_x.n_local()) * a_x.n_columns(); ++i)
-      {
-        largest[0] = std::max(largest[0], std::abs(a_x.data()[i]));
-        largest[1] = std::max(largest[1], std::abs(a_x.data()[i] - s_a_s_x.data()[i]));
-      }
-      MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, problem.rows.comm);
-      if (!(largest[1] <= rounding * largest[0]))
+      if (!is_symmetric([&](const Block &x) { return multiply(*matrix, x); }, symmetry))
         return false;
-    }
     return true;
   }
 
   HalfSpace::HalfSpace(const MirrorSymmetry &symmetry, const bool symmetric)
+      : HalfSpace(symmetry, symmetric, nullptr)
+  {
+  }
+
+  HalfSpace::HalfSpace(const MirrorSymmetry &symmetry, const bool symmetric, const RankGroup &group)
+      : HalfSpace(symmetry, symmetric, &group)
+  {
+  }
+
+  HalfSpace::HalfSpace(const MirrorSymmetry &symmetry, const bool symmetric, const RankGroup *group)
       : whole(symmetry.rows), images(symmetry.image), columns(whole.size, none),
         entries(whole.size, 0.), is_second(whole.size, false)
   {
@@ -255,32 +284,56 @@ namespace squeal
       const unsigned int image = symmetry.image[row];
       return (row < image) == ((row + image) % 2 == 0);
     };
-    rows.comm      = whole.comm;
-    unsigned int n = 0;
+    std::vector<unsigned int> all; // representatives of all ranks, in the order of the columns
+    rows.comm = whole.comm;
     for (unsigned int row = 0; row < whole.size; ++row)
     {
-      if (row == whole.begin)
-        rows.begin = n;
       const bool alone = symmetry.image[row] == row;
       if (alone ? symmetry.sign[row] == parity : stands_for_pair(row))
       {
-        columns[row] = n++;
-        entries[row] = alone ? 1. : std::sqrt(0.5);
-        if (whole.contains(row))
-          representatives.push_back(row);
+        all.push_back(row);
+        rows.begin += row < whole.begin;
+        rows.end += row < whole.end;
       }
     }
-    rows.size = n;
-    if (whole.begin == whole.size)
-      rows.begin = n;
-    rows.end = rows.begin + representatives.size();
-    for (unsigned int row = 0; row < whole.size; ++row)
-      if (const unsigned int image = symmetry.image[row]; image != row && !stands_for_pair(row))
+    rows.size = all.size();
+    if (group)
+    {
+      // Each rank of the group gets as many displacements as the others, and as many pressures.
+      std::array<std::vector<unsigned int>, 2> kinds;
+      for (const unsigned int row : all)
+        kinds[symmetry.is_pressure[row]].push_back(row);
+      all.clear();
+      const unsigned int n = group->n_ranks();
+      for (unsigned int rank = 0; rank < n; ++rank)
       {
-        is_second[row] = true;
-        columns[row]   = columns[image];
-        entries[row]   = parity * symmetry.sign[row] * entries[image];
+        if (rank == group->rank())
+          rows.begin = all.size();
+        for (const auto &kind : kinds)
+          all.insert(all.end(), kind.begin() + kind.size() * rank / n,
+                     kind.begin() + kind.size() * (rank + 1) / n);
+        if (rank == group->rank())
+          rows.end = all.size();
       }
+      rows.comm = group->comm();
+      if (!group->has_this_rank())
+        rows.begin = rows.end = group->rank() == 0 ? 0 : rows.size;
+    }
+    representatives.assign(all.begin() + rows.begin, all.begin() + rows.end);
+    for (const unsigned int row : representatives)
+      has_pressure.push_back(symmetry.is_pressure[row]);
+    for (unsigned int n = 0; n < all.size(); ++n)
+    {
+      const unsigned int row = all[n], image = symmetry.image[row];
+      columns[row] = n;
+      entries[row] = image == row ? 1. : std::sqrt(0.5);
+      if (image != row)
+      {
+        is_second[image] = true;
+        columns[image]   = n;
+        entries[image]   = parity * symmetry.sign[row] * entries[row];
+      }
+    }
   }
 
   namespace
@@ -289,7 +342,7 @@ namespace squeal
     class Rows
     {
     public:
-      Rows(const Matrix &matrix, const RowRange &own, const std::vector<PetscInt> &others)
+      Rows(Mat matrix, const RowRange &own, const std::vector<PetscInt> &others)
           : matrix(matrix), own(own), others(others)
       {
         int n_ranks = 0;
@@ -318,7 +371,7 @@ namespace squeal
       void for_entries(const PetscInt row, const Visit &visit) const
       {
         const bool is_own = own.contains(row);
-        Mat mat           = is_own ? Mat(matrix) : *received;
+        Mat mat           = is_own ? matrix : *received;
         const PetscInt place =
             is_own ? row : std::lower_bound(others.begin(), others.end(), row) - others.begin();
         PetscInt n                = 0;
@@ -331,7 +384,7 @@ namespace squeal
       }
 
     private:
-      const Matrix &matrix;
+      Mat matrix;
       const RowRange own;
       const std::vector<PetscInt> others; ///< ascending
       Mat *received = nullptr;
@@ -342,16 +395,25 @@ namespace squeal
   ///     (v_i v_k a_ik + v_i' v_k' a_i'k') + (v_i v_k' a_ik' + v_i' v_k a_i'k).
   /// Summed like this a symmetric matrix stays symmetric, and a skew one skew, to the last digit:
   /// otherwise rounding would damp or feed the vibration.
-  Matrix HalfSpace::restrict(const Matrix &matrix) const
+  Matrix HalfSpace::restrict(const std::vector<Summand> &summands) const
   {
-    if (!matrix)
-      return {};
     std::vector<PetscInt> others;
     for (const unsigned int i : representatives)
-      if (!whole.contains(images[i]))
-        others.push_back(images[i]);
+      for (const unsigned int row : {i, images[i]})
+        if (!whole.contains(row))
+          others.push_back(row);
     std::sort(others.begin(), others.end());
-    const Rows all_rows(matrix, whole, others);
+    others.erase(std::unique(others.begin(), others.end()), others.end());
+    std::vector<double> coefficients;
+    std::vector<std::unique_ptr<const Rows>> rows_of;
+    for (const Summand &summand : summands)
+      if (summand.matrix && summand.coefficient != 0)
+      {
+        coefficients.push_back(summand.coefficient);
+        rows_of.push_back(std::make_unique<const Rows>(summand.matrix, whole, others));
+      }
+    if (rows_of.empty() || !is_here())
+      return {};
 
     std::vector<PetscInt> begins = {0}, all_columns, row_columns;
     std::vector<PetscScalar> values, direct(rows.size, 0.), crossed(rows.size, 0.);
@@ -361,18 +423,19 @@ namespace squeal
       row_columns.clear();
       const auto add_row = [&](const unsigned int row, const bool is_image)
       {
-        all_rows.for_entries(row,
-                             [&](const PetscInt k, const PetscScalar a)
-                             {
-                               const unsigned int column = columns[k];
-                               if (column == none)
-                                 return;
-                               if (!is_met[column])
-                                 row_columns.push_back(column);
-                               is_met[column] = true;
-                               (is_image == is_second[k] ? direct : crossed)[column] +=
-                                   (entries[row] * entries[k]) * a;
-                             });
+        for (unsigned int s = 0; s < rows_of.size(); ++s)
+          rows_of[s]->for_entries(row,
+                                  [&](const PetscInt k, const PetscScalar a)
+                                  {
+                                    const unsigned int column = columns[k];
+                                    if (column == none)
+                                      return;
+                                    if (!is_met[column])
+                                      row_columns.push_back(column);
+                                    is_met[column] = true;
+                                    (is_image == is_second[k] ? direct : crossed)[column] +=
+                                        (entries[row] * entries[k]) * (coefficients[s] * a);
+                                  });
       };
       add_row(i, false);
       if (images[i] != i)
@@ -414,19 +477,58 @@ namespace squeal
     half.reference_name = problem.reference_name;
     // In parallel the whole is symmetric to rounding only, which would turn double eigenvalues of a
     // conservative problem into complex pairs.
-    if (!problem.reference)
+    if (!problem.reference && is_here())
     {
       half.M = symmetric_part(rows, half.M);
       half.Q = symmetric_part(rows, half.Q);
     }
     // Pressures come in pairs, both in contact or both released.
     half.n_constraints       = problem.n_constraints / 2;
-    half.n_local_constraints = std::count_if(
-        representatives.begin(), representatives.end(),
-        [&](const unsigned int row) { return row >= whole.end - problem.n_local_constraints; });
-    half.compliant        = problem.compliant;
-    half.may_move_rigidly = problem.may_move_rigidly;
+    half.n_local_constraints = std::count(has_pressure.begin(), has_pressure.end(), true);
+    half.compliant           = problem.compliant;
+    half.may_move_rigidly    = problem.may_move_rigidly;
     return half;
+  }
+
+  Block HalfSpace::restrict(const Block &x) const
+  {
+    Block y(rows, x.n_columns());
+    for (unsigned int k = 0; k < x.n_columns(); ++k)
+    {
+      const std::vector<double> all = replicate(x.columns(k, 1));
+      for (unsigned int j = 0; j < representatives.size(); ++j)
+      {
+        const unsigned int i = representatives[j], image = images[i];
+        y.column(k)[j] = entries[i] * all[i] + (image == i ? 0. : entries[image] * all[image]);
+      }
+    }
+    return y;
+  }
+
+  std::vector<unsigned int>
+      HalfSpace::restrict(const std::vector<unsigned int> &rows_of_whole) const
+  {
+    std::vector<unsigned int> result;
+    for (const unsigned int row : rows_of_whole)
+      if (columns[row] != none)
+        result.push_back(columns[row]);
+    std::sort(result.begin(), result.end());
+    result.erase(std::unique(result.begin(), result.end()), result.end());
+    return result;
+  }
+
+  std::vector<double> HalfSpace::replicate_half(const double *const column) const
+  {
+    // The rows of a group's ranks follow one another like the ranks.
+    int n_ranks = 0, n_local = rows.n_local();
+    MPI_Comm_size(whole.comm, &n_ranks);
+    std::vector<int> counts(n_ranks), offsets(n_ranks);
+    MPI_Allgather(&n_local, 1, MPI_INT, counts.data(), 1, MPI_INT, whole.comm);
+    std::partial_sum(counts.begin(), counts.end() - 1, offsets.begin() + 1);
+    std::vector<double> all(rows.size);
+    MPI_Allgatherv(column, n_local, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
+                   MPI_DOUBLE, whole.comm);
+    return all;
   }
 
   Block HalfSpace::expand(const Block &y) const
@@ -434,7 +536,7 @@ namespace squeal
     Block x(whole, y.n_columns());
     for (unsigned int k = 0; k < y.n_columns(); ++k)
     {
-      const std::vector<double> all = replicate(y.columns(k, 1));
+      const std::vector<double> all = replicate_half(y.column(k));
       for (unsigned int row = whole.begin; row < whole.end; ++row)
         if (columns[row] != none)
           x.column(k)[row - whole.begin] = entries[row] * all[columns[row]];
