@@ -76,12 +76,12 @@ namespace squeal
     return options;
   }
 
-  void Analysis::solve(const Model &model, const QuadraticEigenproblem &problem)
+  void Analysis::solve(const Model &model)
   {
     std::optional<MirrorSymmetry> symmetry;
     if (prm.eigenproblem.mirror_symmetry)
       symmetry = model.mirror_symmetry();
-    modes = solve_by_symmetry(*make_eigensolver(prm.eigenproblem.solver), problem,
+    modes = solve_by_symmetry(*make_eigensolver(prm.eigenproblem.solver), model.equations(),
                               eigensolver_options(), symmetry);
   }
 
@@ -102,9 +102,8 @@ namespace squeal
       file.choose("Stage", stage);
       model.assemble(prm);
       PhaseTimer::Scope scope(timer, "eigenproblem");
-      const QuadraticEigenproblem problem = model.problem();
-      solve(model, problem);
-      rows.push_back(analyse(problem, modes, 0, prm.eigenproblem.tolerance));
+      solve(model);
+      rows.push_back(analyse(rayleigh_parts(model, modes), modes, 0, prm.eigenproblem.tolerance));
       for (const ModeRow &row : rows.back())
       {
         std::vector<std::string> fields = {stage};
@@ -126,11 +125,12 @@ namespace squeal
 
   void Analysis::find_modes(const Model &model, const unsigned int cycle)
   {
+    RayleighParts parts;
     {
       PhaseTimer::Scope scope(timer, "eigenproblem");
-      const QuadraticEigenproblem problem = model.problem();
-      solve(model, problem);
-      rows = analyse(problem, modes, cycle, prm.eigenproblem.tolerance);
+      solve(model);
+      parts = rayleigh_parts(model, modes);
+      rows  = analyse(parts, modes, cycle, prm.eigenproblem.tolerance);
     }
     const std::clock_t before = std::clock();
     estimate(rows);
@@ -171,15 +171,16 @@ namespace squeal
           "The window leaves out zero frequency: nothing is said about divergence, and nothing "
           "about flutter below it.");
     PhaseTimer::Scope scope(timer, "eigenproblem");
-    explain_modes(model, cycle);
+    explain_modes(model, parts, cycle);
   }
 
   /// Contributions of each origin to each growth rate, and sensitivities if asked for.
-  void Analysis::explain_modes(const Model &model, const unsigned int cycle)
+  void Analysis::explain_modes(const Model &model, const RayleighParts &rayleigh,
+                               const unsigned int cycle)
   {
     if (rows.empty())
       return;
-    const std::vector<Contribution> parts = contributions(model, modes, rows);
+    const std::vector<Contribution> parts = contributions(rayleigh, modes, rows);
     for (const Contribution &part : parts)
       contributions_csv->add(contributions_fields(cycle, part));
     std::vector<unsigned int> numbers;
@@ -258,10 +259,12 @@ namespace squeal
     std::snprintf(text, sizeof(text), "  %-14s %9.2f\n  Peak memory %.0f MiB", "total", total,
                   peak_memory_mib(comm));
     std::string line = text;
+    if (!timer.peak_phase().empty())
+      line += ", reached in the phase " + timer.peak_phase();
     if (modes.factor_memory_mib > 0)
     {
       std::snprintf(text, sizeof(text),
-                    ", of this the factorisation for shift-invert %.0f MiB (predicted %.0f)",
+                    "; the factorisation for shift-invert took %.0f MiB (predicted %.0f)",
                     modes.factor_memory_mib, modes.predicted_memory_mib);
       line += text;
     }

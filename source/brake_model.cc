@@ -39,13 +39,12 @@ namespace squeal
 
   namespace
   {
-    /// The terms of which there must be matrices: the static equilibrium alone needs those of order
-    /// zero.
+    /// The terms of a body: the static equilibrium needs those of order zero only.
     std::vector<BodyTerm> wanted_terms(const Parameters::All &prm,
-                                       const Parameters::BodyMaterial &body)
+                                       const Parameters::BodyMaterial &body, const bool with_motion)
     {
       std::vector<BodyTerm> terms = body_terms(prm, body);
-      if (!prm.eigenproblem.is_solved())
+      if (!with_motion)
         terms.erase(std::remove_if(terms.begin(), terms.end(),
                                    [](const BodyTerm &term) { return term.order > 0; }),
                     terms.end());
@@ -63,10 +62,19 @@ namespace squeal
               has(BodyTerm::Kind::M_star)};
     }
 
-    bool has(const BodyMatrices &matrices, const BodyMatrixChoice &choice)
+    /// The part of a choice that is not there.
+    BodyMatrixChoice missing(const BodyMatrixChoice &choice, const BodyMatrices &matrices)
     {
-      return (!choice.M || matrices.M) && (!choice.K || matrices.K) && (!choice.G || matrices.G) &&
-             (!choice.M_star || matrices.M_star);
+      return {choice.M && !matrices.M, choice.K && !matrices.K, choice.G && !matrices.G,
+              choice.M_star && !matrices.M_star};
+    }
+
+    void add(BodyMatrices &&more, BodyMatrices &matrices)
+    {
+      for (auto member :
+           {&BodyMatrices::M, &BodyMatrices::K, &BodyMatrices::G, &BodyMatrices::M_star})
+        if (more.*member)
+          matrices.*member = std::move(more.*member);
     }
 
     /// What the terms of order zero say, for products without matrices.
@@ -126,11 +134,14 @@ namespace squeal
     prm = parameters;
     terms_.clear();
     const bool iterates = solves_iteratively(), needs_modes = prm.eigenproblem.is_solved();
+    // Mass and gyroscopic matrices only after the factors of the static equilibrium are gone.
     if (needs_modes || !iterates)
-      add_bodies();
+      add_bodies(false);
     find_steady_state(iterates, nearby);
     if (!needs_modes)
       return;
+    terms_.clear();
+    add_bodies(true);
     add_contact();
     add_prestress();
   }
@@ -147,7 +158,7 @@ namespace squeal
   }
 
   template <int dim>
-  void BrakeModel<dim>::add_bodies()
+  void BrakeModel<dim>::add_bodies(const bool with_motion)
   {
     PhaseTimer::Scope scope(timer, "assembly");
     const std::vector<Parameters::BodyMaterial> materials = prm.materials();
@@ -157,11 +168,18 @@ namespace squeal
       if (geometry.bodies_of(m).empty())
         continue;
       const Material &material           = materials[m].material;
-      const std::vector<BodyTerm> wanted = wanted_terms(prm, materials[m]);
+      const std::vector<BodyTerm> wanted = wanted_terms(prm, materials[m], with_motion);
       const BodyMatrixChoice choice      = matrices_of(wanted);
       AssembledBody &body                = bodies[m];
-      if (!material.is_proportional(body.material) || !has(body.matrices, choice))
-        body = {assemble_body(spaces_, geometry.bodies_of(m), material, choice), material};
+      if (!material.is_proportional(body.material))
+        body = {};
+      // Those that are added must fit to the present ones: of the material of these.
+      const bool is_new = !body.matrices.M && !body.matrices.K;
+      if (is_new)
+        body.material = material;
+      add(assemble_body(spaces_, geometry.bodies_of(m), body.material,
+                        missing(choice, body.matrices)),
+          body.matrices);
       // M, G, M* are proportional to the density, K to Young's modulus.
       const double rho             = material.density / body.material.density,
                    E               = material.young_modulus / body.material.young_modulus;
@@ -412,34 +430,17 @@ namespace squeal
   }
 
   template <int dim>
-  QuadraticEigenproblem BrakeModel<dim>::problem() const
+  EquationsOfMotion BrakeModel<dim>::equations() const
   {
-    const RowRange &rows = spaces_.rows;
-    QuadraticEigenproblem problem;
-    problem.rows                = rows;
-    problem.M                   = sum_of(rows, terms_, 2);
-    problem.P                   = sum_of(rows, terms_, 1);
-    problem.Q                   = sum_of(rows, terms_, 0);
-    problem.n_constraints       = contact_ ? contact_->n_active_multipliers() : 0;
-    problem.n_local_constraints = rows.end - spaces_.first_local_multiplier;
-    problem.compliant           = prm.contact.compliance() > 0;
-
-    // The reference problem: the same bodies in frictionless contact.
-    std::vector<Term> symmetric;
-    bool is_reference = !problem.P;
-    for (const Term &term : terms_)
-      if (term.order == 0)
-      {
-        if (is_conservative(term.origin))
-          symmetric.push_back(term);
-        is_reference &= is_conservative(term.origin);
-      }
-    if (!is_reference)
-      problem.reference = sum_of(rows, symmetric, 0);
-    problem.reference_name = "the same bodies in frictionless contact";
-
-    problem.may_move_rigidly = geometry.may_move_rigidly;
-    return problem;
+    EquationsOfMotion equations;
+    equations.rows                = spaces_.rows;
+    equations.terms               = terms_;
+    equations.n_constraints       = contact_ ? contact_->n_active_multipliers() : 0;
+    equations.n_local_constraints = spaces_.rows.end - spaces_.first_local_multiplier;
+    equations.compliant           = prm.contact.compliance() > 0;
+    equations.reference_name      = "the same bodies in frictionless contact";
+    equations.may_move_rigidly    = geometry.may_move_rigidly;
+    return equations;
   }
 
   template <int dim>

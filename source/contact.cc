@@ -28,9 +28,9 @@ namespace squeal
       active_points.emplace_back(n_points, true);
       n_all_points += n_points;
     }
-    // Five matrices with a row for each displacement of both faces
+    // Three numbers for each node
     constexpr double largest_table = 1024. * 1024. * 1024.;
-    keeps_table = 5. * 2 * dim * element.n_nodes() * n_all_points * sizeof(double) < largest_table;
+    keeps_table = 3. * element.n_nodes() * n_all_points * sizeof(double) < largest_table;
   }
 
   template <int dim>
@@ -38,37 +38,35 @@ namespace squeal
       const std::function<void(unsigned int interface, const Kinematics &)> &work,
       const bool with_slopes) const
   {
-    const auto visit_all = [&](const auto &visit)
+    const bool keeps = keeps_table && !with_slopes;
+    if (keeps && tabulated && tabulated->angular_velocity == model.angular_velocity)
     {
-      for (unsigned int i = 0; i < interfaces.size(); ++i)
-      {
-        unsigned int first_point = 0;
-        for (const FacePair<dim> &pair : interfaces[i].pairs)
-        {
-          Kinematics kinematics(element, interfaces[i].rotor_faces[pair.rotor_face],
-                                interfaces[i].pad_faces[pair.pad_face], pair, spaces.geometry,
-                                model.angular_velocity, with_slopes);
-          kinematics.first_point = first_point;
-          first_point += pair.points.size();
-          visit(i, std::move(kinematics));
-        }
-      }
-    };
-    if (with_slopes || !keeps_table)
-    {
-      visit_all(work);
+      for (const auto &[interface, shapes] : tabulated->pairs)
+        work(interface, Kinematics(shapes));
       return;
     }
-    if (!tabulated || tabulated->angular_velocity != model.angular_velocity)
+    auto table              = std::make_shared<Tabulated>();
+    table->angular_velocity = model.angular_velocity;
+    for (unsigned int i = 0; i < interfaces.size(); ++i)
     {
-      auto table              = std::make_shared<Tabulated>();
-      table->angular_velocity = model.angular_velocity;
-      visit_all([&](const unsigned int i, Kinematics kinematics)
-                { table->pairs.emplace_back(i, std::move(kinematics)); });
-      tabulated = std::move(table);
+      unsigned int first_point = 0;
+      for (const FacePair<dim> &pair : interfaces[i].pairs)
+      {
+        PairShapes<dim> shapes(element, interfaces[i].rotor_faces[pair.rotor_face],
+                               interfaces[i].pad_faces[pair.pad_face], pair, spaces.geometry,
+                               model.angular_velocity);
+        shapes.first_point = first_point;
+        first_point += pair.points.size();
+        Kinematics kinematics(shapes);
+        if (with_slopes)
+          kinematics.add_slopes(element, pair, spaces.geometry, shapes);
+        work(i, kinematics);
+        if (keeps)
+          table->pairs.emplace_back(i, std::move(shapes));
+      }
     }
-    for (const auto &[interface, kinematics] : tabulated->pairs)
-      work(interface, kinematics);
+    if (keeps)
+      tabulated = std::move(table);
   }
 
   template <int dim>

@@ -7,34 +7,54 @@ namespace squeal
 {
   using namespace dealii;
 
+  namespace
+  {
+    /// Derivatives on the surface along a tangential direction t: (grad_surface N) . t = (d N/d
+    /// xi_i) a_i. Returns a, which solves t_i . t_j a_j = t_i . t.
+    template <int dim, typename Frame>
+    Tensor<1, dim - 1> surface_coordinates(const Frame &frame, const Tensor<1, dim> &t)
+    {
+      Tensor<2, dim - 1> metric;
+      Tensor<1, dim - 1> components;
+      for (unsigned int i = 0; i < dim - 1; ++i)
+      {
+        for (unsigned int j = 0; j < dim - 1; ++j)
+          metric[i][j] = frame.tangents[i] * frame.tangents[j];
+        components[i] = frame.tangents[i] * t;
+      }
+      return invert(metric) * components;
+    }
+
+    template <int dim>
+    Tensor<1, dim> binormal_of(const Tensor<1, dim> &normal, const Tensor<1, dim> &direction)
+    {
+      Tensor<1, dim> binormal;
+      if constexpr (dim == 3)
+        binormal = cross_product_3d(normal, direction);
+      else
+      {
+        (void)normal;
+        (void)direction;
+      }
+      return binormal;
+    }
+  } // namespace
+
   template <int dim>
-  ContactKinematics<dim>::ContactKinematics(const FaceElement<dim> &element,
-                                            const ContactFace<dim> &rotor_face,
-                                            const ContactFace<dim> &pad_face,
-                                            const FacePair<dim> &pair,
-                                            const Geometry<dim> &geometry,
-                                            const double angular_velocity, const bool with_slopes)
+  PairShapes<dim>::PairShapes(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
+                              const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
+                              const Geometry<dim> &geometry, const double angular_velocity)
       : n_points(pair.points.size()), rotor(&rotor_face), pad(&pad_face)
   {
-    const unsigned int n_nodes = element.n_nodes(), n_rows = 2 * n_nodes * dim;
-    n = e = e_phi = DenseMatrix(n_rows, n_points);
-    if (dim == 3)
-      b = b_phi = DenseMatrix(n_rows, n_points);
-    psi = DenseMatrix(n_nodes, n_points);
-    if (with_slopes)
-      for (unsigned int along = 0; along < dim - 1; ++along)
-      {
-        moved_w[along] = DenseMatrix(n_rows, n_points);
-        for (unsigned int c = 0; c < dim; ++c)
-          slopes[along][c] = DenseMatrix(n_rows, n_points);
-      }
-    std::vector<double> on_rotor, on_pad;
+    const unsigned int n_nodes = element.n_nodes();
+    on_rotor = on_pad = d_phi = DenseMatrix(n_nodes, n_points);
+    std::vector<double> rotor_values, pad_values;
     std::vector<typename FaceElement<dim>::Gradient> gradients;
     for (unsigned int q = 0; q < n_points; ++q)
     {
       const PairedPoint<dim> &point = pair.points[q];
-      element.evaluate(point.xi_rotor, on_rotor, &gradients);
-      element.evaluate(point.xi_pad, on_pad);
+      element.evaluate(point.xi_rotor, rotor_values, &gradients);
+      element.evaluate(point.xi_pad, pad_values);
       const auto frame            = element.frame(rotor_face.shape, point.xi_rotor);
       const Tensor<1, dim> normal = frame.normal;
 
@@ -42,58 +62,85 @@ namespace squeal
       // turning, and at rest the forward direction.
       Tensor<1, dim> w = geometry.transport(frame.x);
       w -= (w * normal) * normal;
-      const double speed             = w.norm();
-      const Tensor<1, dim> direction = (angular_velocity < 0 ? -1 : 1) * w / speed;
+      const double speed = w.norm();
+      normals.push_back(normal);
+      directions.push_back((angular_velocity < 0 ? -1 : 1) * w / speed);
       weights.push_back(point.weight);
       positions.push_back(frame.x);
       speeds.push_back(std::abs(angular_velocity) * speed);
       radii.push_back(speed);
-
-      // Derivative on the surface along a tangential direction t: (grad_surface N) . t = (d N/d
-      // xi_i) a_i, where a solves t_i . t_j a_j = t_i . t
-      Tensor<2, dim - 1> metric;
-      for (unsigned int i = 0; i < dim - 1; ++i)
-        for (unsigned int j = 0; j < dim - 1; ++j)
-          metric[i][j] = frame.tangents[i] * frame.tangents[j];
-      const Tensor<2, dim - 1> inverse_metric = invert(metric);
-      const auto coordinates_of               = [&](const Tensor<1, dim> &t)
-      {
-        Tensor<1, dim - 1> components;
-        for (unsigned int i = 0; i < dim - 1; ++i)
-          components[i] = frame.tangents[i] * t;
-        return inverse_metric * components;
-      };
-      const Tensor<1, dim - 1> along = coordinates_of(w);
-
-      Tensor<1, dim> binormal;
-      if constexpr (dim == 3)
-        binormal = cross_product_3d(normal, direction);
-
+      const Tensor<1, dim - 1> along = surface_coordinates<dim>(frame, w);
       for (unsigned int a = 0; a < n_nodes; ++a)
       {
-        const double d_phi = gradients[a] * along;
-        psi(a, q)          = on_pad[a];
+        on_rotor(a, q) = rotor_values[a];
+        on_pad(a, q)   = pad_values[a];
+        d_phi(a, q)    = gradients[a] * along;
+      }
+    }
+  }
+
+  template <int dim>
+  ContactKinematics<dim>::ContactKinematics(const PairShapes<dim> &shapes)
+      : n_points(shapes.n_points), first_point(shapes.first_point), psi(shapes.on_pad),
+        weights(shapes.weights), speeds(shapes.speeds), radii(shapes.radii),
+        positions(shapes.positions), rotor(shapes.rotor), pad(shapes.pad)
+  {
+    const unsigned int n_nodes = shapes.on_rotor.n_rows, n_rows = 2 * n_nodes * dim;
+    n = e = e_phi = DenseMatrix(n_rows, n_points);
+    if (dim == 3)
+      b = b_phi = DenseMatrix(n_rows, n_points);
+    for (unsigned int q = 0; q < n_points; ++q)
+    {
+      const Tensor<1, dim> &normal = shapes.normals[q], &direction = shapes.directions[q],
+                           binormal = binormal_of<dim>(normal, direction);
+      for (unsigned int a = 0; a < n_nodes; ++a)
+      {
+        const double on_rotor = shapes.on_rotor(a, q), on_pad = shapes.on_pad(a, q),
+                     d_phi = shapes.d_phi(a, q);
         for (unsigned int c = 0; c < dim; ++c)
         {
           const unsigned int r = a * dim + c, p = (n_nodes + a) * dim + c;
-          n(r, q)     = on_rotor[a] * normal[c];
-          n(p, q)     = -on_pad[a] * normal[c];
-          e(r, q)     = on_rotor[a] * direction[c];
-          e(p, q)     = -on_pad[a] * direction[c];
+          n(r, q)     = on_rotor * normal[c];
+          n(p, q)     = -on_pad * normal[c];
+          e(r, q)     = on_rotor * direction[c];
+          e(p, q)     = -on_pad * direction[c];
           e_phi(r, q) = d_phi * direction[c];
           if (dim == 3)
           {
-            b(r, q)     = on_rotor[a] * binormal[c];
-            b(p, q)     = -on_pad[a] * binormal[c];
+            b(r, q)     = on_rotor * binormal[c];
+            b(p, q)     = -on_pad * binormal[c];
             b_phi(r, q) = d_phi * binormal[c];
           }
         }
       }
+    }
+  }
 
-      const std::array<Tensor<1, dim>, 3> basis = {{normal, direction, binormal}};
-      for (unsigned int s = 0; s < dim - 1 && with_slopes; ++s)
+  template <int dim>
+  void ContactKinematics<dim>::add_slopes(const FaceElement<dim> &element,
+                                          const FacePair<dim> &pair, const Geometry<dim> &geometry,
+                                          const PairShapes<dim> &shapes)
+  {
+    const unsigned int n_nodes = element.n_nodes(), n_rows = 2 * n_nodes * dim;
+    for (unsigned int along = 0; along < dim - 1; ++along)
+    {
+      moved_w[along] = DenseMatrix(n_rows, n_points);
+      for (unsigned int c = 0; c < dim; ++c)
+        slopes[along][c] = DenseMatrix(n_rows, n_points);
+    }
+    std::vector<double> values;
+    std::vector<typename FaceElement<dim>::Gradient> gradients;
+    for (unsigned int q = 0; q < n_points; ++q)
+    {
+      const auto &xi = pair.points[q].xi_rotor;
+      element.evaluate(xi, values, &gradients);
+      const auto frame                          = element.frame(rotor->shape, xi);
+      const Tensor<1, dim> &direction           = shapes.directions[q];
+      const std::array<Tensor<1, dim>, 3> basis = {
+          {frame.normal, direction, binormal_of<dim>(frame.normal, direction)}};
+      for (unsigned int s = 0; s < dim - 1; ++s)
       {
-        const Tensor<1, dim - 1> t = coordinates_of(basis[1 + s]);
+        const Tensor<1, dim - 1> t = surface_coordinates<dim>(frame, basis[1 + s]);
         // w is affine, so this difference is exact: the tangential change of w along n, e, b.
         std::array<double, 3> change{};
         for (unsigned int d = 1; d < dim; ++d)
@@ -107,8 +154,8 @@ namespace squeal
               slopes[s][d](r, q) = gradients[a] * t * basis[d][c];
             for (unsigned int d = 1; d < dim; ++d)
             {
-              moved_w[s](r, q) -= on_rotor[a] * change[d] * basis[d][c];
-              moved_w[s](p, q) += on_pad[a] * change[d] * basis[d][c];
+              moved_w[s](r, q) -= shapes.on_rotor(a, q) * change[d] * basis[d][c];
+              moved_w[s](p, q) += shapes.on_pad(a, q) * change[d] * basis[d][c];
             }
           }
       }
@@ -239,6 +286,8 @@ namespace squeal
     return interfaces;
   }
 
+  template struct PairShapes<2>;
+  template struct PairShapes<3>;
   template struct ContactKinematics<2>;
   template struct ContactKinematics<3>;
   template std::vector<PairedInterface<2>> pair_interfaces(const Spaces<2> &,

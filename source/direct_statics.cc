@@ -2,43 +2,29 @@
 #include <squeal/direct_statics.h>
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 
 namespace squeal
 {
   template <int dim>
-  StaticTangent::StaticTangent(const std::vector<Term> &body_terms, const Contact<dim> &contact,
-                               const typename Contact<dim>::Pressure &pressure,
-                               const bool with_friction)
+  std::vector<Term> static_terms(const std::vector<Term> &body_terms, const Contact<dim> &contact,
+                                 const typename Contact<dim>::Pressure &pressure,
+                                 const bool with_friction)
   {
-    parts.emplace_back(1., contact.shared_normal());
+    std::vector<Term> terms = {{Origin::contact, 0, 1., contact.shared_normal()}};
     if (with_friction)
-      parts.push_back(contact.shared_friction(pressure));
-    for (const Term &term : body_terms)
-      if (term.order == 0)
-        parts.emplace_back(term.coefficient, term.matrix);
-  }
-
-  Block StaticTangent::multiply(const Block &x) const
-  {
-    Block y(x.row_range(), x.n_columns());
-    for (const auto &[coefficient, matrix] : parts)
-      if (matrix && *matrix)
-      {
-        const Block product = squeal::multiply(*matrix, x);
-        for (std::size_t i = 0; i < std::size_t(y.n_local()) * y.n_columns(); ++i)
-          y.data()[i] += coefficient * product.data()[i];
-      }
-    return y;
-  }
-
-  std::vector<Summand> StaticTangent::summands() const
-  {
-    std::vector<Summand> result;
-    for (const auto &[coefficient, matrix] : parts)
-      if (matrix && *matrix)
-        result.push_back({coefficient, *matrix});
-    return result;
+    {
+      auto [coefficient, matrix] = contact.shared_friction(pressure);
+      terms.push_back({Origin::friction, 0, coefficient, std::move(matrix)});
+    }
+    std::copy_if(body_terms.begin(), body_terms.end(), std::back_inserter(terms),
+                 [](const Term &term) { return term.order == 0; });
+    terms.erase(std::remove_if(terms.begin(), terms.end(),
+                               [](const Term &term)
+                               { return !term.matrix || !*term.matrix || term.coefficient == 0; }),
+                terms.end());
+    return terms;
   }
 
   /// The linear problems of one mesh for changing sets of released multipliers R, by the
@@ -192,15 +178,15 @@ namespace squeal
   {
     for (Part &part : parts)
       part.solver.reset();
-    const StaticTangent tangent(body_terms, contact, pressure, with_friction);
-    if (symmetry &&
-        !squeal::is_symmetric([&](const Block &x) { return tangent.multiply(x); }, *symmetry))
+    const std::vector<std::vector<Term>> sum(
+        1, static_terms(body_terms, contact, pressure, with_friction));
+    if (symmetry && !squeal::is_symmetric(sum, *symmetry))
       forget_symmetry();
     make_parts();
     std::vector<Matrix> matrices;
     for (const Part &part : parts)
-      matrices.push_back(part.space ? part.space->restrict(tangent.summands())
-                                    : sum_of(rows, tangent.summands()));
+      matrices.push_back(part.space ? std::move(part.space->restrict(sum).front())
+                                    : sum_of_terms(rows, sum.front()));
     work_apart(rows.comm,
                [&]()
                {
@@ -306,10 +292,10 @@ namespace squeal
     return x;
   }
 
-  template StaticTangent::StaticTangent(const std::vector<Term> &, const Contact<2> &,
-                                        const Contact<2>::Pressure &, bool);
-  template StaticTangent::StaticTangent(const std::vector<Term> &, const Contact<3> &,
-                                        const Contact<3>::Pressure &, bool);
+  template std::vector<Term> static_terms(const std::vector<Term> &, const Contact<2> &,
+                                          const Contact<2>::Pressure &, bool);
+  template std::vector<Term> static_terms(const std::vector<Term> &, const Contact<3> &,
+                                          const Contact<3>::Pressure &, bool);
   template class DirectStatics<2>;
   template class DirectStatics<3>;
 } // namespace squeal

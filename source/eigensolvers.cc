@@ -96,6 +96,14 @@ namespace squeal
     }
   } // namespace
 
+  void turn_to_real(Modes &modes)
+  {
+    // z^H Q'(l) x does not change if both are multiplied by the same factor of modulus 1.
+    const std::vector<Complex> factors = turning_factors(modes.re.row_range(), modes.re, modes.im);
+    scale(modes.re, modes.im, factors);
+    scale(modes.left_re, modes.left_im, factors);
+  }
+
   void normalise(const QuadraticEigenproblem &problem, Modes &modes)
   {
     const unsigned int n = modes.lambda.size(), n_local = problem.rows.n_local();
@@ -242,8 +250,12 @@ namespace squeal
       /// Searches twice if the inertia does not confirm the number found.
       Search search_all(const Task &task, std::string &completeness) const;
 
-      mutable std::vector<double> counted_problem;
-      mutable std::map<double, unsigned int> counted; ///< by frequency
+      struct Count
+      {
+        std::vector<double> fingerprint; ///< of Q_ref - omega^2 M
+        unsigned int n_modes = 0;
+      };
+      mutable std::map<double, Count> counted; ///< by omega
     };
 
     /// SLEPc's PEP: single vectors.
@@ -357,8 +369,8 @@ namespace squeal
         text << n_found << " modes around the window, " << task.region.lower() / (2 * M_PI)
              << " to " << task.region.upper() / (2 * M_PI) << " Hz";
       text << "; the inertia of "
-           << (task.problem.reference ? task.problem.reference_name
-                                      : std::string("the problem itself (it is symmetric)"))
+           << (task.problem.has_reference() ? task.problem.reference_name
+                                            : std::string("the problem itself (it is symmetric)"))
            << " proves " << n_expected << " there";
       if (n_found != n_expected)
       {
@@ -509,17 +521,14 @@ namespace squeal
       Block vector(problem.rows, 1);
       for (unsigned int i = 0; i < vector.n_local(); ++i)
         vector.data()[i] = std::sin(1. + problem.rows.begin + i);
-      const Block by_q = multiply(problem.reference ? problem.reference : problem.Q, vector),
-                  by_m = multiply(problem.M, vector);
-      const std::vector<double> fingerprint = {inner_products(by_q, by_q)[0],
-                                               inner_products(by_m, by_m)[0],
-                                               inner_products(by_q, vector)[0]};
-      if (fingerprint != counted_problem)
-        counted.clear();
-      counted_problem = fingerprint;
-      if (counted.count(omega) == 0)
-        counted[omega] = count_reference_modes(problem, omega);
-      return counted[omega];
+      const Matrix shifted                  = problem.shifted_reference(omega);
+      const Block product                   = multiply(shifted, vector);
+      const std::vector<double> fingerprint = {inner_products(product, product)[0],
+                                               inner_products(product, vector)[0]};
+      Count &known                          = counted[omega];
+      if (fingerprint != known.fingerprint)
+        known = {fingerprint, count_reference_modes(problem, shifted)};
+      return known.n_modes;
     }
 
     /// LAPACK on the whole problem; the oracle of the other solvers.

@@ -1,5 +1,5 @@
 #include <squeal/half_problems.h>
-#include <squeal/left_vectors.h>
+#include <squeal/half_space.h>
 
 #include <algorithm>
 #include <numeric>
@@ -15,6 +15,9 @@ namespace squeal
       { all.insert(all.end(), more.begin(), more.end()); };
       join(modes.lambda, half.lambda);
       join(modes.disc_lambda, half.disc_lambda);
+      join(modes.backward_error, half.backward_error);
+      join(modes.left_backward_error, half.left_backward_error);
+      join(modes.condition, half.condition);
       modes.mirror.insert(modes.mirror.end(), half.lambda.size(), name);
       for (Block Modes::*block : {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im})
         (modes.*block).append(space.expand(half.*block));
@@ -41,44 +44,41 @@ namespace squeal
                        { return precedes(modes.lambda[a], modes.lambda[b]); });
       const Pairs right = select({modes.lambda, modes.re, modes.im}, order),
                   left  = select({modes.lambda, modes.left_re, modes.left_im}, order);
-      std::vector<std::string> mirror;
-      for (const unsigned int j : order)
-        mirror.push_back(modes.mirror[j]);
-      modes.lambda  = right.lambda;
-      modes.re      = right.re;
-      modes.im      = right.im;
-      modes.left_re = left.re;
-      modes.left_im = left.im;
-      modes.mirror  = mirror;
-    }
-
-    /// Backward errors are measured in norms, and the largest component is turned to the real
-    /// axis: those of the whole problem and its vectors.
-    void finish(const QuadraticEigenproblem &problem, Modes &modes)
-    {
-      modes.backward_error      = BackwardError(problem)(modes.lambda, modes.re, modes.im).errors;
-      modes.left_backward_error = left_backward_errors(problem, modes);
-      normalise(problem, modes);
+      modes.lambda      = right.lambda;
+      modes.re          = right.re;
+      modes.im          = right.im;
+      modes.left_re     = left.re;
+      modes.left_im     = left.im;
+      const auto sort   = [&](auto &values)
+      {
+        const auto all = values;
+        for (unsigned int k = 0; k < order.size(); ++k)
+          values[k] = all[order[k]];
+      };
+      sort(modes.mirror);
+      sort(modes.backward_error);
+      sort(modes.left_backward_error);
+      sort(modes.condition);
     }
   } // namespace
 
-  Modes solve_by_symmetry(const Eigensolver &solver, const QuadraticEigenproblem &problem,
+  Modes solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
                           const EigensolverOptions &options,
                           const std::optional<MirrorSymmetry> &symmetry)
   {
     // Problems nearby are projected on one basis, with the factors of the whole.
-    if (!symmetry || options.keep_factors || !is_symmetric(problem, *symmetry))
-      return solver.solve(problem, options);
+    if (!symmetry || options.keep_factors || !is_symmetric(equations, *symmetry))
+      return solver.solve(sum_of(equations), options);
     Modes modes;
     for (Block Modes::*block : {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im})
-      modes.*block = Block(problem.rows, 0);
+      modes.*block = Block(equations.rows, 0);
     for (const std::string name : {"symmetric", "antisymmetric"})
     {
       const HalfSpace space(*symmetry, name == "symmetric");
-      append(space, solver.solve(space.restrict(problem), options), name, modes);
+      append(space, solver.solve(space.restrict(equations), options), name, modes);
     }
     sort_by_frequency(modes);
-    finish(problem, modes);
+    turn_to_real(modes);
     return modes;
   }
 } // namespace squeal

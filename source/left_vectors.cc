@@ -156,14 +156,15 @@ namespace squeal
   QuadraticEigenproblem adjoint_of(const QuadraticEigenproblem &problem)
   {
     QuadraticEigenproblem adjoint;
-    adjoint.rows                = problem.rows;
-    adjoint.M                   = problem.M.view(false);
-    adjoint.P                   = problem.P.view(true);
-    adjoint.Q                   = problem.Q.view(true);
-    adjoint.reference           = problem.reference.view(false);
-    adjoint.n_constraints       = problem.n_constraints;
-    adjoint.compliant           = problem.compliant;
-    adjoint.n_local_constraints = problem.n_local_constraints;
+    adjoint.rows                   = problem.rows;
+    adjoint.M                      = problem.M.view(false);
+    adjoint.P                      = problem.P.view(true);
+    adjoint.Q                      = problem.Q.view(true);
+    adjoint.reference              = problem.reference.view(false);
+    adjoint.make_shifted_reference = problem.make_shifted_reference;
+    adjoint.n_constraints          = problem.n_constraints;
+    adjoint.compliant              = problem.compliant;
+    adjoint.n_local_constraints    = problem.n_local_constraints;
     return adjoint;
   }
 
@@ -216,7 +217,7 @@ namespace squeal
     {
       if (modes.lambda.empty())
         modes.left_re = modes.left_im = Block(problem.rows, 0);
-      else if (!problem.reference)
+      else if (!problem.has_reference())
       {
         orthonormalise_clusters(problem, modes);
         modes.left_re             = modes.re;

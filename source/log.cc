@@ -1,5 +1,6 @@
 #include <squeal/interruption.h>
 #include <squeal/log.h>
+#include <squeal/memory.h>
 
 #include <unistd.h>
 
@@ -59,6 +60,11 @@ namespace squeal
   void PhaseTimer::add(const std::string &phase, const double seconds)
   {
     phases[phase] += seconds;
+    if (const double peak = peak_memory_mib(MPI_COMM_SELF); peak > 1.01 * peak_mib)
+    {
+      peak_mib    = peak;
+      peak_phase_ = phase;
+    }
   }
 
   double PhaseTimer::seconds(const std::string &phase) const

@@ -1,6 +1,7 @@
 #include <squeal/brake_squeal.h>
 #include <squeal/errors.h>
 #include <squeal/interruption.h>
+#include <squeal/memory.h>
 
 #include <deal.II/base/mpi.h>
 
@@ -147,6 +148,8 @@ namespace
 
 int main(int argc, char *argv[])
 {
+  squeal::return_freed_memory();
+
   // PETSc would take --help and the like for its own options, so it sees only the program's name.
   int n_visible  = 1;
   char **visible = argv;

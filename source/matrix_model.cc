@@ -79,16 +79,14 @@ namespace squeal
         terms_.end());
   }
 
-  QuadraticEigenproblem MatrixModel::problem() const
+  EquationsOfMotion MatrixModel::equations() const
   {
-    QuadraticEigenproblem problem;
-    problem.rows           = rows;
-    problem.M              = sum_of(rows, terms_, 2);
-    problem.P              = sum_of(rows, terms_, 1);
-    problem.Q              = sum_of(rows, terms_, 0);
-    problem.reference      = symmetric_part(rows, problem.Q);
-    problem.reference_name = "the symmetric part of the position matrix, without velocity terms,";
-    return problem;
+    EquationsOfMotion equations;
+    equations.rows           = rows;
+    equations.terms          = terms_;
+    equations.reference      = EquationsOfMotion::Reference::symmetric_part;
+    equations.reference_name = "the symmetric part of the position matrix, without velocity terms,";
+    return equations;
   }
 
   std::vector<ParameterDerivative> MatrixModel::derivatives(const std::string &only,

@@ -1,5 +1,6 @@
 #include <squeal/memory.h>
 
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -85,5 +86,15 @@ namespace squeal
     double load = needed / std::max(available, 1.);
     MPI_Allreduce(MPI_IN_PLACE, &load, 1, MPI_DOUBLE, MPI_MAX, comm);
     return load;
+  }
+
+  void return_freed_memory()
+  {
+    // Matrices and factors get pages of their own, which go back as they are freed; of a block of
+    // vectors, made and freed at every step, the pages are kept.
+    constexpr int own_pages = 16 << 20, kept = 64 << 20;
+    mallopt(M_MMAP_MAX, 65536);
+    mallopt(M_MMAP_THRESHOLD, own_pages);
+    mallopt(M_TRIM_THRESHOLD, kept);
   }
 } // namespace squeal

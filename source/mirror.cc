@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <numeric>
 
 namespace squeal
@@ -237,311 +236,62 @@ namespace squeal
     }
   } // namespace
 
+  std::vector<MatrixFactors> factors_of(const std::vector<std::vector<Term>> &sums)
+  {
+    std::vector<MatrixFactors> result;
+    for (unsigned int s = 0; s < sums.size(); ++s)
+      for (const Term &term : sums[s])
+      {
+        auto found = std::find_if(result.begin(), result.end(),
+                                  [&](const MatrixFactors &factors)
+                                  { return factors.matrix == term.matrix.get(); });
+        if (found == result.end())
+          found = result.insert(result.end(), {term.matrix.get(), {}});
+        found->of_sums.emplace_back(s, term.coefficient);
+      }
+    return result;
+  }
+
+  std::vector<std::vector<Term>> sums_of(const EquationsOfMotion &equations)
+  {
+    return {equations.of_order(2), equations.of_order(1), equations.of_order(0)};
+  }
+
   bool is_symmetric(const Block &x, const MirrorSymmetry &symmetry)
   {
     return are_equal(x, symmetry.reflect(x));
   }
 
-  bool is_symmetric(const std::function<Block(const Block &)> &matrix,
-                    const MirrorSymmetry &symmetry)
+  bool is_symmetric(const EquationsOfMotion &equations, const MirrorSymmetry &symmetry)
   {
-    Block x(symmetry.rows, 2);
-    for (unsigned int k = 0; k < 2; ++k)
-      for (unsigned int row = symmetry.rows.begin; row < symmetry.rows.end; ++row)
-        x.column(k)[row - symmetry.rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
-    return are_equal(matrix(x), symmetry.reflect(matrix(symmetry.reflect(x))));
+    std::vector<std::vector<Term>> sums = sums_of(equations);
+    sums.push_back(equations.reference_terms());
+    return equations.n_constraints % 2 == 0 && is_symmetric(sums, symmetry);
   }
 
-  bool is_symmetric(const QuadraticEigenproblem &problem, const MirrorSymmetry &symmetry)
+  bool is_symmetric(const std::vector<std::vector<Term>> &sums, const MirrorSymmetry &symmetry)
   {
-    if (problem.n_constraints % 2 != 0)
-      return false;
-    for (const Matrix *matrix : {&problem.M, &problem.P, &problem.Q, &problem.reference})
-      if (!is_symmetric([&](const Block &x) { return multiply(*matrix, x); }, symmetry))
+    constexpr unsigned int n_vectors = 2;
+    const RowRange &rows             = symmetry.rows;
+    Block x(rows, n_vectors);
+    for (unsigned int k = 0; k < n_vectors; ++k)
+      for (unsigned int row = rows.begin; row < rows.end; ++row)
+        x.column(k)[row - rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
+    x.append(symmetry.reflect(x)); // [x, S x]
+
+    std::vector<Block> products(sums.size(), Block(rows, 2 * n_vectors));
+    for (const MatrixFactors &factors : factors_of(sums))
+    {
+      const Block product = multiply(*factors.matrix, x);
+      for (const auto &[s, factor] : factors.of_sums)
+        for (std::size_t i = 0; i < std::size_t(x.n_local()) * x.n_columns(); ++i)
+          products[s].data()[i] += factor * product.data()[i];
+    }
+    for (const Block &product : products)
+      if (!are_equal(product.columns(0, n_vectors),
+                     symmetry.reflect(product.columns(n_vectors, n_vectors))))
         return false;
     return true;
-  }
-
-  HalfSpace::HalfSpace(const MirrorSymmetry &symmetry, const bool symmetric)
-      : HalfSpace(symmetry, symmetric, nullptr)
-  {
-  }
-
-  HalfSpace::HalfSpace(const MirrorSymmetry &symmetry, const bool symmetric, const RankGroup &group)
-      : HalfSpace(symmetry, symmetric, &group)
-  {
-  }
-
-  HalfSpace::HalfSpace(const MirrorSymmetry &symmetry, const bool symmetric, const RankGroup *group)
-      : whole(symmetry.rows), images(symmetry.image), columns(whole.size, none),
-        entries(whole.size, 0.), is_second(whole.size, false)
-  {
-    const double parity = symmetric ? 1 : -1;
-    // One row of each pair stands for both: the lower or the higher one in turn, since one side may
-    // belong to one rank.
-    const auto stands_for_pair = [&](const unsigned int row)
-    {
-      const unsigned int image = symmetry.image[row];
-      return (row < image) == ((row + image) % 2 == 0);
-    };
-    std::vector<unsigned int> all; // representatives of all ranks, in the order of the columns
-    rows.comm = whole.comm;
-    for (unsigned int row = 0; row < whole.size; ++row)
-    {
-      const bool alone = symmetry.image[row] == row;
-      if (alone ? symmetry.sign[row] == parity : stands_for_pair(row))
-      {
-        all.push_back(row);
-        rows.begin += row < whole.begin;
-        rows.end += row < whole.end;
-      }
-    }
-    rows.size = all.size();
-    if (group)
-    {
-      // Each rank of the group gets as many displacements as the others, and as many pressures.
-      std::array<std::vector<unsigned int>, 2> kinds;
-      for (const unsigned int row : all)
-        kinds[symmetry.is_pressure[row]].push_back(row);
-      all.clear();
-      const unsigned int n = group->n_ranks();
-      for (unsigned int rank = 0; rank < n; ++rank)
-      {
-        if (rank == group->rank())
-          rows.begin = all.size();
-        for (const auto &kind : kinds)
-          all.insert(all.end(), kind.begin() + kind.size() * rank / n,
-                     kind.begin() + kind.size() * (rank + 1) / n);
-        if (rank == group->rank())
-          rows.end = all.size();
-      }
-      rows.comm = group->comm();
-      if (!group->has_this_rank())
-        rows.begin = rows.end = group->rank() == 0 ? 0 : rows.size;
-    }
-    representatives.assign(all.begin() + rows.begin, all.begin() + rows.end);
-    for (const unsigned int row : representatives)
-      has_pressure.push_back(symmetry.is_pressure[row]);
-    for (unsigned int n = 0; n < all.size(); ++n)
-    {
-      const unsigned int row = all[n], image = symmetry.image[row];
-      columns[row] = n;
-      entries[row] = image == row ? 1. : std::sqrt(0.5);
-      if (image != row)
-      {
-        is_second[image] = true;
-        columns[image]   = n;
-        entries[image]   = parity * symmetry.sign[row] * entries[row];
-      }
-    }
-  }
-
-  namespace
-  {
-    /// Rows of a distributed matrix, own ones and some of other ranks. Collective.
-    class Rows
-    {
-    public:
-      Rows(Mat matrix, const RowRange &own, const std::vector<PetscInt> &others)
-          : matrix(matrix), own(own), others(others)
-      {
-        int n_ranks = 0;
-        MPI_Comm_size(own.comm, &n_ranks);
-        if (n_ranks == 1)
-          return;
-        IS rows = nullptr, columns = nullptr;
-        SQUEAL_PETSC(ISCreateGeneral(PETSC_COMM_SELF, others.size(), others.data(),
-                                     PETSC_COPY_VALUES, &rows));
-        SQUEAL_PETSC(ISCreateStride(PETSC_COMM_SELF, own.size, 0, 1, &columns));
-        SQUEAL_PETSC(
-            MatCreateSubMatrices(matrix, 1, &rows, &columns, MAT_INITIAL_MATRIX, &received));
-        SQUEAL_PETSC(ISDestroy(&rows));
-        SQUEAL_PETSC(ISDestroy(&columns));
-      }
-      ~Rows()
-      {
-        if (received)
-          MatDestroySubMatrices(1, &received);
-      }
-      Rows(const Rows &)            = delete;
-      Rows &operator=(const Rows &) = delete;
-
-      /// Calls visit(column, value) for the entries of a row.
-      template <typename Visit>
-      void for_entries(const PetscInt row, const Visit &visit) const
-      {
-        const bool is_own = own.contains(row);
-        Mat mat           = is_own ? matrix : *received;
-        const PetscInt place =
-            is_own ? row : std::lower_bound(others.begin(), others.end(), row) - others.begin();
-        PetscInt n                = 0;
-        const PetscInt *columns   = nullptr;
-        const PetscScalar *values = nullptr;
-        SQUEAL_PETSC(MatGetRow(mat, place, &n, &columns, &values));
-        for (PetscInt k = 0; k < n; ++k)
-          visit(columns[k], values[k]);
-        SQUEAL_PETSC(MatRestoreRow(mat, place, &n, &columns, &values));
-      }
-
-    private:
-      Mat matrix;
-      const RowRange own;
-      const std::vector<PetscInt> others; ///< ascending
-      Mat *received = nullptr;
-    };
-  } // namespace
-
-  /// With a pair of rows i, i' and one of columns k, k', an entry of V^T A V is
-  ///     (v_i v_k a_ik + v_i' v_k' a_i'k') + (v_i v_k' a_ik' + v_i' v_k a_i'k).
-  /// Summed like this a symmetric matrix stays symmetric, and a skew one skew, to the last digit:
-  /// otherwise rounding would damp or feed the vibration.
-  Matrix HalfSpace::restrict(const std::vector<Summand> &summands) const
-  {
-    std::vector<PetscInt> others;
-    for (const unsigned int i : representatives)
-      for (const unsigned int row : {i, images[i]})
-        if (!whole.contains(row))
-          others.push_back(row);
-    std::sort(others.begin(), others.end());
-    others.erase(std::unique(others.begin(), others.end()), others.end());
-    std::vector<double> coefficients;
-    std::vector<std::unique_ptr<const Rows>> rows_of;
-    for (const Summand &summand : summands)
-      if (summand.matrix && summand.coefficient != 0)
-      {
-        coefficients.push_back(summand.coefficient);
-        rows_of.push_back(std::make_unique<const Rows>(summand.matrix, whole, others));
-      }
-    if (rows_of.empty() || !is_here())
-      return {};
-
-    std::vector<PetscInt> begins = {0}, all_columns, row_columns;
-    std::vector<PetscScalar> values, direct(rows.size, 0.), crossed(rows.size, 0.);
-    std::vector<bool> is_met(rows.size, false);
-    for (const unsigned int i : representatives)
-    {
-      row_columns.clear();
-      const auto add_row = [&](const unsigned int row, const bool is_image)
-      {
-        for (unsigned int s = 0; s < rows_of.size(); ++s)
-          rows_of[s]->for_entries(row,
-                                  [&](const PetscInt k, const PetscScalar a)
-                                  {
-                                    const unsigned int column = columns[k];
-                                    if (column == none)
-                                      return;
-                                    if (!is_met[column])
-                                      row_columns.push_back(column);
-                                    is_met[column] = true;
-                                    (is_image == is_second[k] ? direct : crossed)[column] +=
-                                        (entries[row] * entries[k]) * (coefficients[s] * a);
-                                  });
-      };
-      add_row(i, false);
-      if (images[i] != i)
-        add_row(images[i], true);
-      std::sort(row_columns.begin(), row_columns.end());
-      for (const PetscInt column : row_columns)
-      {
-        if (const double sum = direct[column] + crossed[column]; sum != 0)
-        {
-          all_columns.push_back(column);
-          values.push_back(sum);
-        }
-        direct[column] = crossed[column] = 0;
-        is_met[column]                   = false;
-      }
-      begins.push_back(all_columns.size());
-    }
-    Mat mat = nullptr;
-    SQUEAL_PETSC(MatCreate(rows.comm, &mat));
-    Matrix result(mat);
-    SQUEAL_PETSC(MatSetSizes(mat, rows.n_local(), rows.n_local(), rows.size, rows.size));
-    SQUEAL_PETSC(MatSetType(mat, MATAIJ));
-    // Only the call of the matrix' own type has an effect.
-    SQUEAL_PETSC(
-        MatSeqAIJSetPreallocationCSR(mat, begins.data(), all_columns.data(), values.data()));
-    SQUEAL_PETSC(
-        MatMPIAIJSetPreallocationCSR(mat, begins.data(), all_columns.data(), values.data()));
-    return result;
-  }
-
-  QuadraticEigenproblem HalfSpace::restrict(const QuadraticEigenproblem &problem) const
-  {
-    QuadraticEigenproblem half;
-    half.rows           = rows;
-    half.M              = restrict(problem.M);
-    half.P              = restrict(problem.P);
-    half.Q              = restrict(problem.Q);
-    half.reference      = restrict(problem.reference);
-    half.reference_name = problem.reference_name;
-    // In parallel the whole is symmetric to rounding only, which would turn double eigenvalues of a
-    // conservative problem into complex pairs.
-    if (!problem.reference && is_here())
-    {
-      half.M = symmetric_part(rows, half.M);
-      half.Q = symmetric_part(rows, half.Q);
-    }
-    // Pressures come in pairs, both in contact or both released.
-    half.n_constraints       = problem.n_constraints / 2;
-    half.n_local_constraints = std::count(has_pressure.begin(), has_pressure.end(), true);
-    half.compliant           = problem.compliant;
-    half.may_move_rigidly    = problem.may_move_rigidly;
-    return half;
-  }
-
-  Block HalfSpace::restrict(const Block &x) const
-  {
-    Block y(rows, x.n_columns());
-    for (unsigned int k = 0; k < x.n_columns(); ++k)
-    {
-      const std::vector<double> all = replicate(x.columns(k, 1));
-      for (unsigned int j = 0; j < representatives.size(); ++j)
-      {
-        const unsigned int i = representatives[j], image = images[i];
-        y.column(k)[j] = entries[i] * all[i] + (image == i ? 0. : entries[image] * all[image]);
-      }
-    }
-    return y;
-  }
-
-  std::vector<unsigned int>
-      HalfSpace::restrict(const std::vector<unsigned int> &rows_of_whole) const
-  {
-    std::vector<unsigned int> result;
-    for (const unsigned int row : rows_of_whole)
-      if (columns[row] != none)
-        result.push_back(columns[row]);
-    std::sort(result.begin(), result.end());
-    result.erase(std::unique(result.begin(), result.end()), result.end());
-    return result;
-  }
-
-  std::vector<double> HalfSpace::replicate_half(const double *const column) const
-  {
-    // The rows of a group's ranks follow one another like the ranks.
-    int n_ranks = 0, n_local = rows.n_local();
-    MPI_Comm_size(whole.comm, &n_ranks);
-    std::vector<int> counts(n_ranks), offsets(n_ranks);
-    MPI_Allgather(&n_local, 1, MPI_INT, counts.data(), 1, MPI_INT, whole.comm);
-    std::partial_sum(counts.begin(), counts.end() - 1, offsets.begin() + 1);
-    std::vector<double> all(rows.size);
-    MPI_Allgatherv(column, n_local, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
-                   MPI_DOUBLE, whole.comm);
-    return all;
-  }
-
-  Block HalfSpace::expand(const Block &y) const
-  {
-    Block x(whole, y.n_columns());
-    for (unsigned int k = 0; k < y.n_columns(); ++k)
-    {
-      const std::vector<double> all = replicate_half(y.column(k));
-      for (unsigned int row = whole.begin; row < whole.end; ++row)
-        if (columns[row] != none)
-          x.column(k)[row - whole.begin] = entries[row] * all[columns[row]];
-    }
-    return x;
   }
 
   template std::optional<MirrorSymmetry> find_mirror_symmetry(const Spaces<2> &);

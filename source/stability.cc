@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <tuple>
 
 namespace squeal
 {
@@ -120,51 +122,90 @@ namespace squeal
     return "";
   }
 
-  std::vector<Contribution> contributions(const Model &model, const Modes &modes,
-                                          const std::vector<ModeRow> &rows)
+  RayleighParts rayleigh_parts(const Model &model, const Modes &modes)
   {
-    const auto [names, body_of_row] = model.bodies_of_rows();
-    const unsigned int n_modes = modes.lambda.size(), n_bodies = names.size();
-    std::vector<Origin> origins;
+    RayleighParts result;
+    std::vector<unsigned int> body_of_row;
+    std::tie(result.bodies, body_of_row) = model.bodies_of_rows();
+    const unsigned int n_modes = modes.lambda.size(), n_bodies = result.bodies.size();
+    result.n_modes = n_modes;
+    // Stiffness and damping may be multiples of one matrix.
+    std::map<const Matrix *, std::vector<const Term *>> terms_of;
+    std::vector<const Matrix *> matrices; // in the same order on all ranks
     for (const Term &term : model.terms())
-      if (term.order < 2 && std::find(origins.begin(), origins.end(), term.origin) == origins.end())
-        origins.push_back(term.origin);
+      if (term.order < 2)
+      {
+        if (std::find(result.origins.begin(), result.origins.end(), term.origin) ==
+            result.origins.end())
+          result.origins.push_back(term.origin);
+        std::vector<const Term *> &terms = terms_of[term.matrix.get()];
+        if (terms.empty())
+          matrices.push_back(term.matrix.get());
+        terms.push_back(&term);
+      }
+    result.parts.resize(result.origins.size() * n_bodies * n_modes);
 
-    // forms[origin][body][mode]: d, g, k, n
-    std::vector<std::array<double, 4>> forms(origins.size() * n_bodies * n_modes);
-    for (const Term &term : model.terms())
+    std::vector<Complex> forms(n_bodies * n_modes); // of a matrix: by body, by mode
+    for (const Matrix *matrix : matrices)
     {
-      if (term.order == 2)
-        continue;
-      const unsigned int o = std::find(origins.begin(), origins.end(), term.origin) -
-                             origins.begin(),
-                         part = term.order == 1 ? 0 : 2;
-      const Block a_re = multiply(*term.matrix, modes.re), a_im = multiply(*term.matrix, modes.im);
+      const Block a_re = multiply(*matrix, modes.re), a_im = multiply(*matrix, modes.im);
+      std::fill(forms.begin(), forms.end(), 0.);
       for (unsigned int j = 0; j < n_modes; ++j)
         for (unsigned int i = 0; i < a_re.n_local(); ++i)
-        {
-          auto &form      = forms[(o * n_bodies + body_of_row[i]) * n_modes + j];
-          const double re = modes.re.column(j)[i], im = modes.im.column(j)[i];
-          form[part] += term.coefficient * (re * a_re.column(j)[i] + im * a_im.column(j)[i]);
-          form[part + 1] += term.coefficient * (re * a_im.column(j)[i] - im * a_re.column(j)[i]);
-        }
+          forms[body_of_row[i] * n_modes + j] +=
+              Complex(modes.re.column(j)[i], -modes.im.column(j)[i]) *
+              Complex(a_re.column(j)[i], a_im.column(j)[i]);
+      for (const Term *term : terms_of[matrix])
+      {
+        const unsigned int o = std::find(result.origins.begin(), result.origins.end(),
+                                         term->origin) -
+                               result.origins.begin(),
+                           part = term->order == 1 ? 0 : 2;
+        for (unsigned int b = 0; b < n_bodies; ++b)
+          for (unsigned int j = 0; j < n_modes; ++j)
+          {
+            result.at(o, b, j)[part] += term->coefficient * forms[b * n_modes + j].real();
+            result.at(o, b, j)[part + 1] += term->coefficient * forms[b * n_modes + j].imag();
+          }
+      }
     }
-    if (!forms.empty())
-      MPI_Allreduce(MPI_IN_PLACE, forms.data(), 4 * forms.size(), MPI_DOUBLE, MPI_SUM,
+    if (!result.parts.empty())
+      MPI_Allreduce(MPI_IN_PLACE, result.parts.data(), 4 * result.parts.size(), MPI_DOUBLE, MPI_SUM,
                     modes.re.row_range().comm);
+    return result;
+  }
 
+  std::vector<ModeRow> analyse(const RayleighParts &parts, const Modes &modes,
+                               const unsigned int cycle, const double tolerance)
+  {
+    std::vector<Complex> of_p(parts.n_modes), of_q(parts.n_modes);
+    for (unsigned int o = 0; o < parts.origins.size(); ++o)
+      for (unsigned int b = 0; b < parts.bodies.size(); ++b)
+        for (unsigned int j = 0; j < parts.n_modes; ++j)
+        {
+          const auto &[d, g, k, n] = parts.at(o, b, j);
+          of_p[j] += Complex(d, g);
+          of_q[j] += Complex(k, n);
+        }
+    return analyse(modes, of_p, of_q, cycle, tolerance);
+  }
+
+  std::vector<Contribution> contributions(const RayleighParts &parts, const Modes &modes,
+                                          const std::vector<ModeRow> &rows)
+  {
     std::vector<Contribution> result;
-    for (unsigned int j = 0; j < n_modes; ++j)
+    for (unsigned int j = 0; j < parts.n_modes; ++j)
     {
       const double w = modes.lambda[j].imag(), denominator = 2 * w + rows[j].g;
-      for (unsigned int o = 0; o < origins.size(); ++o)
-        for (unsigned int b = 0; b < n_bodies; ++b)
+      for (unsigned int o = 0; o < parts.origins.size(); ++o)
+        for (unsigned int b = 0; b < parts.bodies.size(); ++b)
         {
-          const auto &form = forms[(o * n_bodies + b) * n_modes + j];
+          const std::array<double, 4> &form = parts.at(o, b, j);
           if (std::all_of(form.begin(), form.end(), [](const double x) { return x == 0; }))
             continue;
-          Contribution c{rows[j].mode, name_of(origins[o]), names[b], form[0], form[1], form[2],
-                         form[3]};
+          Contribution c{
+              rows[j].mode, name_of(parts.origins[o]), parts.bodies[b], form[0], form[1], form[2],
+              form[3]};
           c.growth_rate = denominator == 0 ? 0 : -(c.d * w + c.n) / denominator;
           c.energy      = -M_PI * (c.d * w + c.n);
           result.push_back(c);

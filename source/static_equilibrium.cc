@@ -35,7 +35,7 @@ namespace squeal
                         const Contact<dim> &contact,
                         const typename Contact<dim>::Pressure &pressure, const bool with_friction)
   {
-    return sum_of(rows, StaticTangent(body_terms, contact, pressure, with_friction).summands());
+    return sum_of_terms(rows, static_terms(body_terms, contact, pressure, with_friction));
   }
 
   template <int dim>
@@ -88,9 +88,17 @@ namespace squeal
     tangent_product(const std::vector<Term> &body_terms, const Contact<dim> &contact,
                     const typename Contact<dim>::Pressure &pressure, const bool with_friction)
     {
-      const auto tangent =
-          std::make_shared<StaticTangent>(body_terms, contact, pressure, with_friction);
-      return [tangent](const Block &x) { return tangent->multiply(x); };
+      return [terms = static_terms(body_terms, contact, pressure, with_friction)](const Block &x)
+      {
+        Block y(x.row_range(), x.n_columns());
+        for (const Term &term : terms)
+        {
+          const Block product = multiply(*term.matrix, x);
+          for (std::size_t i = 0; i < std::size_t(y.n_local()) * y.n_columns(); ++i)
+            y.data()[i] += term.coefficient * product.data()[i];
+        }
+        return y;
+      };
     }
 
     /// x = X c with X^T (b - A X c) = 0.

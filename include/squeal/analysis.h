@@ -56,8 +56,8 @@ namespace squeal
 
   private:
     /// Finds the modes.
-    void solve(const Model &model, const QuadraticEigenproblem &problem);
-    void explain_modes(const Model &model, unsigned int cycle);
+    void solve(const Model &model);
+    void explain_modes(const Model &model, const RayleighParts &rayleigh, unsigned int cycle);
     std::unique_ptr<Table> modes_csv, cycles_csv, contributions_csv, sensitivities_csv;
   };
 

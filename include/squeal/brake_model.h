@@ -48,7 +48,7 @@ namespace squeal
 
     void assemble(const Parameters::All &parameters,
                   const Factorization *nearby = nullptr) override;
-    QuadraticEigenproblem problem() const override;
+    EquationsOfMotion equations() const override;
     std::vector<ParameterDerivative>
     derivatives(const std::string &only, const Factorization *nearby = nullptr) const override;
 
@@ -110,7 +110,8 @@ namespace squeal
       Material material; ///< with which they were assembled
     };
 
-    void add_bodies();
+    /// The terms of the bodies, of order zero only or all. Matrices that are there already stay.
+    void add_bodies(bool with_motion);
     /// Whether the static equilibrium is solved without factors.
     bool solves_iteratively() const;
     void find_steady_state(bool iterates, const Factorization *nearby);

@@ -191,9 +191,8 @@ namespace squeal
   private:
     using Kinematics = ContactKinematics<dim>;
 
-    /// Calls the function with the kinematics of each pair of faces. They are kept for the next
-    /// time, about 100 kB a pair at degree 2, 300 kB at degree 3, unless that is too much in all.
-    /// With slopes they are made anew.
+    /// Calls the function with the kinematics of each pair of faces. What they are made of is kept
+    /// for the next time unless that is too much in all. With slopes they are made anew.
     void for_each_pair(const std::function<void(unsigned int interface, const Kinematics &)> &work,
                        bool with_slopes = false) const;
 
@@ -214,7 +213,7 @@ namespace squeal
     struct Tabulated
     {
       double angular_velocity;
-      std::vector<std::pair<unsigned int, Kinematics>> pairs; ///< with the interface's number
+      std::vector<std::pair<unsigned int, PairShapes<dim>>> pairs; ///< with the interface's number
     };
     mutable std::shared_ptr<const Tabulated> tabulated;
     bool keeps_table = true;

@@ -26,6 +26,24 @@ namespace squeal
     std::vector<std::vector<FreeNode<dim>>> nodes;
   };
 
+  /// What the kinematics on one pair of faces are made of: shape functions of both faces and the
+  /// directions at the pair's quadrature points. Less than a seventh of the kinematics themselves.
+  template <int dim>
+  struct PairShapes
+  {
+    unsigned int n_points = 0, first_point = 0;
+    DenseMatrix on_rotor, on_pad; ///< (node, point)
+    DenseMatrix d_phi;            ///< of the rotor's shape functions, along the transport field
+    std::vector<dealii::Tensor<1, dim>> normals, directions; ///< n, e
+    std::vector<double> weights, speeds, radii;
+    std::vector<dealii::Point<dim>> positions;
+    const ContactFace<dim> *rotor = nullptr, *pad = nullptr;
+
+    PairShapes(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
+               const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
+               const Geometry<dim> &geometry, double angular_velocity);
+  };
+
   /// The displacement jump and its parts on one pair of faces, as rows over the local displacements
   /// (rotor nodes, then pad nodes; components within) and columns over the pair's quadrature
   /// points: jump(u).b = sum_i b_rows(i, q) u_i for the direction b of that name.
@@ -45,10 +63,18 @@ namespace squeal
     std::vector<dealii::Point<dim>> positions;
     const ContactFace<dim> *rotor = nullptr, *pad = nullptr;
 
+    explicit ContactKinematics(const PairShapes<dim> &shapes);
     ContactKinematics(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
                       const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
-                      const Geometry<dim> &geometry, double angular_velocity,
-                      bool with_slopes = false);
+                      const Geometry<dim> &geometry, double angular_velocity)
+        : ContactKinematics(
+              PairShapes<dim>(element, rotor_face, pad_face, pair, geometry, angular_velocity))
+    {
+    }
+
+    /// Makes slopes and moved_w.
+    void add_slopes(const FaceElement<dim> &element, const FacePair<dim> &pair,
+                    const Geometry<dim> &geometry, const PairShapes<dim> &shapes);
 
     /// Distributes a local matrix over displacements x displacements.
     void add(EntryList &entries, const DenseMatrix &local) const

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/contact.h>
-#include <squeal/mirror.h>
+#include <squeal/half_space.h>
 
 #include <array>
 #include <memory>
@@ -9,23 +9,12 @@
 
 namespace squeal
 {
-  /// The tangent of the static problem at fixed active set: the body terms of order 0, N, and with
-  /// friction d tau/dp at the given pressure. Their sum is not formed.
-  class StaticTangent
-  {
-  public:
-    template <int dim>
-    StaticTangent(const std::vector<Term> &body_terms, const Contact<dim> &contact,
-                  const typename Contact<dim>::Pressure &pressure, bool with_friction);
-
-    /// The product of the tangent with a block.
-    Block multiply(const Block &x) const;
-    /// Valid as long as this object is.
-    std::vector<Summand> summands() const;
-
-  private:
-    std::vector<std::pair<double, std::shared_ptr<const Matrix>>> parts; ///< the first one is N
-  };
+  /// The tangent of the static problem at fixed active set, the sum of these terms: the body terms
+  /// of order 0, N, and with friction d tau/dp at the given pressure.
+  template <int dim>
+  std::vector<Term> static_terms(const std::vector<Term> &body_terms, const Contact<dim> &contact,
+                                 const typename Contact<dim>::Pressure &pressure,
+                                 bool with_friction);
 
   class ReleaseSolver;
 

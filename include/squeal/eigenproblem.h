@@ -2,6 +2,7 @@
 
 #include <squeal/linear_algebra.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -62,19 +63,64 @@ namespace squeal
     bool compliant = false;
 
     /// The symmetric position matrix of the conservative reference problem l^2 M + Q_ref, whose
-    /// modes can be counted by inertia; empty: Q itself is symmetric and there is no P.
+    /// modes can be counted by inertia, or what makes Q_ref - omega^2 M of it: it is wanted once or
+    /// twice, and then its memory for other things. Neither: Q itself is symmetric and there is no
+    /// P.
     Matrix reference;
+    std::function<Matrix(double omega)> make_shifted_reference;
     std::string reference_name; ///< what the reference problem is, for the log
+
+    bool has_reference() const
+    {
+      return reference || make_shifted_reference;
+    }
+    /// Q_ref - omega^2 M.
+    Matrix shifted_reference(double omega) const;
 
     /// Whether zero eigenvalues must be looked for (they rule out a shift of zero).
     bool may_move_rigidly = true;
   };
 
-  /// sum over the terms of one order, or the empty matrix.
+  /// The equations of motion as they are before their terms are summed: the halves of a symmetric
+  /// brake (mirror.h) sum theirs each by itself, and nobody the whole.
+  struct EquationsOfMotion
+  {
+    RowRange rows;
+    std::vector<Term> terms;
+
+    /// The position matrix of the reference problem, by which modes are counted.
+    enum class Reference
+    {
+      conservative_terms,
+      symmetric_part ///< of all position terms
+    };
+    Reference reference = Reference::conservative_terms;
+    std::string reference_name; ///< as the other members of QuadraticEigenproblem
+    unsigned int n_constraints = 0, n_local_constraints = 0;
+    bool compliant = false, may_move_rigidly = true;
+
+    /// The terms of one order that are not zero.
+    std::vector<Term> of_order(unsigned int order) const;
+    /// Those of the reference problem; none if it is the problem itself.
+    std::vector<Term> reference_terms() const;
+    /// Those of Q_ref - omega^2 M.
+    std::vector<Term> shifted_reference_terms(double omega) const;
+    /// All of the problem but its matrices.
+    QuadraticEigenproblem without_matrices() const;
+  };
+
+  /// The terms of each order summed; the reference is made from the terms when it is wanted.
+  QuadraticEigenproblem sum_of(const EquationsOfMotion &equations);
+
+  /// sum over the terms, or the empty matrix.
+  Matrix sum_of_terms(const RowRange &rows, const std::vector<Term> &terms);
+  /// The same of those of one order.
   Matrix sum_of(const RowRange &rows, const std::vector<Term> &terms, unsigned int order);
 
   /// The number of eigenfrequencies below @p omega of the conservative reference problem, by the
   /// inertia of an LDL^T factorisation of Q_ref - omega^2 M (Sylvester): negative pivots minus one
   /// per constraint.
   unsigned int count_reference_modes(const QuadraticEigenproblem &problem, double omega);
+  /// The same with the given Q_ref - omega^2 M.
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const Matrix &shifted);
 } // namespace squeal

@@ -28,6 +28,9 @@ namespace squeal
   /// x^H M x = 1 with the largest component real, z^H Q'(l) x = 2 l, and the condition numbers.
   void normalise(const QuadraticEigenproblem &problem, Modes &modes);
 
+  /// Turns the largest component of each vector to the real axis; x and z stay normalised.
+  void turn_to_real(Modes &modes);
+
   /// The solver of that name: block_krylov, krylov or dense. To add one: a class and a row in the
   /// table.
   std::unique_ptr<Eigensolver> make_eigensolver(const std::string &name);

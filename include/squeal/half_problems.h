@@ -9,11 +9,13 @@ namespace squeal
   /// S x = -x: two problems of half the size,
   ///     V^T (l^2 M + l P + Q) V y = 0,   x = V y,
   /// are solved one after the other: together in half of the time, with a third of the memory for
-  /// factors at a time (tests/benchmark/mirror.py).
+  /// factors at a time (tests/benchmark/mirror.py). The whole problem's matrices are not summed.
+  /// Backward errors are those of the halves: by how much matrices that stay symmetric would have
+  /// to change.
   ///
   /// Without a symmetry, or if the matrices do not have it, the whole problem is solved, and no
   /// mode's symmetry is known.
-  Modes solve_by_symmetry(const Eigensolver &solver, const QuadraticEigenproblem &problem,
+  Modes solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
                           const EigensolverOptions &options,
                           const std::optional<MirrorSymmetry> &symmetry);
 } // namespace squeal

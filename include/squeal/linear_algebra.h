@@ -98,7 +98,7 @@ namespace squeal
     bool transposed_too = false; ///< add also the transpose: used to symmetrise
   };
 
-  /// sum_i c_i A_i on the union of the patterns, in two passes over the rows. Empty if every
+  /// sum_i c_i A_i on the union of the patterns; entries that cancel are not stored. Empty if every
   /// summand is.
   Matrix sum_of(const RowRange &rows, const std::vector<Summand> &summands);
 

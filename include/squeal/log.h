@@ -41,7 +41,7 @@ namespace squeal
     std::string so_far;
   };
 
-  /// Wall-clock seconds by phase, in the order of their first use.
+  /// Wall-clock seconds by phase, and in which of them this rank's memory peaked.
   class PhaseTimer
   {
   public:
@@ -76,11 +76,18 @@ namespace squeal
     {
       return seconds_since(start);
     }
+    /// The phase at whose end the peak memory had last grown by more than a hundredth.
+    const std::string &peak_phase() const
+    {
+      return peak_phase_;
+    }
     /// Forgets the phases and starts the total anew.
     void restart();
 
   private:
     std::map<std::string, double> phases;
+    std::string peak_phase_;
+    double peak_mib                             = 0;
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   };
 } // namespace squeal

@@ -13,7 +13,7 @@ namespace squeal
 
     void assemble(const Parameters::All &parameters,
                   const Factorization *nearby = nullptr) override;
-    QuadraticEigenproblem problem() const override;
+    EquationsOfMotion equations() const override;
     std::vector<ParameterDerivative>
     derivatives(const std::string &only, const Factorization *nearby = nullptr) const override;
 

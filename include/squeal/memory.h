@@ -16,4 +16,9 @@ namespace squeal
   /// @p needed_mib: above 1 it does not fit. Ranks on one machine share its memory. Collective; the
   /// same on all ranks.
   double memory_load(double needed_mib, MPI_Comm comm);
+
+  /// Makes memory that is freed go back to the system. SuperLU, a library of deal.II's, forbids it
+  /// for the whole process as it is loaded (mallopt): then matrices and factors that are gone stay
+  /// in the process as holes that the next ones do not fit in. Call it first.
+  void return_freed_memory();
 } // namespace squeal

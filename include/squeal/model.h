@@ -41,8 +41,14 @@ namespace squeal
       return terms_;
     }
 
+    /// The terms, and what is known of the problem that they make.
+    virtual EquationsOfMotion equations() const = 0;
+
     /// { M, P, Q } and the reference problem for counting modes.
-    virtual QuadraticEigenproblem problem() const = 0;
+    QuadraticEigenproblem problem() const
+    {
+      return sum_of(equations());
+    }
 
     /// The derivatives of the terms with respect to the parameters that the scene uses, the steady
     /// pressure's own dependence included; the active set of the contact is held fixed. With a

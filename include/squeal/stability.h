@@ -60,6 +60,32 @@ namespace squeal
                                const std::vector<std::complex<double>> &of_q, unsigned int cycle,
                                double tolerance);
 
+  /// The parts of x^H P x = d + j g and x^H Q x = k + j n of all modes by origin and body.
+  struct RayleighParts
+  {
+    std::vector<Origin> origins;
+    std::vector<std::string> bodies;
+    unsigned int n_modes = 0;
+    std::vector<std::array<double, 4>> parts; ///< d, g, k, n
+
+    std::array<double, 4> &at(const unsigned int origin, const unsigned int body,
+                              const unsigned int mode)
+    {
+      return parts[(origin * bodies.size() + body) * n_modes + mode];
+    }
+    const std::array<double, 4> &at(const unsigned int origin, const unsigned int body,
+                                    const unsigned int mode) const
+    {
+      return parts[(origin * bodies.size() + body) * n_modes + mode];
+    }
+  };
+  /// Each matrix of the model is multiplied once. Collective.
+  RayleighParts rayleigh_parts(const Model &model, const Modes &modes);
+
+  /// Verdicts and Rayleigh coefficients with these parts.
+  std::vector<ModeRow> analyse(const RayleighParts &parts, const Modes &modes, unsigned int cycle,
+                               double tolerance);
+
   /// What one kind of term in one body does to one mode.
   struct Contribution
   {
@@ -77,7 +103,7 @@ namespace squeal
   const char *name_of(Origin origin);
 
   /// The Rayleigh coefficients split by origin and body: why a mode grows or decays.
-  std::vector<Contribution> contributions(const Model &model, const Modes &modes,
+  std::vector<Contribution> contributions(const RayleighParts &parts, const Modes &modes,
                                           const std::vector<ModeRow> &rows);
 
   /// dl/dp of every mode, from left and right vectors: with z^H Q'(l) x = 2 l,

@@ -51,10 +51,21 @@ namespace
     model.assemble(prm);
     const QuadraticEigenproblem problem = model.problem();
     EigensolverOptions options;
-    options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
-    const Modes modes     = make_eigensolver("krylov")->solve(problem, options);
-    const auto rows       = analyse(problem, modes, 0, options.tolerance);
-    const auto parts      = contributions(model, modes, rows);
+    options.max_imaginary       = 2 * M_PI * prm.eigenproblem.maximum_frequency;
+    const Modes modes           = make_eigensolver("krylov")->solve(problem, options);
+    const RayleighParts d_g_k_n = rayleigh_parts(model, modes);
+    const auto rows             = analyse(d_g_k_n, modes, 0, options.tolerance);
+    const auto parts            = contributions(d_g_k_n, modes, rows);
+    // Summed they are x^H P x and x^H Q x.
+    const auto of_sums = analyse(problem, modes, 0, options.tolerance);
+    for (unsigned int j = 0; j < rows.size(); ++j)
+    {
+      const double size = std::abs(of_sums[j].k), rate = std::sqrt(size);
+      CHECK(std::abs(rows[j].k - of_sums[j].k) <= 1e-12 * size);
+      CHECK(std::abs(rows[j].n - of_sums[j].n) <= 1e-12 * size);
+      CHECK(std::abs(rows[j].d - of_sums[j].d) <= 1e-12 * rate);
+      CHECK(std::abs(rows[j].g - of_sums[j].g) <= 1e-12 * rate);
+    }
     REQUIRE(rows.size() >= 4);
 
     const Contact<dim> &contact              = *model.contact();

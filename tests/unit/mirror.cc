@@ -5,6 +5,7 @@
 #include <squeal/brake_model.h>
 #include <squeal/contact.h>
 #include <squeal/half_problems.h>
+#include <squeal/half_space.h>
 
 using namespace dealii;
 using namespace squeal;
@@ -64,13 +65,15 @@ namespace
     {
       model.distribute();
       model.assemble(prm);
-      problem  = model.problem();
-      symmetry = model.mirror_symmetry();
+      equations = model.equations();
+      problem   = sum_of(equations);
+      symmetry  = model.mirror_symmetry();
     }
     Log log;
     PhaseTimer timer;
     BrakeModel<3> model;
-    QuadraticEigenproblem problem;
+    EquationsOfMotion equations;
+    QuadraticEigenproblem problem; ///< summed
     std::optional<MirrorSymmetry> symmetry;
   };
 
@@ -159,7 +162,7 @@ TEST_CASE("mirror: half spaces are isometric, orthogonal, and together the whole
 {
   const Brake brake(small_brake());
   REQUIRE(brake.symmetry);
-  REQUIRE(is_symmetric(brake.problem, *brake.symmetry));
+  REQUIRE(is_symmetric(brake.equations, *brake.symmetry));
   const HalfSpace plus(*brake.symmetry, true), minus(*brake.symmetry, false);
   CHECK(plus.row_range().size + minus.row_range().size == brake.problem.rows.size);
 
@@ -176,19 +179,22 @@ TEST_CASE("mirror: half spaces are isometric, orthogonal, and together the whole
   CHECK(difference(brake.symmetry->reflect(v_w), minus_v_w) <= 1e-15);
 
   // y^T (V^T A V) z = (V y)^T A (V z), and nothing between the halves.
-  const QuadraticEigenproblem half = plus.restrict(brake.problem);
-  for (const auto member : {&QuadraticEigenproblem::M, &QuadraticEigenproblem::P,
-                            &QuadraticEigenproblem::Q, &QuadraticEigenproblem::reference})
+  const QuadraticEigenproblem half = plus.restrict(brake.equations);
+  const auto check                 = [&](const Matrix &of_half, const Matrix &whole)
   {
-    const Matrix &whole = brake.problem.*member;
-    const Block a_v_z   = multiply(whole, v_z);
-    const double scale  = std::sqrt(dot(v_y, v_y) * dot(a_v_z, a_v_z));
+    const Block a_v_z  = multiply(whole, v_z);
+    const double scale = std::sqrt(dot(v_y, v_y) * dot(a_v_z, a_v_z));
     REQUIRE(scale > 0);
-    CHECK(relative_error(bilinear_form(y, half.*member, z), dot(v_y, a_v_z), scale) <= 1e-12);
+    CHECK(relative_error(bilinear_form(y, of_half, z), dot(v_y, a_v_z), scale) <= 1e-12);
     CHECK(std::abs(dot(v_w, a_v_z)) <= 1e-11 * scale);
     // The product with a basis vector has a entries of two rows at most: no fill.
-    CHECK((half.*member).n_nonzeros() <= 0.55 * whole.n_nonzeros());
-  }
+    CHECK(of_half.n_nonzeros() <= 0.55 * whole.n_nonzeros());
+  };
+  for (const auto member :
+       {&QuadraticEigenproblem::M, &QuadraticEigenproblem::P, &QuadraticEigenproblem::Q})
+    check(half.*member, brake.problem.*member);
+  REQUIRE(half.has_reference());
+  check(half.shifted_reference(1000), brake.problem.shifted_reference(1000));
   CHECK(half.n_constraints == brake.problem.n_constraints / 2);
   CHECK(Utilities::MPI::sum(half.n_local_constraints, MPI_COMM_WORLD) ==
         brake.model.spaces().n_multipliers / 2);
@@ -204,13 +210,12 @@ TEST_CASE("mirror: matrices decide")
   // The mesh is symmetric; one entry of one pad is not.
   Brake brake(small_brake());
   REQUIRE(brake.symmetry);
-  CHECK(is_symmetric(brake.problem, *brake.symmetry));
+  CHECK(is_symmetric(brake.equations, *brake.symmetry));
   const unsigned int row = brake.problem.rows.size / 2;
-  const double size      = brake.problem.Q.infinity_norm();
-  brake.problem.Q =
-      sum_of(brake.problem.rows, {{1., brake.problem.Q},
-                                  {1e-6 * size, matrix_of(brake.problem.rows, {{row, row, 1}})}});
-  CHECK_FALSE(is_symmetric(brake.problem, *brake.symmetry));
+  brake.equations.terms.push_back(
+      {Origin::elasticity, 0, 1e-6 * brake.problem.Q.infinity_norm(),
+       std::make_shared<const Matrix>(matrix_of(brake.problem.rows, {{row, row, 1}}))});
+  CHECK_FALSE(is_symmetric(brake.equations, *brake.symmetry));
 }
 
 namespace
@@ -221,8 +226,8 @@ namespace
     const Brake brake(prm);
     const auto solver    = make_eigensolver("block_krylov");
     const auto options   = window(frequency);
-    const Modes whole    = solve_by_symmetry(*solver, brake.problem, options, {});
-    const Modes by_half  = solve_by_symmetry(*solver, brake.problem, options, brake.symmetry);
+    const Modes whole    = solve_by_symmetry(*solver, brake.equations, options, {});
+    const Modes by_half  = solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
     const unsigned int n = whole.lambda.size();
     CHECK(whole.mirror.empty());
     REQUIRE(by_half.lambda.size() == n);
@@ -285,11 +290,11 @@ TEST_CASE("mirror: double eigenvalues of a conservative problem stay imaginary")
   prm.stage_name      = "elastic";
   const Brake brake(prm);
   REQUIRE(brake.symmetry);
-  REQUIRE_FALSE(brake.problem.reference);
-  const QuadraticEigenproblem half = HalfSpace(*brake.symmetry, false).restrict(brake.problem);
+  REQUIRE_FALSE(brake.problem.has_reference());
+  const QuadraticEigenproblem half = HalfSpace(*brake.symmetry, false).restrict(brake.equations);
   CHECK(asymmetry(half.rows, half.M) == 0);
   CHECK(asymmetry(half.rows, half.Q) == 0);
-  const Modes modes = solve_by_symmetry(*make_eigensolver("block_krylov"), brake.problem,
+  const Modes modes = solve_by_symmetry(*make_eigensolver("block_krylov"), brake.equations,
                                         window(6000), brake.symmetry);
   CHECK(modes.mirror.size() > 8);
   for (const Complex &l : modes.lambda)
@@ -302,7 +307,7 @@ TEST_CASE("mirror: the whole is solved where factors are kept, or without symmet
   EigensolverOptions options = window(3000);
   options.keep_factors       = true;
   const auto solver          = make_eigensolver("block_krylov");
-  const Modes modes          = solve_by_symmetry(*solver, brake.problem, options, brake.symmetry);
+  const Modes modes          = solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
   CHECK(modes.mirror.empty());
   CHECK(modes.factorization);
   CHECK_FALSE(Brake(small_brake("upper")).symmetry);
@@ -334,4 +339,112 @@ TEST_CASE("mirror: the contact of surfaces whose edges coincide is symmetric to 
   };
   check(contact.normal());
   check(contact.friction(contact.uniform_pressure(1e6)));
+}
+
+TEST_CASE("mirror: half spaces on a group of ranks")
+{
+  // The same half as with every rank's own rows, only placed elsewhere.
+  const Brake brake(small_brake());
+  REQUIRE(brake.symmetry);
+  const unsigned int n_ranks = Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD);
+  const RowRange &whole      = brake.problem.rows;
+  const Block x              = scattered_column(whole, 6);
+  for (const bool last : {false, true})
+    for (const bool symmetric : {true, false})
+    {
+      CAPTURE(last);
+      CAPTURE(symmetric);
+      const unsigned int n = (n_ranks + 1) / 2;
+      const RankGroup group(MPI_COMM_WORLD, last ? n_ranks - n : 0, n);
+      const HalfSpace own(*brake.symmetry, symmetric), space(*brake.symmetry, symmetric, group);
+      CHECK(space.is_here() == group.has_this_rank());
+      CHECK(space.row_range().size == own.row_range().size);
+      CHECK(Utilities::MPI::sum(space.row_range().n_local(), MPI_COMM_WORLD) ==
+            own.row_range().size);
+      // V V^T x is the part of x in the half.
+      Block part        = brake.symmetry->reflect(x);
+      const double sign = symmetric ? 1 : -1;
+      for (unsigned int i = 0; i < part.n_local(); ++i)
+        part.data()[i] = (x.data()[i] + sign * part.data()[i]) / 2;
+      CHECK(difference(own.expand(own.restrict(x)), part) <= 1e-15);
+      CHECK(difference(space.expand(space.restrict(x)), part) <= 1e-15);
+      // V (V^T A V) V^T x
+      const QuadraticEigenproblem half  = own.restrict(brake.equations),
+                                  there = space.restrict(brake.equations);
+      CHECK(there.n_constraints == half.n_constraints);
+      CHECK(Utilities::MPI::sum(there.n_local_constraints, MPI_COMM_WORLD) ==
+            brake.model.spaces().n_multipliers / 2);
+      for (const auto member :
+           {&QuadraticEigenproblem::M, &QuadraticEigenproblem::P, &QuadraticEigenproblem::Q})
+      {
+        const Block product = own.expand(multiply(half.*member, own.restrict(x)));
+        Block y             = space.restrict(x);
+        if (space.is_here())
+          y = multiply(there.*member, y);
+        CHECK(difference(space.expand(y), product) <= 1e-14 * largest_entry(product));
+      }
+    }
+}
+
+TEST_CASE("mirror: the errors of groups that work apart")
+{
+  // The first rank's error is thrown on all, of its kind.
+  const unsigned int rank = Utilities::MPI::this_mpi_process(MPI_COMM_WORLD);
+  CHECK_NOTHROW(work_apart(MPI_COMM_WORLD, []() {}));
+  CHECK_THROWS_WITH_AS(work_apart(MPI_COMM_WORLD,
+                                  [&]()
+                                  {
+                                    if (rank == 0)
+                                      throw SingularMatrix("of rank 0");
+                                  }),
+                       "of rank 0", SingularMatrix);
+  CHECK_THROWS_AS(work_apart(MPI_COMM_WORLD, []() { throw InputError("on all"); }), InputError);
+}
+
+TEST_CASE("mirror: the static equilibrium by halves is that of the whole")
+{
+  // Friction tilts the pads: at this coefficient they lift off at one edge.
+  Parameters::All prm              = small_brake();
+  prm.discretization.rotor_cells   = {{2, 12, 1}};
+  prm.discretization.pad_cells     = {{2, 4, 1}};
+  prm.contact.friction_coefficient = 0.7;
+  const Brake halves(prm);
+  prm.eigenproblem.mirror_symmetry = false;
+  const Brake whole(prm);
+  const StaticEquilibrium &a = *halves.model.equilibrium(), &b = *whole.model.equilibrium();
+  REQUIRE(a.iterations.size() == b.iterations.size());
+  CHECK(a.iterations.size() > 1);
+  for (unsigned int k = 0; k < a.iterations.size(); ++k)
+    CHECK(a.iterations[k].n_active == b.iterations[k].n_active);
+  CHECK(difference(a.state, b.state) <= 1e-11 * largest_entry(b.state));
+  CHECK(difference(halves.symmetry->reflect(a.state), a.state) <= 1e-14 * largest_entry(a.state));
+  REQUIRE_FALSE(b.border.releasing.empty());
+  REQUIRE_FALSE(b.border.closing.empty());
+  CHECK(a.border.releasing == b.border.releasing);
+  CHECK(a.border.closing == b.border.closing);
+  for (const auto member : {&ContactBorder::slack, &ContactBorder::pressure})
+  {
+    const std::vector<double> &x = (a.border.*member).values, &y = (b.border.*member).values;
+    REQUIRE(x.size() == y.size());
+    double largest = 0, error = 0;
+    for (unsigned int k = 0; k < x.size(); ++k)
+    {
+      largest = std::max(largest, std::abs(y[k]));
+      error   = std::max(error, std::abs(x[k] - y[k]));
+    }
+    CHECK(error <= 1e-10 * largest);
+  }
+}
+
+TEST_CASE("mirror: a static state without symmetry is solved for as a whole")
+{
+  // The mesh is symmetric, the gaps are not.
+  Parameters::All prm     = small_brake();
+  prm.contact.initial_gap = "if(z > 0, 1e-6, 0)";
+  const Brake by_default(prm);
+  prm.eigenproblem.mirror_symmetry = false;
+  const Brake whole(prm);
+  const Block &a = by_default.model.equilibrium()->state, &b = whole.model.equilibrium()->state;
+  CHECK(difference(a, b) <= 1e-11 * largest_entry(b));
+  CHECK(difference(by_default.symmetry->reflect(a), a) > 1e-6 * largest_entry(a));
 }
