@@ -253,8 +253,13 @@ namespace squeal
     if (!found && solver)
       found = solve_static_equilibrium(*solver, *contact_, prm.terms().friction, load);
     else if (!found)
+    {
+      std::optional<MirrorSymmetry> symmetry;
+      if (prm.eigenproblem.mirror_symmetry)
+        symmetry = mirror_symmetry();
       found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load,
-                                       needs_border);
+                                       needs_border, symmetry ? &*symmetry : nullptr);
+    }
     equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));
     pressure_    = equilibrium_->pressure;
   }

@@ -109,10 +109,9 @@ namespace squeal
   } // namespace
 
   template <int dim>
-  ContactBorder find_contact_border(const Contact<dim> &contact,
-                                    const typename Contact<dim>::Pressure &pressure,
-                                    const RowRange &rows, const bool with_friction,
-                                    const std::function<Block(const Block &)> &solve)
+  ContactBorder
+  find_contact_border(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+                      const RowRange &rows, const bool with_friction, const ColumnSolver &solve)
   {
     ContactBorder border;
     if (!contact.contact_model().mortar)
@@ -122,7 +121,8 @@ namespace squeal
     border.closing                                  = std::move(beside[1]);
     if (!border.releasing.empty())
     {
-      border.slack = rows_of(solve(unit_columns(rows, border.releasing)), border.releasing);
+      border.slack =
+          rows_of(solve(unit_columns(rows, border.releasing), border.releasing), border.releasing);
       invert(border.slack, border.releasing);
     }
     if (!border.closing.empty())
@@ -135,7 +135,8 @@ namespace squeal
       Block a               = multiply(border.closed, unit_columns(rows, border.closing));
       DenseMatrix c         = rows_of(a, border.closing);
       reduced::clear_rows(a, border.closing);
-      const DenseMatrix b_y = rows_of(multiply(border.closed, solve(a)), border.closing);
+      const DenseMatrix b_y =
+          rows_of(multiply(border.closed, solve(a, border.closing)), border.closing);
       for (std::size_t k = 0; k < c.values.size(); ++k)
         c.values[k] -= b_y.values[k];
       border.pressure = std::move(c);
@@ -177,9 +178,7 @@ namespace squeal
   }
 
   template ContactBorder find_contact_border(const Contact<2> &, const Contact<2>::Pressure &,
-                                             const RowRange &, bool,
-                                             const std::function<Block(const Block &)> &);
+                                             const RowRange &, bool, const ColumnSolver &);
   template ContactBorder find_contact_border(const Contact<3> &, const Contact<3>::Pressure &,
-                                             const RowRange &, bool,
-                                             const std::function<Block(const Block &)> &);
+                                             const RowRange &, bool, const ColumnSolver &);
 } // namespace squeal

@@ -1,4 +1,5 @@
 #include <squeal/half_problems.h>
+#include <squeal/half_space.h>
 #include <squeal/memory.h>
 
 #include <algorithm>

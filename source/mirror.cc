@@ -1,4 +1,3 @@
-#include <squeal/compressed_rows.h>
 #include <squeal/mirror.h>
 #include <squeal/spaces.h>
 
@@ -10,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <numeric>
 
 namespace squeal
@@ -152,6 +150,7 @@ namespace squeal
       symmetry.rows = spaces.rows;
       symmetry.image.assign(spaces.rows.size, 0);
       symmetry.sign.assign(spaces.rows.size, 1);
+      symmetry.is_pressure.assign(spaces.rows.size, false);
       for (unsigned int i = 0; i < nodes.size(); ++i)
         for (unsigned int c = 0; c < 4; ++c)
         {
@@ -161,8 +160,9 @@ namespace squeal
             return {};
           if (own < 0)
             continue;
-          symmetry.image[static_cast<unsigned int>(own)] = static_cast<unsigned int>(other);
-          symmetry.sign[static_cast<unsigned int>(own)]  = c == 2 ? -1 : 1;
+          symmetry.image[static_cast<unsigned int>(own)]       = static_cast<unsigned int>(other);
+          symmetry.sign[static_cast<unsigned int>(own)]        = c == 2 ? -1 : 1;
+          symmetry.is_pressure[static_cast<unsigned int>(own)] = c == 3;
         }
       return symmetry;
     }
@@ -219,54 +219,68 @@ namespace squeal
 
   namespace
   {
-    /// The distinct matrices of several sums of terms, and the factor of each in each sum.
-    struct Factors
+    /// Whether a = b to rounding. Collective.
+    bool are_equal(const Block &a, const Block &b)
     {
-      const Matrix *matrix;
-      std::vector<std::pair<unsigned int, double>> of_sums;
-    };
-    std::vector<Factors> factors_of(const std::vector<std::vector<Term>> &sums)
-    {
-      std::vector<Factors> result;
-      for (unsigned int s = 0; s < sums.size(); ++s)
-        for (const Term &term : sums[s])
-        {
-          auto found = std::find_if(result.begin(), result.end(),
-                                    [&](const Factors &factors)
-                                    { return factors.matrix == term.matrix.get(); });
-          if (found == result.end())
-            found = result.insert(result.end(), {term.matrix.get(), {}});
-          found->of_sums.emplace_back(s, term.coefficient);
-        }
-      return result;
-    }
-
-    /// Of M, P and Q.
-    std::vector<std::vector<Term>> sums_of(const EquationsOfMotion &equations)
-    {
-      return {equations.of_order(2), equations.of_order(1), equations.of_order(0)};
+      // Relative to the largest entry. A pad or a pressure that differs is seen in the product with
+      // any scattered vector.
+      constexpr double rounding = 1e-10;
+      std::array<double, 2> largest{{0, 0}}; // of a, of the difference
+      for (std::size_t i = 0; i < std::size_t(a.n_local()) * a.n_columns(); ++i)
+      {
+        largest[0] = std::max(largest[0], std::abs(a.data()[i]));
+        largest[1] = std::max(largest[1], std::abs(a.data()[i] - b.data()[i]));
+      }
+      MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, a.row_range().comm);
+      return largest[1] <= rounding * largest[0];
     }
   } // namespace
 
+  std::vector<MatrixFactors> factors_of(const std::vector<std::vector<Term>> &sums)
+  {
+    std::vector<MatrixFactors> result;
+    for (unsigned int s = 0; s < sums.size(); ++s)
+      for (const Term &term : sums[s])
+      {
+        auto found = std::find_if(result.begin(), result.end(),
+                                  [&](const MatrixFactors &factors)
+                                  { return factors.matrix == term.matrix.get(); });
+        if (found == result.end())
+          found = result.insert(result.end(), {term.matrix.get(), {}});
+        found->of_sums.emplace_back(s, term.coefficient);
+      }
+    return result;
+  }
+
+  std::vector<std::vector<Term>> sums_of(const EquationsOfMotion &equations)
+  {
+    return {equations.of_order(2), equations.of_order(1), equations.of_order(0)};
+  }
+
+  bool is_symmetric(const Block &x, const MirrorSymmetry &symmetry)
+  {
+    return are_equal(x, symmetry.reflect(x));
+  }
+
   bool is_symmetric(const EquationsOfMotion &equations, const MirrorSymmetry &symmetry)
   {
-    // Relative to the largest entry of the product. A pad or a pressure that differs is seen in any
-    // scattered vector.
-    constexpr double rounding        = 1e-10;
+    std::vector<std::vector<Term>> sums = sums_of(equations);
+    sums.push_back(equations.reference_terms());
+    return equations.n_constraints % 2 == 0 && is_symmetric(sums, symmetry);
+  }
+
+  bool is_symmetric(const std::vector<std::vector<Term>> &sums, const MirrorSymmetry &symmetry)
+  {
     constexpr unsigned int n_vectors = 2;
-    if (equations.n_constraints % 2 != 0)
-      return false;
-    const RowRange &rows = equations.rows;
+    const RowRange &rows             = symmetry.rows;
     Block x(rows, n_vectors);
     for (unsigned int k = 0; k < n_vectors; ++k)
       for (unsigned int row = rows.begin; row < rows.end; ++row)
         x.column(k)[row - rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
     x.append(symmetry.reflect(x)); // [x, S x]
 
-    std::vector<std::vector<Term>> sums = sums_of(equations);
-    sums.push_back(equations.reference_terms());
     std::vector<Block> products(sums.size(), Block(rows, 2 * n_vectors));
-    for (const Factors &factors : factors_of(sums))
+    for (const MatrixFactors &factors : factors_of(sums))
     {
       const Block product = multiply(*factors.matrix, x);
       for (const auto &[s, factor] : factors.of_sums)
@@ -274,224 +288,10 @@ namespace squeal
           products[s].data()[i] += factor * product.data()[i];
     }
     for (const Block &product : products)
-    {
-      const Block a_x     = product.columns(0, n_vectors),
-                  s_a_s_x = symmetry.reflect(product.columns(n_vectors, n_vectors));
-      std::array<double, 2> largest{{0, 0}}; // of the product, of the difference
-      for (std::size_t i = 0; i < std::size_t(a_x.n_local()) * n_vectors; ++i)
-      {
-        largest[0] = std::max(largest[0], std::abs(a_x.data()[i]));
-        largest[1] = std::max(largest[1], std::abs(a_x.data()[i] - s_a_s_x.data()[i]));
-      }
-      MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, rows.comm);
-      if (!(largest[1] <= rounding * largest[0]))
+      if (!are_equal(product.columns(0, n_vectors),
+                     symmetry.reflect(product.columns(n_vectors, n_vectors))))
         return false;
-    }
     return true;
-  }
-
-  HalfSpace::HalfSpace(const MirrorSymmetry &symmetry, const bool symmetric)
-      : whole(symmetry.rows), images(symmetry.image), columns(whole.size, none),
-        entries(whole.size, 0.), is_second(whole.size, false)
-  {
-    const double parity = symmetric ? 1 : -1;
-    // One row of each pair stands for both: the lower or the higher one in turn, since one side may
-    // belong to one rank.
-    const auto stands_for_pair = [&](const unsigned int row)
-    {
-      const unsigned int image = symmetry.image[row];
-      return (row < image) == ((row + image) % 2 == 0);
-    };
-    rows.comm      = whole.comm;
-    unsigned int n = 0;
-    for (unsigned int row = 0; row < whole.size; ++row)
-    {
-      if (row == whole.begin)
-        rows.begin = n;
-      const bool alone = symmetry.image[row] == row;
-      if (alone ? symmetry.sign[row] == parity : stands_for_pair(row))
-      {
-        columns[row] = n++;
-        entries[row] = alone ? 1. : std::sqrt(0.5);
-        if (whole.contains(row))
-          representatives.push_back(row);
-      }
-    }
-    rows.size = n;
-    if (whole.begin == whole.size)
-      rows.begin = n;
-    rows.end = rows.begin + representatives.size();
-    for (unsigned int row = 0; row < whole.size; ++row)
-      if (const unsigned int image = symmetry.image[row]; image != row && !stands_for_pair(row))
-      {
-        is_second[row] = true;
-        columns[row]   = columns[image];
-        entries[row]   = parity * symmetry.sign[row] * entries[image];
-      }
-  }
-
-  namespace
-  {
-    /// Rows of a distributed matrix, own ones and some of other ranks. Collective.
-    class Rows
-    {
-    public:
-      Rows(const Matrix &matrix, const RowRange &own, const std::vector<PetscInt> &others)
-          : matrix(matrix), own(own), others(others)
-      {
-        int n_ranks = 0;
-        MPI_Comm_size(own.comm, &n_ranks);
-        if (n_ranks == 1)
-          return;
-        IS rows = nullptr, columns = nullptr;
-        SQUEAL_PETSC(ISCreateGeneral(PETSC_COMM_SELF, others.size(), others.data(),
-                                     PETSC_COPY_VALUES, &rows));
-        SQUEAL_PETSC(ISCreateStride(PETSC_COMM_SELF, own.size, 0, 1, &columns));
-        SQUEAL_PETSC(
-            MatCreateSubMatrices(matrix, 1, &rows, &columns, MAT_INITIAL_MATRIX, &received));
-        SQUEAL_PETSC(ISDestroy(&rows));
-        SQUEAL_PETSC(ISDestroy(&columns));
-      }
-      ~Rows()
-      {
-        if (received)
-          MatDestroySubMatrices(1, &received);
-      }
-      Rows(const Rows &)            = delete;
-      Rows &operator=(const Rows &) = delete;
-
-      /// Calls visit(column, value) for the entries of a row.
-      template <typename Visit>
-      void for_entries(const PetscInt row, const Visit &visit) const
-      {
-        const bool is_own = own.contains(row);
-        Mat mat           = is_own ? Mat(matrix) : *received;
-        const PetscInt place =
-            is_own ? row : std::lower_bound(others.begin(), others.end(), row) - others.begin();
-        PetscInt n                = 0;
-        const PetscInt *columns   = nullptr;
-        const PetscScalar *values = nullptr;
-        SQUEAL_PETSC(MatGetRow(mat, place, &n, &columns, &values));
-        for (PetscInt k = 0; k < n; ++k)
-          visit(columns[k], values[k]);
-        SQUEAL_PETSC(MatRestoreRow(mat, place, &n, &columns, &values));
-      }
-
-    private:
-      const Matrix &matrix;
-      const RowRange own;
-      const std::vector<PetscInt> others; ///< ascending
-      Mat *received = nullptr;
-    };
-  } // namespace
-
-  /// With a pair of rows i, i' and one of columns k, k', an entry of V^T A V is
-  ///     (v_i v_k a_ik + v_i' v_k' a_i'k') + (v_i v_k' a_ik' + v_i' v_k a_i'k).
-  /// Summed like this a symmetric matrix stays symmetric, and a skew one skew, to the last digit:
-  /// otherwise rounding would damp or feed the vibration.
-  std::vector<Matrix> HalfSpace::restrict(const std::vector<std::vector<Term>> &sums) const
-  {
-    std::vector<PetscInt> others;
-    for (const unsigned int i : representatives)
-      if (!whole.contains(images[i]))
-        others.push_back(images[i]);
-    std::sort(others.begin(), others.end());
-    const std::vector<Factors> all_factors = factors_of(sums);
-    std::vector<std::unique_ptr<const Rows>> all_rows;
-    for (const Factors &factors : all_factors)
-      all_rows.push_back(std::make_unique<const Rows>(*factors.matrix, whole, others));
-
-    struct Place
-    {
-      unsigned int column;
-      bool is_second;
-      double entry;
-    };
-    std::vector<Place> places(whole.size); // side by side: they are wanted together
-    for (unsigned int k = 0; k < whole.size; ++k)
-      places[k] = {columns[k], is_second[k], entries[k]};
-
-    // Of each column and sum the two brackets above.
-    RowSums row_sums(rows.size, 2 * sums.size());
-    std::vector<CompressedRows> results(sums.size());
-    const auto add_row = [&](const unsigned int row, const bool is_image)
-    {
-      for (unsigned int f = 0; f < all_factors.size(); ++f)
-        all_rows[f]->for_entries(row,
-                                 [&](const PetscInt k, const PetscScalar a)
-                                 {
-                                   const Place &place = places[k];
-                                   if (place.column == none)
-                                     return;
-                                   const double value = (entries[row] * place.entry) * a;
-                                   double *const parts =
-                                       row_sums.at(place.column) + (is_image != place.is_second);
-                                   for (const auto &[s, factor] : all_factors[f].of_sums)
-                                     parts[2 * s] += factor * value;
-                                 });
-    };
-    for (const unsigned int i : representatives)
-    {
-      add_row(i, false);
-      if (images[i] != i)
-        add_row(images[i], true);
-      row_sums.take(
-          [&](const unsigned int column, const double *parts)
-          {
-            for (unsigned int s = 0; s < sums.size(); ++s)
-              results[s].add(column, parts[2 * s] + parts[2 * s + 1]);
-          });
-      for (CompressedRows &result : results)
-        result.end_row();
-    }
-    std::vector<Matrix> matrices;
-    for (unsigned int s = 0; s < sums.size(); ++s)
-    {
-      matrices.push_back(sums[s].empty() ? Matrix() : make_matrix(rows, results[s]));
-      results[s] = {};
-    }
-    return matrices;
-  }
-
-  QuadraticEigenproblem HalfSpace::restrict(const EquationsOfMotion &equations) const
-  {
-    std::vector<Matrix> matrices = restrict(sums_of(equations));
-    QuadraticEigenproblem half   = equations.without_matrices();
-    half.rows                    = rows;
-    half.M                       = std::move(matrices[0]);
-    half.P                       = std::move(matrices[1]);
-    half.Q                       = std::move(matrices[2]);
-    if (equations.reference == EquationsOfMotion::Reference::symmetric_part)
-      half.reference = symmetric_part(rows, half.Q);
-    else if (!equations.reference_terms().empty())
-      half.make_shifted_reference = [equations, space = *this](const double omega)
-      { return std::move(space.restrict({equations.shifted_reference_terms(omega)})[0]); };
-    // In parallel the whole is symmetric to rounding only, which would turn double eigenvalues of a
-    // conservative problem into complex pairs.
-    if (!half.has_reference())
-    {
-      half.M = symmetric_part(rows, half.M);
-      half.Q = symmetric_part(rows, half.Q);
-    }
-    // Pressures come in pairs, both in contact or both released.
-    half.n_constraints       = equations.n_constraints / 2;
-    half.n_local_constraints = std::count_if(
-        representatives.begin(), representatives.end(),
-        [&](const unsigned int row) { return row >= whole.end - equations.n_local_constraints; });
-    return half;
-  }
-
-  Block HalfSpace::expand(const Block &y) const
-  {
-    Block x(whole, y.n_columns());
-    for (unsigned int k = 0; k < y.n_columns(); ++k)
-    {
-      const std::vector<double> all = replicate(y.columns(k, 1));
-      for (unsigned int row = whole.begin; row < whole.end; ++row)
-        if (columns[row] != none)
-          x.column(k)[row - whole.begin] = entries[row] * all[columns[row]];
-    }
-    return x;
   }
 
   template std::optional<MirrorSymmetry> find_mirror_symmetry(const Spaces<2> &);

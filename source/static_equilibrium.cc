@@ -1,4 +1,5 @@
 #include <squeal/dense.h>
+#include <squeal/direct_statics.h>
 #include <squeal/gmres.h>
 #include <squeal/static_equilibrium.h>
 
@@ -13,107 +14,6 @@ namespace squeal
 {
   namespace
   {
-    /// A^{-1} B with one step of iterative refinement.
-    Block solve_refined(const Matrix &A, const Factorization &factorization,
-                        const Block &right_hand_sides)
-    {
-      const std::size_t n = std::size_t(right_hand_sides.n_local()) * right_hand_sides.n_columns();
-      Block solution      = factorization.solve(right_hand_sides);
-      Block residual      = multiply(A, solution);
-      for (std::size_t i = 0; i < n; ++i)
-        residual.data()[i] = right_hand_sides.data()[i] - residual.data()[i];
-      const Block correction = factorization.solve(residual);
-      for (std::size_t i = 0; i < n; ++i)
-        solution.data()[i] += correction.data()[i];
-      return solution;
-    }
-
-    /// The linear problems of one mesh for changing sets of released multipliers R, by the
-    /// factorisation of the problem A without any. Releasing a multiplier replaces its constraint
-    /// by Lambda = 0; the constraint then has a slack s:
-    ///     A x = b + E_R s,   x_R = 0   =>   x = x_0 + Y s,   A x_0 = b,   A Y = E_R,   Y_RR s =
-    ///     -x_0R.
-    /// A new set costs a few solves instead of a factorisation.
-    class ReleaseSolver
-    {
-    public:
-      ReleaseSolver(const RowRange &rows, Matrix &&matrix, const Block &right_hand_side)
-          : rows(rows), A(std::move(matrix)),
-            factorization(A, Factorization::Kind::lu, "the stiffness of the static equilibrium"),
-            x_0(solve_refined(A, factorization, right_hand_side)), Y(rows, 0)
-      {
-      }
-
-      /// x for the right side b.
-      Block solve(const std::vector<unsigned int> &released)
-      {
-        return release(x_0, released);
-      }
-      /// The same for other right sides.
-      Block solve(const Block &right_hand_sides, const std::vector<unsigned int> &released)
-      {
-        return release(solve_refined(A, factorization, right_hand_sides), released);
-      }
-
-    private:
-      /// x_0 + Y s.
-      Block release(Block x, const std::vector<unsigned int> &released)
-      {
-        std::vector<unsigned int> added;
-        for (const unsigned int row : released)
-          if (std::find(known.begin(), known.end(), row) == known.end())
-            added.push_back(row);
-        Block units(rows, added.size());
-        for (unsigned int j = 0; j < added.size(); ++j)
-          if (rows.contains(added[j]))
-            units.column(j)[added[j] - rows.begin] = 1;
-        if (!added.empty())
-          Y.append(solve_refined(A, factorization, units));
-        known.insert(known.end(), added.begin(), added.end());
-
-        // Y_RR and x_0R on all ranks
-        const unsigned int n = released.size(), m = x.n_columns();
-        std::vector<double> values(n * (n + m));
-        for (unsigned int i = 0; i < n; ++i)
-          if (rows.contains(released[i]))
-            for (unsigned int j = 0; j < n + m; ++j)
-              values[i + n * j] = j < n ? Y.column(column_of(released[j]))[released[i] - rows.begin]
-                                        : -x.column(j - n)[released[i] - rows.begin];
-        MPI_Allreduce(MPI_IN_PLACE, values.data(), values.size(), MPI_DOUBLE, MPI_SUM, rows.comm);
-        if (n == 0)
-          return x;
-        const DenseMatrix slack =
-            squeal::solve(DenseMatrix(n, n, {values.begin(), values.begin() + n * n}),
-                          DenseMatrix(n, m, {values.begin() + n * n, values.end()}));
-        for (unsigned int k = 0; k < m; ++k)
-        {
-          double *const column = x.column(k);
-          for (unsigned int j = 0; j < n; ++j)
-          {
-            const double *const y = Y.column(column_of(released[j]));
-            for (unsigned int i = 0; i < rows.n_local(); ++i)
-              column[i] += slack(j, k) * y[i];
-          }
-          for (const unsigned int row : released) // zero up to rounding: exactly
-            if (rows.contains(row))
-              column[row - rows.begin] = 0;
-        }
-        return x;
-      }
-
-      unsigned int column_of(const unsigned int row) const
-      {
-        return std::find(known.begin(), known.end(), row) - known.begin();
-      }
-
-      const RowRange rows;
-      const Matrix A;
-      const Factorization factorization;
-      const Block x_0;
-      Block Y;
-      std::vector<unsigned int> known; ///< the rows of Y's columns
-    };
-
     /// Largest difference of two pressures and the largest pressure.
     template <typename Pressure>
     double relative_change(const Pressure &before, const Pressure &after, const MPI_Comm comm)
@@ -135,15 +35,7 @@ namespace squeal
                         const Contact<dim> &contact,
                         const typename Contact<dim>::Pressure &pressure, const bool with_friction)
   {
-    std::vector<Summand> summands;
-    for (const Term &term : body_terms)
-      if (term.order == 0 && term.matrix)
-        summands.push_back({term.coefficient, *term.matrix});
-    const Matrix normal   = contact.normal();
-    const Matrix friction = with_friction ? contact.friction(pressure) : Matrix();
-    summands.push_back({1., normal});
-    summands.push_back({1., friction});
-    return sum_of(rows, summands);
+    return sum_of_terms(rows, static_terms(body_terms, contact, pressure, with_friction));
   }
 
   template <int dim>
@@ -196,26 +88,15 @@ namespace squeal
     tangent_product(const std::vector<Term> &body_terms, const Contact<dim> &contact,
                     const typename Contact<dim>::Pressure &pressure, const bool with_friction)
     {
-      const std::shared_ptr<const Matrix> normal = contact.shared_normal();
-      std::pair<double, std::shared_ptr<const Matrix>> slip;
-      if (with_friction)
-        slip = contact.shared_friction(pressure);
-      return [&body_terms, normal, slip](const Block &x)
+      return [terms = static_terms(body_terms, contact, pressure, with_friction)](const Block &x)
       {
-        Block y        = multiply(*normal, x);
-        const auto add = [&](const double factor, const Matrix &matrix)
+        Block y(x.row_range(), x.n_columns());
+        for (const Term &term : terms)
         {
-          if (!matrix)
-            return;
-          const Block product = multiply(matrix, x);
+          const Block product = multiply(*term.matrix, x);
           for (std::size_t i = 0; i < std::size_t(y.n_local()) * y.n_columns(); ++i)
-            y.data()[i] += factor * product.data()[i];
-        };
-        if (slip.second)
-          add(slip.first, *slip.second);
-        for (const Term &term : body_terms)
-          if (term.order == 0 && term.matrix)
-            add(term.coefficient, *term.matrix);
+            y.data()[i] += term.coefficient * product.data()[i];
+        }
         return y;
       };
     }
@@ -301,44 +182,17 @@ namespace squeal
     class DirectSteps : public LinearSteps<dim>
     {
     public:
-      DirectSteps(const RowRange &rows, const std::vector<Term> &body_terms,
-                  const ContactModel<dim> &model, const bool with_friction)
-          : rows(rows), body_terms(body_terms), with_friction(with_friction),
-            factor_once(model.mortar && !is_nonlinear(model.friction))
+      DirectSteps(DirectStatics<dim> &solver, const std::vector<Term> &body_terms,
+                  const bool with_friction)
+          : solver(solver), body_terms(body_terms), with_friction(with_friction)
       {
       }
 
       unsigned int solve(const Contact<dim> &contact, StaticEquilibrium &result,
                          const Block &right_hand_side, bool) override
       {
-        constexpr unsigned int most_releases      = 400;
-        const std::vector<unsigned int> &released = contact.released_multipliers();
-        if (factor_once && released.size() > most_releases)
-        {
-          factor_once = false;
-          release_solver.reset();
-        }
-        const auto assemble = [&]()
-        { return static_tangent(rows, body_terms, contact, result.pressure, with_friction); };
-        if (factor_once)
-        {
-          if (!release_solver)
-            release_solver = std::make_unique<ReleaseSolver>(rows, assemble(), right_hand_side);
-          result.state = release_solver->solve(released);
-          return 0;
-        }
-        factorization.reset();
-        const Matrix A = assemble();
-        factorization  = std::make_unique<Factorization>(A, Factorization::Kind::lu,
-                                                        "the stiffness of the static equilibrium");
-        result.state   = solve_refined(A, *factorization, right_hand_side);
+        result.state = solver.solve(contact, result.pressure, right_hand_side);
         return 0;
-      }
-      /// Solutions of the last linear problem, whose contacts these are, for other right sides.
-      Block solve(const Contact<dim> &contact, const Block &right_hand_sides)
-      {
-        return factor_once ? release_solver->solve(right_hand_sides, contact.released_multipliers())
-                           : factorization->solve(right_hand_sides);
       }
       LinearOperator tangent(const Contact<dim> &contact,
                              const typename Contact<dim>::Pressure &pressure) const override
@@ -351,15 +205,9 @@ namespace squeal
       }
 
     private:
-      const RowRange rows;
+      DirectStatics<dim> &solver;
       const std::vector<Term> &body_terms;
       const bool with_friction;
-      /// A friction law that depends on the pressure, and penalty contact with its many points,
-      /// change the matrix in each step; for mortar contact one factorisation, at first with all
-      /// contacts closed, serves all active sets of a moderate number of releases.
-      bool factor_once;
-      std::unique_ptr<ReleaseSolver> release_solver;
-      std::unique_ptr<Factorization> factorization; ///< of the last matrix, if it changes
     };
 
     template <int dim>
@@ -497,22 +345,25 @@ namespace squeal
   }
 
   template <int dim>
-  StaticEquilibrium solve_static_equilibrium(const RowRange &rows,
-                                             const std::vector<Term> &body_terms,
-                                             Contact<dim> &contact, const bool with_friction,
-                                             const Block &load, const bool with_border)
+  StaticEquilibrium
+  solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
+                           Contact<dim> &contact, const bool with_friction, const Block &load,
+                           const bool with_border, const MirrorSymmetry *symmetry)
   {
     const Contact<dim> all_closed = contact;
     StaticEquilibrium result;
     std::string failure;
     try
     {
-      DirectSteps<dim> steps(rows, body_terms, contact.contact_model(), with_friction);
+      DirectStatics<dim> solver(rows, body_terms, contact.contact_model(), with_friction, symmetry,
+                                with_border);
+      DirectSteps<dim> steps(solver, body_terms, with_friction);
       iterate(steps, contact, with_friction, load, result);
       if (with_border)
         result.border =
             find_contact_border(contact, result.pressure, rows, with_friction,
-                                [&](const Block &b) { return steps.solve(contact, b); });
+                                [&](const Block &b, const std::vector<unsigned int> &multipliers)
+                                { return solver.solve_columns(contact, b, multipliers); });
       return result;
     }
     catch (const Unsettled &error)
@@ -560,12 +411,14 @@ namespace squeal
   template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<3> &,
                                     const Contact<3>::Pressure &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
-                                                      Contact<2> &, bool, const Block &, bool);
+                                                      Contact<2> &, bool, const Block &, bool,
+                                                      const MirrorSymmetry *);
   template std::optional<StaticEquilibrium>
   follow_static_equilibrium(const StaticEquilibrium &, const Factorization &,
                             const std::vector<Term> &, Contact<2> &, bool, const Block &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
-                                                      Contact<3> &, bool, const Block &, bool);
+                                                      Contact<3> &, bool, const Block &, bool,
+                                                      const MirrorSymmetry *);
   template StaticEquilibrium solve_static_equilibrium(IterativeStatics<2> &, Contact<2> &, bool,
                                                       const Block &);
   template StaticEquilibrium solve_static_equilibrium(IterativeStatics<3> &, Contact<3> &, bool,

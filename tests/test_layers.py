@@ -8,7 +8,7 @@ import squeal_testing as st
 # A file includes only from lower floors. A new file gets a place here: the lowest floor on which it can stand.
 FLOORS = [
     ["errors", "search_region"],
-    ["interruption", "memory"],
+    ["interruption", "memory", "rank_group"],
     ["materials", "friction_laws", "log"],
     ["expressions", "dense", "mesh_file", "files"],
     ["parameters", "linear_algebra", "gmsh_file", "abaqus_file"],
@@ -18,9 +18,9 @@ FLOORS = [
     ["mesh_scene"],
     ["mesh_report"],
     ["mirror", "cell_operators", "cell_map", "cell_residuals", "contact_pairs", "fields", "prestress"],
-    ["body_operators", "displacement_operator"],
+    ["body_operators", "displacement_operator", "half_space"],
     ["contact", "displacement_multigrid"],
-    ["contact_border", "iterative_statics"],
+    ["contact_border", "direct_statics", "iterative_statics"],
     ["contact_fields", "local_problems", "friction_work", "kept_contact", "static_equilibrium", "subspace_iteration"],
     ["block_krylov", "pep_search"],
     ["left_vectors"],

@@ -29,14 +29,18 @@ namespace squeal
     Matrix closed; ///< the contact's matrix N + d tau/dp in which C is closed
   };
 
-  /// @p solve gives A^{-1} of a block. Empty sets without lift-off and for penalty contact, whose
+  using ColumnSolver =
+      std::function<Block(const Block &, const std::vector<unsigned int> &multipliers)>;
+
+  /// @p solve gives A^{-1} of a block with a column for each of some multipliers, whose rows it is
+  /// told; where these are mirror images of each other in a symmetric brake, so are the columns.
+  /// Empty sets without lift-off and for penalty contact, whose
   /// border is placed by quadrature points. A set whose change leaves a singular system is left
   /// out. Collective.
   template <int dim>
-  ContactBorder find_contact_border(const Contact<dim> &contact,
-                                    const typename Contact<dim>::Pressure &pressure,
-                                    const RowRange &rows, bool with_friction,
-                                    const std::function<Block(const Block &)> &solve);
+  ContactBorder
+  find_contact_border(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+                      const RowRange &rows, bool with_friction, const ColumnSolver &solve);
 
   /// z_i^H dQ x_j of right and left vectors X and Z: what another border does to the operator.
   /// Opening R and closing C give

@@ -21,6 +21,7 @@ namespace squeal
     RowRange rows;
     std::vector<unsigned int> image; ///< by global row, on every rank
     std::vector<signed char> sign;
+    std::vector<bool> is_pressure; ///< or a displacement
 
     /// S x.
     Block reflect(const Block &x) const;
@@ -36,43 +37,21 @@ namespace squeal
   template <int dim>
   void average_mirror_cells(const Spaces<dim> &spaces, std::vector<double> &by_cell);
 
+  /// The distinct matrices of several sums of terms, and the factor of each in each sum.
+  struct MatrixFactors
+  {
+    const Matrix *matrix;
+    std::vector<std::pair<unsigned int, double>> of_sums;
+  };
+  std::vector<MatrixFactors> factors_of(const std::vector<std::vector<Term>> &sums);
+
+  /// The terms of M, P and Q.
+  std::vector<std::vector<Term>> sums_of(const EquationsOfMotion &equations);
+
   /// Whether S A S x = A x for all matrices of the problem and some scattered x, to rounding.
   bool is_symmetric(const EquationsOfMotion &equations, const MirrorSymmetry &symmetry);
-
-  /// The vectors with S x = x, or those with S x = -x, by an orthonormal basis V: its columns are
-  ///     (e_i +- S e_i)/sqrt 2,   and e_i where S e_i = +- e_i.
-  /// Each rank has about half of its own rows, in their order, so that contact pressures stay last.
-  class HalfSpace
-  {
-  public:
-    HalfSpace(const MirrorSymmetry &symmetry, bool symmetric);
-
-    /// V^T A V of each matrix A of the problem, which must be symmetric. The sums of its terms are
-    /// made row by row and not stored.
-    QuadraticEigenproblem restrict(const EquationsOfMotion &equations) const;
-    /// V^T (sum_i c_i A_i) V of several sums; each matrix is read once. Empty where a sum is.
-    /// Collective.
-    std::vector<Matrix> restrict(const std::vector<std::vector<Term>> &sums) const;
-    /// V y.
-    Block expand(const Block &y) const;
-
-    const RowRange &row_range() const
-    {
-      return rows;
-    }
-
-  private:
-    static constexpr unsigned int none = -1;
-
-    const RowRange whole;
-    const std::vector<unsigned int> images; ///< of the rows of the whole
-    RowRange rows;
-    /// By global row of the whole: the only column of V with an entry there, or none, and the
-    /// entry.
-    std::vector<unsigned int> columns;
-    std::vector<double> entries;
-    std::vector<bool> is_second; ///< of a pair, the row that another one stands for
-    /// By own row of the half: the own row i of the whole that it stands for.
-    std::vector<unsigned int> representatives;
-  };
+  /// The same of the given sums of terms.
+  bool is_symmetric(const std::vector<std::vector<Term>> &sums, const MirrorSymmetry &symmetry);
+  /// Whether S x = x to rounding.
+  bool is_symmetric(const Block &x, const MirrorSymmetry &symmetry);
 } // namespace squeal

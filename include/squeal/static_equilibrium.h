@@ -2,6 +2,7 @@
 
 #include <squeal/contact_border.h>
 #include <squeal/iterative_statics.h>
+#include <squeal/mirror.h>
 #include <squeal/self_locking.h>
 
 #include <optional>
@@ -46,16 +47,17 @@ namespace squeal
   ///     sum_{order 0} c_i A_i q_0 + (N + mu T) Lambda_0 = f.
   /// Primal-dual active set (a semi-smooth Newton method, Hintermueller, Ito, Kunisch 2002); a
   /// friction law that depends on the pressure is linearised in the same steps. The operator is not
-  /// symmetric because of friction; LU by MUMPS, one step of iterative refinement. @p contact
-  /// leaves with the active set of the solution. @p with_border: for error bars.
+  /// symmetric because of friction; DirectStatics solves with it. @p contact leaves with the active
+  /// set of the solution. @p with_border: for error bars. @p symmetry of the mesh: what is
+  /// symmetric is solved for by halves.
   ///
   /// Throws SolverError if a pad loses all contact, and if active sets repeat or the tangent is
   /// singular; with friction it then tells whether that is self-locking.
   template <int dim>
-  StaticEquilibrium solve_static_equilibrium(const RowRange &rows,
-                                             const std::vector<Term> &body_terms,
-                                             Contact<dim> &contact, bool with_friction,
-                                             const Block &load, bool with_border = false);
+  StaticEquilibrium
+  solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
+                           Contact<dim> &contact, bool with_friction, const Block &load,
+                           bool with_border = false, const MirrorSymmetry *symmetry = nullptr);
 
   /// The same with an iterative solver, without factors and without the bodies' matrices.
   template <int dim>

@@ -5,6 +5,7 @@
 #include <squeal/brake_model.h>
 #include <squeal/contact.h>
 #include <squeal/half_problems.h>
+#include <squeal/half_space.h>
 
 using namespace dealii;
 using namespace squeal;
@@ -338,4 +339,112 @@ TEST_CASE("mirror: the contact of surfaces whose edges coincide is symmetric to 
   };
   check(contact.normal());
   check(contact.friction(contact.uniform_pressure(1e6)));
+}
+
+TEST_CASE("mirror: half spaces on a group of ranks")
+{
+  // The same half as with every rank's own rows, only placed elsewhere.
+  const Brake brake(small_brake());
+  REQUIRE(brake.symmetry);
+  const unsigned int n_ranks = Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD);
+  const RowRange &whole      = brake.problem.rows;
+  const Block x              = scattered_column(whole, 6);
+  for (const bool last : {false, true})
+    for (const bool symmetric : {true, false})
+    {
+      CAPTURE(last);
+      CAPTURE(symmetric);
+      const unsigned int n = (n_ranks + 1) / 2;
+      const RankGroup group(MPI_COMM_WORLD, last ? n_ranks - n : 0, n);
+      const HalfSpace own(*brake.symmetry, symmetric), space(*brake.symmetry, symmetric, group);
+      CHECK(space.is_here() == group.has_this_rank());
+      CHECK(space.row_range().size == own.row_range().size);
+      CHECK(Utilities::MPI::sum(space.row_range().n_local(), MPI_COMM_WORLD) ==
+            own.row_range().size);
+      // V V^T x is the part of x in the half.
+      Block part        = brake.symmetry->reflect(x);
+      const double sign = symmetric ? 1 : -1;
+      for (unsigned int i = 0; i < part.n_local(); ++i)
+        part.data()[i] = (x.data()[i] + sign * part.data()[i]) / 2;
+      CHECK(difference(own.expand(own.restrict(x)), part) <= 1e-15);
+      CHECK(difference(space.expand(space.restrict(x)), part) <= 1e-15);
+      // V (V^T A V) V^T x
+      const QuadraticEigenproblem half  = own.restrict(brake.equations),
+                                  there = space.restrict(brake.equations);
+      CHECK(there.n_constraints == half.n_constraints);
+      CHECK(Utilities::MPI::sum(there.n_local_constraints, MPI_COMM_WORLD) ==
+            brake.model.spaces().n_multipliers / 2);
+      for (const auto member :
+           {&QuadraticEigenproblem::M, &QuadraticEigenproblem::P, &QuadraticEigenproblem::Q})
+      {
+        const Block product = own.expand(multiply(half.*member, own.restrict(x)));
+        Block y             = space.restrict(x);
+        if (space.is_here())
+          y = multiply(there.*member, y);
+        CHECK(difference(space.expand(y), product) <= 1e-14 * largest_entry(product));
+      }
+    }
+}
+
+TEST_CASE("mirror: the errors of groups that work apart")
+{
+  // The first rank's error is thrown on all, of its kind.
+  const unsigned int rank = Utilities::MPI::this_mpi_process(MPI_COMM_WORLD);
+  CHECK_NOTHROW(work_apart(MPI_COMM_WORLD, []() {}));
+  CHECK_THROWS_WITH_AS(work_apart(MPI_COMM_WORLD,
+                                  [&]()
+                                  {
+                                    if (rank == 0)
+                                      throw SingularMatrix("of rank 0");
+                                  }),
+                       "of rank 0", SingularMatrix);
+  CHECK_THROWS_AS(work_apart(MPI_COMM_WORLD, []() { throw InputError("on all"); }), InputError);
+}
+
+TEST_CASE("mirror: the static equilibrium by halves is that of the whole")
+{
+  // Friction tilts the pads: at this coefficient they lift off at one edge.
+  Parameters::All prm              = small_brake();
+  prm.discretization.rotor_cells   = {{2, 12, 1}};
+  prm.discretization.pad_cells     = {{2, 4, 1}};
+  prm.contact.friction_coefficient = 0.7;
+  const Brake halves(prm);
+  prm.eigenproblem.mirror_symmetry = false;
+  const Brake whole(prm);
+  const StaticEquilibrium &a = *halves.model.equilibrium(), &b = *whole.model.equilibrium();
+  REQUIRE(a.iterations.size() == b.iterations.size());
+  CHECK(a.iterations.size() > 1);
+  for (unsigned int k = 0; k < a.iterations.size(); ++k)
+    CHECK(a.iterations[k].n_active == b.iterations[k].n_active);
+  CHECK(difference(a.state, b.state) <= 1e-11 * largest_entry(b.state));
+  CHECK(difference(halves.symmetry->reflect(a.state), a.state) <= 1e-14 * largest_entry(a.state));
+  REQUIRE_FALSE(b.border.releasing.empty());
+  REQUIRE_FALSE(b.border.closing.empty());
+  CHECK(a.border.releasing == b.border.releasing);
+  CHECK(a.border.closing == b.border.closing);
+  for (const auto member : {&ContactBorder::slack, &ContactBorder::pressure})
+  {
+    const std::vector<double> &x = (a.border.*member).values, &y = (b.border.*member).values;
+    REQUIRE(x.size() == y.size());
+    double largest = 0, error = 0;
+    for (unsigned int k = 0; k < x.size(); ++k)
+    {
+      largest = std::max(largest, std::abs(y[k]));
+      error   = std::max(error, std::abs(x[k] - y[k]));
+    }
+    CHECK(error <= 1e-10 * largest);
+  }
+}
+
+TEST_CASE("mirror: a static state without symmetry is solved for as a whole")
+{
+  // The mesh is symmetric, the gaps are not.
+  Parameters::All prm     = small_brake();
+  prm.contact.initial_gap = "if(z > 0, 1e-6, 0)";
+  const Brake by_default(prm);
+  prm.eigenproblem.mirror_symmetry = false;
+  const Brake whole(prm);
+  const Block &a = by_default.model.equilibrium()->state, &b = whole.model.equilibrium()->state;
+  CHECK(difference(a, b) <= 1e-11 * largest_entry(b));
+  CHECK(difference(by_default.symmetry->reflect(a), a) > 1e-6 * largest_entry(a));
 }

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <squeal/contact.h>
+#include <squeal/half_space.h>
+
+#include <array>
+#include <memory>
+#include <vector>
+
+namespace squeal
+{
+  /// The tangent of the static problem at fixed active set, the sum of these terms: the body terms
+  /// of order 0, N, and with friction d tau/dp at the given pressure.
+  template <int dim>
+  std::vector<Term> static_terms(const std::vector<Term> &body_terms, const Contact<dim> &contact,
+                                 const typename Contact<dim>::Pressure &pressure,
+                                 bool with_friction);
+
+  class ReleaseSolver;
+
+  /// Linear problems of the static equilibrium by factors (LU by MUMPS, one step of iterative
+  /// refinement).
+  ///
+  /// A friction law that depends on the pressure, and penalty contact with its many points, change
+  /// the matrix in each step; for mortar contact one factorisation, at first with all contacts
+  /// closed, serves all active sets of a moderate number of releases.
+  ///
+  /// A brake and a load that are their own mirror image have a symmetric state: with the basis V of
+  /// symmetric vectors, V^T A V y = V^T b is a problem of half the size (theory.md, section 4). The
+  /// antisymmetric half is needed for what is no state, as the effects of single contacts. Where
+  /// there are several ranks, half of them factorises each. Symmetry of matrix, right side and
+  /// active set is checked; without it the whole is solved.
+  template <int dim>
+  class DirectStatics
+  {
+  public:
+    /// @p symmetry of the mesh, or null. @p both_halves: solve_columns() will be called.
+    DirectStatics(const RowRange &rows, const std::vector<Term> &body_terms,
+                  const ContactModel<dim> &model, bool with_friction,
+                  const MirrorSymmetry *symmetry, bool both_halves);
+    ~DirectStatics();
+
+    /// The state at the present active set and the pressure of the step before. Throws SolverError.
+    Block solve(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+                const Block &right_hand_side);
+
+    /// Solutions of the last linear problem for other right sides, one for each of the given
+    /// multipliers' rows. If multipliers are mirror images of each other, so are their right sides.
+    Block solve_columns(const Contact<dim> &contact, const Block &right_hand_sides,
+                        const std::vector<unsigned int> &multipliers);
+
+  private:
+    /// The whole, or a half.
+    struct Part
+    {
+      std::unique_ptr<const RankGroup> group;
+      std::unique_ptr<const HalfSpace> space; ///< none: the whole
+      std::unique_ptr<ReleaseSolver> solver;  ///< on the ranks that have a part of it
+      Block unreleased;                       ///< the solution with all contacts closed
+    };
+    static const RowRange &rows_of(const Part &part, const RowRange &whole)
+    {
+      return part.space ? part.space->row_range() : whole;
+    }
+    /// New factors of the tangent.
+    void factorise(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure);
+    void make_parts();
+    /// The whole from now on.
+    void forget_symmetry();
+    /// Whether the mirror images of all these rows are among them.
+    bool contains_images(const std::vector<unsigned int> &multipliers) const;
+
+    const RowRange rows; ///< of the whole
+    const std::vector<Term> &body_terms;
+    const bool with_friction, both_halves;
+    bool factor_once;
+    const MirrorSymmetry *symmetry;
+    std::vector<Part> parts;
+  };
+} // namespace squeal

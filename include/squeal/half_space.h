@@ -1,0 +1,74 @@
+#pragma once
+
+#include <squeal/mirror.h>
+#include <squeal/rank_group.h>
+
+#include <vector>
+
+namespace squeal
+{
+  struct CompressedRows;
+
+  /// The vectors with S x = x, or those with S x = -x, by an orthonormal basis V: its columns are
+  ///     (e_i +- S e_i)/sqrt 2,   and e_i where S e_i = +- e_i.
+  /// Pressures come last on each rank.
+  class HalfSpace
+  {
+  public:
+    /// Each rank has about half of its own rows, in their order.
+    HalfSpace(const MirrorSymmetry &symmetry, bool symmetric);
+    /// The ranks of a group share the rows evenly; others have none, and no communicator. All take
+    /// part in what is collective.
+    HalfSpace(const MirrorSymmetry &symmetry, bool symmetric, const RankGroup &group);
+
+    /// V^T A V of each matrix A of the problem, which must be symmetric. The sums of its terms are
+    /// made row by row and not stored. Collective.
+    QuadraticEigenproblem restrict(const EquationsOfMotion &equations) const;
+    /// V^T (sum_i c_i A_i) V of several sums; each matrix is read once. Empty where a sum is.
+    /// Collective.
+    std::vector<Matrix> restrict(const std::vector<std::vector<Term>> &sums) const;
+    /// V^T x. Collective.
+    Block restrict(const Block &x) const;
+    /// V y. Collective.
+    Block expand(const Block &y) const;
+    /// The rows of the half that rows of the whole are part of, ascending: no columns of V vanish
+    /// there.
+    std::vector<unsigned int> restrict(const std::vector<unsigned int> &rows_of_whole) const;
+
+    const RowRange &row_range() const
+    {
+      return rows;
+    }
+    /// Whether this rank has a part of the half.
+    bool is_here() const
+    {
+      return rows.comm != MPI_COMM_NULL;
+    }
+
+  private:
+    static constexpr unsigned int none = -1;
+
+    HalfSpace(const MirrorSymmetry &symmetry, bool symmetric, const RankGroup *group);
+    /// A distributed column of the half on all ranks of the whole.
+    std::vector<double> replicate_half(const double *column) const;
+    /// Rows of a matrix of the half on the ranks of the group, of those that have its rows in the
+    /// whole, columns numbered as in the group.
+    CompressedRows hand_over(const CompressedRows &sent) const;
+
+    const RowRange whole;
+    const bool is_shared;                   ///< by a group of ranks
+    const std::vector<unsigned int> images; ///< of the rows of the whole
+    RowRange rows;
+    /// By global row of the whole: the only column of V with an entry there, or none, and the
+    /// entry.
+    std::vector<unsigned int> columns;
+    std::vector<double> entries;
+    std::vector<bool> is_second; ///< of a pair, the row that another one stands for
+    /// By own row of the half: the row i of the whole that it stands for, and whether that is of a
+    /// pressure.
+    std::vector<unsigned int> representatives;
+    std::vector<bool> has_pressure;
+    /// Such rows i that are own ones; without a group the same.
+    std::vector<unsigned int> own_representatives;
+  };
+} // namespace squeal
