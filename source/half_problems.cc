@@ -66,8 +66,7 @@ namespace squeal
                           const EigensolverOptions &options,
                           const std::optional<MirrorSymmetry> &symmetry)
   {
-    // Problems nearby are projected on one basis, with the factors of the whole.
-    if (!symmetry || options.keep_factors || !is_symmetric(problem, *symmetry))
+    if (!symmetry || !is_symmetric(problem, *symmetry))
       return solver.solve(problem, options);
     Modes modes;
     for (Block Modes::*block : {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im})
@@ -75,7 +74,10 @@ namespace squeal
     for (const std::string name : {"symmetric", "antisymmetric"})
     {
       const HalfSpace space(*symmetry, name == "symmetric");
-      append(space, solver.solve(space.restrict(problem), options), name, modes);
+      auto half = std::make_shared<Modes>(solver.solve(space.restrict(problem), options));
+      append(space, *half, name, modes);
+      if (options.keep_factors)
+        modes.halves.push_back(std::move(half));
     }
     sort_by_frequency(modes);
     finish(problem, modes);

@@ -215,6 +215,15 @@ namespace squeal
     return result;
   }
 
+  Block MirrorSymmetry::scattered(const unsigned int n_columns) const
+  {
+    Block x(rows, n_columns);
+    for (unsigned int k = 0; k < n_columns; ++k)
+      for (unsigned int row = rows.begin; row < rows.end; ++row)
+        x.column(k)[row - rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
+    return x;
+  }
+
   bool is_symmetric(const QuadraticEigenproblem &problem, const MirrorSymmetry &symmetry)
   {
     // Relative to the largest entry of the product. A pad or a pressure that differs is seen in any
@@ -222,11 +231,7 @@ namespace squeal
     constexpr double rounding = 1e-10;
     if (problem.n_constraints % 2 != 0)
       return false;
-    Block x(problem.rows, 2);
-    for (unsigned int k = 0; k < 2; ++k)
-      for (unsigned int row = problem.rows.begin; row < problem.rows.end; ++row)
-        x.column(k)[row - problem.rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
-    const Block s_x = symmetry.reflect(x);
+    const Block x = symmetry.scattered(2), s_x = symmetry.reflect(x);
     for (const Matrix *matrix : {&problem.M, &problem.P, &problem.Q, &problem.reference})
     {
       const Block a_x = multiply(*matrix, x), s_a_s_x = symmetry.reflect(multiply(*matrix, s_x));
@@ -421,12 +426,31 @@ namespace squeal
     }
     // Pressures come in pairs, both in contact or both released.
     half.n_constraints       = problem.n_constraints / 2;
-    half.n_local_constraints = std::count_if(
-        representatives.begin(), representatives.end(),
-        [&](const unsigned int row) { return row >= whole.end - problem.n_local_constraints; });
+    half.n_local_constraints = n_local_last(problem.n_local_constraints);
     half.compliant        = problem.compliant;
     half.may_move_rigidly = problem.may_move_rigidly;
     return half;
+  }
+
+  unsigned int HalfSpace::n_local_last(const unsigned int n_of_whole) const
+  {
+    return std::count_if(representatives.begin(), representatives.end(),
+                         [&](const unsigned int row) { return row >= whole.end - n_of_whole; });
+  }
+
+  Block HalfSpace::restrict(const Block &x) const
+  {
+    Block y(rows, x.n_columns());
+    for (unsigned int k = 0; k < x.n_columns(); ++k)
+    {
+      const std::vector<double> all = replicate(x.columns(k, 1));
+      for (unsigned int i = 0; i < rows.n_local(); ++i)
+      {
+        const unsigned int row = representatives[i], image = images[row];
+        y.column(k)[i] = entries[row] * all[row] + (image != row ? entries[image] * all[image] : 0);
+      }
+    }
+    return y;
   }
 
   Block HalfSpace::expand(const Block &y) const

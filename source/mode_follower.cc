@@ -1,3 +1,4 @@
+#include <squeal/half_problems.h>
 #include <squeal/mode_follower.h>
 #include <squeal/reduced_tools.h>
 
@@ -16,7 +17,8 @@ namespace squeal
   void ModeFollower::set_model(Model &other)
   {
     model   = &other;
-    reduced = ReducedModel(options);
+    reduced = ReducedHalves(options);
+    symmetry.reset();
     summed.reset();
     is_as_solved = false;
     fingerprints.clear();
@@ -55,7 +57,7 @@ namespace squeal
     }
   } // namespace
 
-  void ModeFollower::assemble_model(const Parameters::All &parameters, const Factorization *nearby)
+  void ModeFollower::assemble_model(const Parameters::All &parameters, const LinearOperator &nearby)
   {
     const Stopwatch stopwatch(seconds_.assembly);
     summed.reset(); // two of them would double the memory
@@ -92,17 +94,17 @@ namespace squeal
     std::vector<double> key = reference_key();
     if (key != counted_key)
     {
-      counted     = count_reference_modes(whole_problem(), search_radius(options.max_imaginary));
+      is_counted  = reduced.has_count_of_anchor(model->terms());
       counted_key = std::move(key);
     }
-    return counted == anchor_count;
+    return is_counted;
   }
 
   Modes ModeFollower::solve(const Parameters::All &parameters)
   {
     if (reduced.is_anchored())
     {
-      assemble_model(parameters, reduced.factorization());
+      assemble_model(parameters, reduced.inverse());
       if (has_count_of_anchor())
       {
         const Stopwatch stopwatch(seconds_.projection);
@@ -115,41 +117,43 @@ namespace squeal
 
   Modes ModeFollower::solve_fully(const Parameters::All &parameters)
   {
-    assemble_model(parameters, nullptr);
+    assemble_model(parameters, {});
     const Stopwatch stopwatch(seconds_.full);
     const QuadraticEigenproblem &problem = whole_problem();
     whole_rows                           = problem.rows;
     is_as_solved                         = true;
     ++n_full;
+    if (!symmetry)
+      symmetry = parameters.eigenproblem.mirror_symmetry ? model->mirror_symmetry() : std::nullopt;
     try
     {
-      return solver->solve(problem, options);
+      return solve_by_symmetry(*solver, problem, options, *symmetry);
     }
     catch (const SingularMatrix &)
     {
       // A divergence lies exactly here: another shift than zero.
       EigensolverOptions shifted = options;
       shifted.shift              = 0.1;
-      return solver->solve(problem, shifted);
+      return solve_by_symmetry(*solver, problem, shifted, *symmetry);
     }
   }
 
   void ModeFollower::anchor(const Parameters::All &parameters, const Modes &modes)
   {
-    if (!modes.factorization)
+    if (!modes.factorization && modes.halves.empty())
       return;
     if (!is_as_solved) // the search for critical values went elsewhere
-      assemble_model(parameters, nullptr);
-    reduced.anchor(whole_problem(), model->terms(), modes);
-    anchor_count = counted = modes.n_reference;
-    counted_key            = reference_key();
+      assemble_model(parameters, {});
+    reduced.anchor(whole_problem(), model->terms(), modes, *symmetry);
+    is_counted  = true;
+    counted_key = reference_key();
   }
 
   bool ModeFollower::prepare(const Parameters::All &parameters)
   {
     if (!reduced.is_anchored())
       return false;
-    assemble_model(parameters, reduced.factorization());
+    assemble_model(parameters, reduced.inverse());
     const Stopwatch stopwatch(seconds_.projection);
     return reduced.prepare(model->terms());
   }
@@ -196,7 +200,7 @@ namespace squeal
 
   const QuadraticEigenproblem &ModeFollower::assemble(const Parameters::All &parameters)
   {
-    assemble_model(parameters, reduced.factorization());
+    assemble_model(parameters, reduced.inverse());
     return whole_problem();
   }
 } // namespace squeal

@@ -12,10 +12,10 @@ namespace squeal
     MatrixModel(const Parameters::Matrices &names, MPI_Comm comm);
 
     void assemble(const Parameters::All &parameters,
-                  const Factorization *nearby = nullptr) override;
+                  const LinearOperator &nearby = {}) override;
     QuadraticEigenproblem problem() const override;
     std::vector<ParameterDerivative>
-    derivatives(const std::string &only, const Factorization *nearby = nullptr) const override;
+    derivatives(const std::string &only, const LinearOperator &nearby = {}) const override;
 
     std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override
     {

@@ -24,6 +24,8 @@ namespace squeal
 
     /// S x.
     Block reflect(const Block &x) const;
+    /// Some columns without any pattern.
+    Block scattered(unsigned int n_columns) const;
   };
 
   /// The reflection if the mesh and its fixed components are symmetric. The same on all ranks.
@@ -53,6 +55,10 @@ namespace squeal
     Matrix restrict(const Matrix &matrix) const;
     /// V y.
     Block expand(const Block &y) const;
+    /// V^T x. Collective.
+    Block restrict(const Block &x) const;
+    /// Of this rank's last rows of the whole the number of those that stand for a pair.
+    unsigned int n_local_last(unsigned int n_of_whole) const;
 
     const RowRange &row_range() const
     {
