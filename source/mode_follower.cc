@@ -62,7 +62,14 @@ namespace squeal
     const Stopwatch stopwatch(seconds_.assembly);
     summed.reset(); // two of them would double the memory
     is_as_solved = false;
+    const unsigned int n_before = reduced.n_inverse();
     model->assemble(parameters, nearby);
+    // Measured: factors of the symmetric half cost as much as 20 solutions, and serve for many values.
+    constexpr unsigned int most_solutions = 10;
+    options.progress("  static state: " + std::to_string(reduced.n_inverse() - n_before) +
+                     " solutions with factors nearby");
+    if (nearby && reduced.n_inverse() > n_before + most_solutions)
+      reduced.renew_inverse(model->terms());
   }
 
   const QuadraticEigenproblem &ModeFollower::whole_problem() const
@@ -184,13 +191,21 @@ namespace squeal
     if (is_whole(before.modes) && is_whole(next.modes))
       return squeal::continue_branches(whole_problem(), before, options.max_imaginary, next);
     const bool in_coordinates = !is_whole(before.modes) && !is_whole(next.modes);
+    // Overlaps need no more.
+    QuadraticEigenproblem moving;
+    if (!in_coordinates)
+    {
+      moving.rows = whole_rows;
+      moving.M    = sum_of(whole_rows, model->terms(), 2);
+      moving.P    = sum_of(whole_rows, model->terms(), 1);
+    }
     BranchPoint from = before, to = next;
     from.modes = in_coordinates ? reduced.pad(before.modes) : whole(before.modes);
     if (!in_coordinates)
       to.modes = whole(next.modes);
     const QuadraticEigenproblem small =
         in_coordinates ? reduced.problem() : QuadraticEigenproblem();
-    const bool certain = squeal::continue_branches(in_coordinates ? small : whole_problem(), from,
+    const bool certain = squeal::continue_branches(in_coordinates ? small : moving, from,
                                                    options.max_imaginary, to);
     next.branches      = to.branches;
     next.overlaps      = to.overlaps;

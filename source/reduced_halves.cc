@@ -53,10 +53,6 @@ namespace squeal
           (order == 0 ? problem.Q : order == 1 ? problem.P : problem.M).infinity_norm();
 
     const unsigned int n_parts = modes.halves.empty() ? 1 : modes.halves.size();
-    // Numerical errors of a half are at most twice as large in the whole: there the largest
-    // components and norms are up to sqrt(2) times different.
-    EigensolverOptions of_part = options;
-    of_part.tolerance /= n_parts;
     for (unsigned int h = 0; h < n_parts; ++h)
     {
       // What it has learnt of the terms stays.
@@ -64,7 +60,7 @@ namespace squeal
       if (stays)
         parts.push_back(std::move(before[h]));
       else
-        parts.push_back({{}, {}, ReducedModel(of_part), {}, 0, 0, {}, {}});
+        parts.push_back({{}, {}, ReducedModel(options), {}, 0, 0, {}, {}});
       Part &part = parts.back();
       if (n_parts > 1 && !stays)
       {
@@ -98,27 +94,49 @@ namespace squeal
     }
     if (!is_anchored())
       return;
-    if (n_parts == 1)
-      inverse_ = [factors = modes.factorization](const Block &b) { return factors->solve(b); };
-    else
-      inverse_ = [this, halves = modes.halves](const Block &b)
-      {
-        Block x(b.row_range(), b.n_columns());
-        for (unsigned int h = 0; h < halves.size(); ++h)
-        {
-          const Block b_h = parts[h].space->restrict(b);
-          double largest  = 0;
-          for (std::size_t i = 0; i < std::size_t(b_h.n_local()) * b_h.n_columns(); ++i)
-            largest = std::max(largest, std::abs(b_h.data()[i]));
-          MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, b.row_range().comm);
-          if (largest == 0)
-            continue;
-          const Block x_h = parts[h].space->expand(halves[h]->factorization->solve(b_h));
-          for (std::size_t i = 0; i < std::size_t(x.n_local()) * x.n_columns(); ++i)
-            x.data()[i] += x_h.data()[i];
-        }
-        return x;
-      };
+    inverse_factors.clear();
+    for (unsigned int h = 0; h < n_parts; ++h)
+      inverse_factors.push_back(n_parts == 1 ? modes.factorization
+                                             : modes.halves[h]->factorization);
+    inverse_ = [this](const Block &b) { return apply_inverse(b); };
+  }
+
+  Block ReducedHalves::apply_inverse(const Block &b) const
+  {
+    ++n_inverse_;
+    if (parts.size() == 1)
+      return inverse_factors.front()->solve(b);
+    Block x(b.row_range(), b.n_columns());
+    for (unsigned int h = 0; h < parts.size(); ++h)
+    {
+      const Block b_h = parts[h].space->restrict(b);
+      double largest  = 0;
+      for (std::size_t i = 0; i < std::size_t(b_h.n_local()) * b_h.n_columns(); ++i)
+        largest = std::max(largest, std::abs(b_h.data()[i]));
+      MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, b.row_range().comm);
+      if (largest == 0)
+        continue;
+      const Block x_h = parts[h].space->expand(inverse_factors[h]->solve(b_h));
+      for (std::size_t i = 0; i < std::size_t(x.n_local()) * x.n_columns(); ++i)
+        x.data()[i] += x_h.data()[i];
+    }
+    return x;
+  }
+
+  void ReducedHalves::renew_inverse(const std::vector<Term> &terms)
+  {
+    if (!is_anchored() || !restrict(terms))
+      return;
+    const Part &part = parts.front();
+    try
+    {
+      inverse_factors.front() = std::make_shared<const Factorization>(
+          sum_of(part.reference->row_range(), part.terms, 0), Factorization::Kind::lu,
+          "the position matrix (for static states)");
+    }
+    catch (const SingularMatrix &)
+    {
+    }
   }
 
   std::vector<double> ReducedHalves::varying_terms() const
@@ -155,7 +173,7 @@ namespace squeal
   /// The largest entry of S A S x - A x, for some scattered x, against the norms of the anchor.
   bool ReducedHalves::are_symmetric(const std::vector<Term> &terms) const
   {
-    // A hundredth of the error that a projected mode may have
+    // A hundredth of the backward error that projected modes may have
     const double rounding = 1e-3 * options.tolerance;
     const Block x = symmetry->scattered(1), s_x = symmetry->reflect(x);
     for (const Term &term : terms)
@@ -262,7 +280,8 @@ namespace squeal
       const auto [h, j] = order[k];
       const Modes &half = found[h];
       modes.lambda.push_back(half.lambda[j]);
-      modes.backward_error.push_back(parts.size() * half.backward_error[j]);
+      // Components and norms of a half and of the whole differ by up to sqrt(2).
+      modes.backward_error.push_back(2 * half.backward_error[j]);
       modes.left_backward_error.push_back(half.left_backward_error[j]);
       modes.condition.push_back(half.condition[j]);
       modes.mirror.push_back(parts[h].name);

@@ -30,11 +30,20 @@ namespace squeal
     void keep_apart(const std::vector<double> &varying_terms);
 
     bool is_anchored() const;
-    /// x = Q^{-1} b of the anchor; empty without.
+    /// x = Q^{-1} b of the anchor, or of the terms of renew_inverse() for a symmetric b; empty
+    /// without.
     const LinearOperator &inverse() const
     {
       return inverse_;
     }
+    /// How often it was applied.
+    unsigned int n_inverse() const
+    {
+      return n_inverse_;
+    }
+    /// Factorises for inverse() the Q of the terms, of symmetric vectors if there are halves: static
+    /// states are symmetric. Without an effect if it is singular.
+    void renew_inverse(const std::vector<Term> &terms);
 
     /// Whether the reference problems of these terms have as many modes in the disc as those of the
     /// anchor. False also if the terms have lost the symmetry.
@@ -71,6 +80,7 @@ namespace squeal
     bool restrict(const std::vector<Term> &terms);
     bool are_symmetric(const std::vector<Term> &terms) const;
     unsigned int dimension() const;
+    Block apply_inverse(const Block &b) const;
     /// The numbers of the modes of a part.
     std::vector<unsigned int> modes_of(const Modes &modes, const Part &part) const;
     /// The part's modes in its coordinates, of which there were @p sizes when the modes were found.
@@ -83,6 +93,8 @@ namespace squeal
     std::vector<Part> parts;
     std::array<double, 3> norms{}; ///< of the anchor's matrices by order
     LinearOperator inverse_;
+    mutable unsigned int n_inverse_ = 0;
+    std::vector<std::shared_ptr<const Factorization>> inverse_factors; ///< by part
     /// Coordinates by part, by the sum of them: bases only grow.
     std::map<unsigned int, std::vector<unsigned int>> sizes;
   };

@@ -21,6 +21,10 @@ namespace squeal
         : rows(rows), n_local_constraints(n_local_constraints), omega(omega)
     {
     }
+    const RowRange &row_range() const
+    {
+      return rows;
+    }
     /// Of the reference problem of these terms. Throws SolverError. Collective.
     unsigned int count(const std::vector<Term> &terms);
 
