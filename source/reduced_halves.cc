@@ -86,8 +86,10 @@ namespace squeal
       const QuadraticEigenproblem &own = part.space ? half : problem;
       part.n_modes                     = found.disc_right.n_columns() / 2;
       part.anchor_count                = found.n_reference;
-      if (part.n_modes > 0 || !found.factorization)
+      if (part.n_modes > 0)
         part.reduced.anchor(own, part.terms, found);
+      else
+        part.reduced = ReducedModel(options);
       if (!part.reference)
         part.reference = std::make_shared<ReferenceCount>(own.rows, own.n_local_constraints,
                                                           search_radius(options.max_imaginary));
