@@ -202,9 +202,8 @@ namespace squeal
       {
         const Block right_hand_side = right.columns(k, 1);
         Block column                = nearby(right_hand_side);
-        if (!gmres([&](const Block &x) { return multiply(A, x); },
-                   nearby, right_hand_side, column, 1e-12,
-                   60))
+        if (!gmres([&](const Block &x) { return multiply(A, x); }, nearby, right_hand_side, column,
+                   1e-12, 60))
           break;
         result.append(column);
       }
@@ -280,8 +279,8 @@ namespace squeal
     return result;
   }
 
-  template std::vector<ParameterDerivative> BrakeModel<2>::derivatives(const std::string &,
-                                                                       const LinearOperator &) const;
-  template std::vector<ParameterDerivative> BrakeModel<3>::derivatives(const std::string &,
-                                                                       const LinearOperator &) const;
+  template std::vector<ParameterDerivative>
+  BrakeModel<2>::derivatives(const std::string &, const LinearOperator &) const;
+  template std::vector<ParameterDerivative>
+  BrakeModel<3>::derivatives(const std::string &, const LinearOperator &) const;
 } // namespace squeal

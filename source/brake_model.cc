@@ -225,8 +225,8 @@ namespace squeal
     std::optional<StaticEquilibrium> found;
     if (follows)
     {
-      found = follow_static_equilibrium(*before, nearby, terms_, *contact_, prm.terms().friction,
-                                        load);
+      found =
+          follow_static_equilibrium(*before, nearby, terms_, *contact_, prm.terms().friction, load);
       if (!found)
         close_contact(nullptr);
     }

@@ -427,8 +427,8 @@ namespace squeal
     // Pressures come in pairs, both in contact or both released.
     half.n_constraints       = problem.n_constraints / 2;
     half.n_local_constraints = n_local_last(problem.n_local_constraints);
-    half.compliant        = problem.compliant;
-    half.may_move_rigidly = problem.may_move_rigidly;
+    half.compliant           = problem.compliant;
+    half.may_move_rigidly    = problem.may_move_rigidly;
     return half;
   }
 

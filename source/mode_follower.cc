@@ -61,10 +61,11 @@ namespace squeal
   {
     const Stopwatch stopwatch(seconds_.assembly);
     summed.reset(); // two of them would double the memory
-    is_as_solved = false;
+    is_as_solved                = false;
     const unsigned int n_before = reduced.n_inverse();
     model->assemble(parameters, nearby);
-    // Measured: factors of the symmetric half cost as much as 20 solutions, and serve for many values.
+    // Measured: factors of the symmetric half cost as much as 20 solutions, and serve for many
+    // values.
     constexpr unsigned int most_solutions = 10;
     options.progress("  static state: " + std::to_string(reduced.n_inverse() - n_before) +
                      " solutions with factors nearby");
@@ -205,11 +206,11 @@ namespace squeal
       to.modes = whole(next.modes);
     const QuadraticEigenproblem small =
         in_coordinates ? reduced.problem() : QuadraticEigenproblem();
-    const bool certain = squeal::continue_branches(in_coordinates ? small : moving, from,
-                                                   options.max_imaginary, to);
-    next.branches      = to.branches;
-    next.overlaps      = to.overlaps;
-    next.n_branches    = to.n_branches;
+    const bool certain =
+        squeal::continue_branches(in_coordinates ? small : moving, from, options.max_imaginary, to);
+    next.branches   = to.branches;
+    next.overlaps   = to.overlaps;
+    next.n_branches = to.n_branches;
     return certain;
   }
 

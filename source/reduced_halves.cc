@@ -49,8 +49,7 @@ namespace squeal
     inverse_ = {};
     symmetry = of_halves;
     for (unsigned int order = 0; order < 3; ++order)
-      norms[order] =
-          (order == 0 ? problem.Q : order == 1 ? problem.P : problem.M).infinity_norm();
+      norms[order] = (order == 0 ? problem.Q : order == 1 ? problem.P : problem.M).infinity_norm();
 
     const unsigned int n_parts = modes.halves.empty() ? 1 : modes.halves.size();
     for (unsigned int h = 0; h < n_parts; ++h)
@@ -266,8 +265,9 @@ namespace squeal
       for (unsigned int k = 0; k < found[h].lambda.size(); ++k)
         order.push_back({h, k});
     std::stable_sort(order.begin(), order.end(),
-                     [&](const Place &a, const Place &b)
-                     { return precedes(found[a.part].lambda[a.mode], found[b.part].lambda[b.mode]); });
+                     [&](const Place &a, const Place &b) {
+                       return precedes(found[a.part].lambda[a.mode], found[b.part].lambda[b.mode]);
+                     });
     Modes modes;
     for (const Modes &half : found)
       modes.disc_lambda.insert(modes.disc_lambda.end(), half.disc_lambda.begin(),
@@ -300,11 +300,10 @@ namespace squeal
 
   bool ReducedHalves::prepare(const std::vector<Term> &terms)
   {
-    return restrict(terms) && std::all_of(parts.begin(), parts.end(),
-                                          [](Part &part) {
-                                            return part.n_modes == 0 ||
-                                                   part.reduced.prepare(part.terms);
-                                          });
+    return restrict(terms) &&
+           std::all_of(parts.begin(), parts.end(),
+                       [](Part &part)
+                       { return part.n_modes == 0 || part.reduced.prepare(part.terms); });
   }
 
   QuadraticEigenproblem ReducedHalves::problem() const
@@ -443,7 +442,7 @@ namespace squeal
   {
     if (parts.size() == 1)
       return parts.front().reduced.pad(modes);
-    Modes result                        = modes;
+    Modes result                         = modes;
     const std::vector<unsigned int> &old = sizes_of(modes);
     for (Block Modes::*block : vectors)
     {

@@ -337,8 +337,8 @@ namespace squeal
     for (unsigned int k = 0; k < added.size(); ++k)
       if (rows.contains(interface_rows[added[k]]))
         units.column(k)[interface_rows[added[k]] - rows.begin] = 1;
-    // The response at l, (l^2 M + Q)^{-1} e = Q^{-1} e - l^2 Q^{-1} M Q^{-1} e + ...; the modes, which
-    // make this series slow, are in V.
+    // The response at l, (l^2 M + Q)^{-1} e = Q^{-1} e - l^2 Q^{-1} M Q^{-1} e + ...; the modes,
+    // which make this series slow, are in V.
     constexpr unsigned int n_summands = 4;
     Block forces                      = std::move(units);
     for (unsigned int k = 0; k < n_summands; ++k)
@@ -347,8 +347,8 @@ namespace squeal
       const std::vector<double> squares = inner_products(responses, responses);
       std::vector<double> lengths;
       for (unsigned int j = 0; j < responses.n_columns(); ++j)
-        lengths.push_back(
-            1 / std::sqrt(std::max(squares[j * (responses.n_columns() + 1)], 1e-300)));
+        lengths.push_back(1 /
+                          std::sqrt(std::max(squares[j * (responses.n_columns() + 1)], 1e-300)));
       scale_columns(responses, lengths);
       const unsigned int before = dimension();
       append(std::move(responses), smallest);

@@ -84,7 +84,7 @@ namespace squeal
     base.factors =
         std::make_unique<const Factorization>(sum_of(rows, summands), Factorization::Kind::ldlt,
                                               "the shifted reference problem (for counting)");
-    base.negative = base.factors->inertia().negative;
+    base.negative               = base.factors->inertia().negative;
     const unsigned int n_closed = n_constraints() - base.open.size();
     if (base.negative < n_closed)
       throw SolverError("The inertia count of the reference problem gave " +

@@ -248,9 +248,7 @@ namespace squeal
       // What is left after it is a fraction of the change.
       if (std::sqrt(inner_products(change, change)[0]) <= 10 * tolerance * size)
         return true;
-      return bool(gmres(
-          tangent, nearby, b, x, tolerance,
-          most_corrections));
+      return bool(gmres(tangent, nearby, b, x, tolerance, most_corrections));
     }
 
     /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts

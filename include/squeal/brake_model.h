@@ -46,11 +46,10 @@ namespace squeal
     /// change of the mesh.
     void distribute();
 
-    void assemble(const Parameters::All &parameters,
-                  const LinearOperator &nearby = {}) override;
+    void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) override;
     QuadraticEigenproblem problem() const override;
-    std::vector<ParameterDerivative>
-    derivatives(const std::string &only, const LinearOperator &nearby = {}) const override;
+    std::vector<ParameterDerivative> derivatives(const std::string &only,
+                                                 const LinearOperator &nearby = {}) const override;
 
     std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override;
     std::optional<MirrorSymmetry> mirror_symmetry() const override

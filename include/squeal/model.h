@@ -32,10 +32,10 @@ namespace squeal
     /// Makes the terms for these parameters, again where they have changed. What does not depend
     /// on what has changed since the last call keeps its matrix. Throws InputError, SolverError.
     ///
-    /// With @p nearby, products with the inverse of the position matrix for parameters of an earlier
-    /// call that are nearly the same, the static state follows from the last one by iteration.
-    virtual void assemble(const Parameters::All &parameters,
-                          const LinearOperator &nearby = {}) = 0;
+    /// With @p nearby, products with the inverse of the position matrix for parameters of an
+    /// earlier call that are nearly the same, the static state follows from the last one by
+    /// iteration.
+    virtual void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) = 0;
 
     const std::vector<Term> &terms() const
     {

@@ -41,8 +41,8 @@ namespace squeal
     {
       return n_inverse_;
     }
-    /// Factorises for inverse() the Q of the terms, of symmetric vectors if there are halves: static
-    /// states are symmetric. Without an effect if it is singular.
+    /// Factorises for inverse() the Q of the terms, of symmetric vectors if there are halves:
+    /// static states are symmetric. Without an effect if it is singular.
     void renew_inverse(const std::vector<Term> &terms);
 
     /// Whether the reference problems of these terms have as many modes in the disc as those of the
@@ -69,7 +69,7 @@ namespace squeal
       std::string name;               ///< of its modes' symmetry
       ReducedModel reduced;
       std::shared_ptr<ReferenceCount> reference;
-      unsigned int n_modes     = 0; ///< of the anchor in the disc
+      unsigned int n_modes      = 0; ///< of the anchor in the disc
       unsigned int anchor_count = 0;
       /// V_h^T A V_h by A
       std::map<std::shared_ptr<const Matrix>, std::shared_ptr<const Matrix>> restricted;
