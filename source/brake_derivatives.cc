@@ -163,7 +163,7 @@ namespace squeal
 
   template <int dim>
   Block BrakeModel<dim>::state_derivatives(const std::vector<Parameter> &parameters,
-                                           const Factorization *nearby) const
+                                           const LinearOperator &nearby) const
   {
     // A x' = -(d/dp) r(x_0; p) at fixed active set, r the static residual, A = dr/dx.
     const RowRange &rows = spaces_.rows;
@@ -201,10 +201,9 @@ namespace squeal
       for (unsigned int k = 0; k < parameters.size(); ++k)
       {
         const Block right_hand_side = right.columns(k, 1);
-        Block column                = nearby->solve(right_hand_side);
-        if (!gmres([&](const Block &x) { return multiply(A, x); },
-                   [&](const Block &x) { return nearby->solve(x); }, right_hand_side, column, 1e-12,
-                   60))
+        Block column                = nearby(right_hand_side);
+        if (!gmres([&](const Block &x) { return multiply(A, x); }, nearby, right_hand_side, column,
+                   1e-12, 60))
           break;
         result.append(column);
       }
@@ -217,7 +216,7 @@ namespace squeal
 
   template <int dim>
   std::vector<ParameterDerivative> BrakeModel<dim>::derivatives(const std::string &only,
-                                                                const Factorization *nearby) const
+                                                                const LinearOperator &nearby) const
   {
     std::vector<Parameter> parameters = differentiable_parameters();
     parameters.erase(std::remove_if(parameters.begin(), parameters.end(),
@@ -280,8 +279,8 @@ namespace squeal
     return result;
   }
 
-  template std::vector<ParameterDerivative> BrakeModel<2>::derivatives(const std::string &,
-                                                                       const Factorization *) const;
-  template std::vector<ParameterDerivative> BrakeModel<3>::derivatives(const std::string &,
-                                                                       const Factorization *) const;
+  template std::vector<ParameterDerivative>
+  BrakeModel<2>::derivatives(const std::string &, const LinearOperator &) const;
+  template std::vector<ParameterDerivative>
+  BrakeModel<3>::derivatives(const std::string &, const LinearOperator &) const;
 } // namespace squeal

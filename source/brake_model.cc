@@ -129,7 +129,7 @@ namespace squeal
   }
 
   template <int dim>
-  void BrakeModel<dim>::assemble(const Parameters::All &parameters, const Factorization *nearby)
+  void BrakeModel<dim>::assemble(const Parameters::All &parameters, const LinearOperator &nearby)
   {
     prm = parameters;
     terms_.clear();
@@ -199,7 +199,7 @@ namespace squeal
   /// decides where the pads touch, in every stage. A rotor alone has a static state only under the
   /// centrifugal load.
   template <int dim>
-  void BrakeModel<dim>::find_steady_state(const bool iterates, const Factorization *nearby)
+  void BrakeModel<dim>::find_steady_state(const bool iterates, const LinearOperator &nearby)
   {
     const std::unique_ptr<StaticEquilibrium> before = std::move(equilibrium_);
     const bool has_pads                             = !geometry.interfaces.empty();
@@ -245,8 +245,8 @@ namespace squeal
     std::optional<StaticEquilibrium> found;
     if (follows)
     {
-      found = follow_static_equilibrium(*before, *nearby, terms_, *contact_, prm.terms().friction,
-                                        load);
+      found =
+          follow_static_equilibrium(*before, nearby, terms_, *contact_, prm.terms().friction, load);
       if (!found)
         close_contact(nullptr);
     }

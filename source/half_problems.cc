@@ -67,8 +67,7 @@ namespace squeal
                           const EigensolverOptions &options,
                           const std::optional<MirrorSymmetry> &symmetry)
   {
-    // Problems nearby are projected on one basis, with the factors of the whole.
-    if (!symmetry || options.keep_factors || !is_symmetric(equations, *symmetry))
+    if (!symmetry || !is_symmetric(equations, *symmetry))
       return solver.solve(sum_of(equations), options);
     Modes modes;
     for (Block Modes::*block : {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im})
@@ -76,7 +75,11 @@ namespace squeal
     for (const std::string name : {"symmetric", "antisymmetric"})
     {
       const HalfSpace space(*symmetry, name == "symmetric");
-      append(space, solver.solve(space.restrict(equations), options), name, modes);
+      auto half = std::make_shared<Modes>(solver.solve(space.restrict(equations), options));
+      append(space, *half, name, modes);
+      if (options.keep_factors)
+        modes.halves.push_back(half);
+      half.reset();
       return_freed_memory();
     }
     sort_by_frequency(modes);

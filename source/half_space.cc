@@ -316,8 +316,19 @@ namespace squeal
     }
     // Pressures come in pairs, both in contact or both released.
     half.n_constraints       = equations.n_constraints / 2;
-    half.n_local_constraints = std::count(has_pressure.begin(), has_pressure.end(), true);
+    half.n_local_constraints = n_local_pressures();
     return half;
+  }
+
+  unsigned int HalfSpace::n_local_pressures() const
+  {
+    return std::count(has_pressure.begin(), has_pressure.end(), true);
+  }
+
+  Matrix HalfSpace::restrict(const std::shared_ptr<const Matrix> &matrix) const
+  {
+    const std::vector<Term> alone = {{Origin::elasticity, 0, 1., matrix}};
+    return std::move(restrict(std::vector<std::vector<Term>>{alone})[0]);
   }
 
   Block HalfSpace::restrict(const Block &x) const

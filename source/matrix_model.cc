@@ -66,7 +66,7 @@ namespace squeal
     circulatory = read(names.circulatory, "Matrices/Circulatory");
   }
 
-  void MatrixModel::assemble(const Parameters::All &parameters, const Factorization *)
+  void MatrixModel::assemble(const Parameters::All &parameters, const LinearOperator &)
   {
     circulatory_factor = parameters.matrices.circulatory_factor;
     velocity_factor    = parameters.matrices.velocity_factor;
@@ -90,7 +90,7 @@ namespace squeal
   }
 
   std::vector<ParameterDerivative> MatrixModel::derivatives(const std::string &only,
-                                                            const Factorization *) const
+                                                            const LinearOperator &) const
   {
     std::vector<ParameterDerivative> all;
     if (circulatory)

@@ -217,6 +217,15 @@ namespace squeal
     return result;
   }
 
+  Block MirrorSymmetry::scattered(const unsigned int n_columns) const
+  {
+    Block x(rows, n_columns);
+    for (unsigned int k = 0; k < n_columns; ++k)
+      for (unsigned int row = rows.begin; row < rows.end; ++row)
+        x.column(k)[row - rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
+    return x;
+  }
+
   namespace
   {
     /// Whether a = b to rounding. Collective.
@@ -273,10 +282,7 @@ namespace squeal
   {
     constexpr unsigned int n_vectors = 2;
     const RowRange &rows             = symmetry.rows;
-    Block x(rows, n_vectors);
-    for (unsigned int k = 0; k < n_vectors; ++k)
-      for (unsigned int row = rows.begin; row < rows.end; ++row)
-        x.column(k)[row - rows.begin] = std::sin(1.7 + 2.9 * row + 0.6 * k * row);
+    Block x                          = symmetry.scattered(n_vectors);
     x.append(symmetry.reflect(x)); // [x, S x]
 
     std::vector<Block> products(sums.size(), Block(rows, 2 * n_vectors));

@@ -1,3 +1,4 @@
+#include <squeal/half_problems.h>
 #include <squeal/mode_follower.h>
 #include <squeal/reduced_tools.h>
 
@@ -16,7 +17,8 @@ namespace squeal
   void ModeFollower::set_model(Model &other)
   {
     model   = &other;
-    reduced = ReducedModel(options);
+    reduced = ReducedHalves(options);
+    symmetry.reset();
     summed.reset();
     is_as_solved = false;
     fingerprints.clear();
@@ -55,12 +57,20 @@ namespace squeal
     }
   } // namespace
 
-  void ModeFollower::assemble_model(const Parameters::All &parameters, const Factorization *nearby)
+  void ModeFollower::assemble_model(const Parameters::All &parameters, const LinearOperator &nearby)
   {
     const Stopwatch stopwatch(seconds_.assembly);
     summed.reset(); // two of them would double the memory
-    is_as_solved = false;
+    is_as_solved                = false;
+    const unsigned int n_before = reduced.n_inverse();
     model->assemble(parameters, nearby);
+    // Measured: factors of the symmetric half cost as much as 20 solutions, and serve for many
+    // values.
+    constexpr unsigned int most_solutions = 10;
+    options.progress("  static state: " + std::to_string(reduced.n_inverse() - n_before) +
+                     " solutions with factors nearby");
+    if (nearby && reduced.n_inverse() > n_before + most_solutions)
+      reduced.renew_inverse(model->terms());
   }
 
   const QuadraticEigenproblem &ModeFollower::whole_problem() const
@@ -92,17 +102,17 @@ namespace squeal
     std::vector<double> key = reference_key();
     if (key != counted_key)
     {
-      counted     = count_reference_modes(whole_problem(), search_radius(options.max_imaginary));
+      is_counted  = reduced.has_count_of_anchor(model->terms());
       counted_key = std::move(key);
     }
-    return counted == anchor_count;
+    return is_counted;
   }
 
   Modes ModeFollower::solve(const Parameters::All &parameters)
   {
     if (reduced.is_anchored())
     {
-      assemble_model(parameters, reduced.factorization());
+      assemble_model(parameters, reduced.inverse());
       if (has_count_of_anchor())
       {
         const Stopwatch stopwatch(seconds_.projection);
@@ -115,41 +125,43 @@ namespace squeal
 
   Modes ModeFollower::solve_fully(const Parameters::All &parameters)
   {
-    assemble_model(parameters, nullptr);
+    assemble_model(parameters, {});
     const Stopwatch stopwatch(seconds_.full);
-    const QuadraticEigenproblem &problem = whole_problem();
-    whole_rows                           = problem.rows;
-    is_as_solved                         = true;
+    const EquationsOfMotion equations = model->equations();
+    whole_rows                        = equations.rows;
+    is_as_solved                      = true;
     ++n_full;
+    if (!symmetry)
+      symmetry = parameters.eigenproblem.mirror_symmetry ? model->mirror_symmetry() : std::nullopt;
     try
     {
-      return solver->solve(problem, options);
+      return solve_by_symmetry(*solver, equations, options, *symmetry);
     }
     catch (const SingularMatrix &)
     {
       // A divergence lies exactly here: another shift than zero.
       EigensolverOptions shifted = options;
       shifted.shift              = 0.1;
-      return solver->solve(problem, shifted);
+      return solve_by_symmetry(*solver, equations, shifted, *symmetry);
     }
   }
 
   void ModeFollower::anchor(const Parameters::All &parameters, const Modes &modes)
   {
-    if (!modes.factorization)
+    if (!modes.factorization && modes.halves.empty())
       return;
     if (!is_as_solved) // the search for critical values went elsewhere
-      assemble_model(parameters, nullptr);
-    reduced.anchor(whole_problem(), model->terms(), modes);
-    anchor_count = counted = modes.n_reference;
-    counted_key            = reference_key();
+      assemble_model(parameters, {});
+    reduced.anchor(whole_problem(), model->terms(), modes, *symmetry);
+    is_counted  = true;
+    counted_key = reference_key();
   }
 
   bool ModeFollower::prepare(const Parameters::All &parameters)
   {
     if (!reduced.is_anchored())
       return false;
-    assemble_model(parameters, reduced.factorization());
+    assemble_model(parameters, reduced.inverse());
     const Stopwatch stopwatch(seconds_.projection);
     return reduced.prepare(model->terms());
   }
@@ -180,23 +192,31 @@ namespace squeal
     if (is_whole(before.modes) && is_whole(next.modes))
       return squeal::continue_branches(whole_problem(), before, options.max_imaginary, next);
     const bool in_coordinates = !is_whole(before.modes) && !is_whole(next.modes);
+    // Overlaps need no more.
+    QuadraticEigenproblem moving;
+    if (!in_coordinates)
+    {
+      moving.rows = whole_rows;
+      moving.M    = sum_of(whole_rows, model->terms(), 2);
+      moving.P    = sum_of(whole_rows, model->terms(), 1);
+    }
     BranchPoint from = before, to = next;
     from.modes = in_coordinates ? reduced.pad(before.modes) : whole(before.modes);
     if (!in_coordinates)
       to.modes = whole(next.modes);
     const QuadraticEigenproblem small =
         in_coordinates ? reduced.problem() : QuadraticEigenproblem();
-    const bool certain = squeal::continue_branches(in_coordinates ? small : whole_problem(), from,
-                                                   options.max_imaginary, to);
-    next.branches      = to.branches;
-    next.overlaps      = to.overlaps;
-    next.n_branches    = to.n_branches;
+    const bool certain =
+        squeal::continue_branches(in_coordinates ? small : moving, from, options.max_imaginary, to);
+    next.branches   = to.branches;
+    next.overlaps   = to.overlaps;
+    next.n_branches = to.n_branches;
     return certain;
   }
 
   const QuadraticEigenproblem &ModeFollower::assemble(const Parameters::All &parameters)
   {
-    assemble_model(parameters, reduced.factorization());
+    assemble_model(parameters, reduced.inverse());
     return whole_problem();
   }
 } // namespace squeal

@@ -344,7 +344,7 @@ namespace squeal
       prm.add_parameter(
           "Mirror symmetry", mirror_symmetry,
           "Where the brake is its own mirror image about the rotor's mid-plane, solve for "
-          "symmetric and antisymmetric modes one after the other (not in sweeps), and for the "
+          "symmetric and antisymmetric modes one after the other, and for the "
           "symmetric half of the static equilibrium: faster, and less memory. Other brakes are "
           "solved as a whole.",
           Patterns::Bool());

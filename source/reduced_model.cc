@@ -14,7 +14,7 @@ namespace squeal
   namespace
   {
     constexpr double smallest =
-        1e-9; ///< parts of unit vectors below this are left out of the bases
+        2e-10; ///< parts of unit vectors below this are left out of the bases
     constexpr unsigned int most_corrections = 6;
   } // namespace
 
@@ -337,13 +337,34 @@ namespace squeal
     for (unsigned int k = 0; k < added.size(); ++k)
       if (rows.contains(interface_rows[added[k]]))
         units.column(k)[interface_rows[added[k]] - rows.begin] = 1;
-    Block responses                   = displacements(factors->solve(units));
-    const std::vector<double> squares = inner_products(responses, responses);
-    std::vector<double> lengths;
-    for (unsigned int k = 0; k < added.size(); ++k)
-      lengths.push_back(1 / std::sqrt(std::max(squares[k * (added.size() + 1)], 1e-300)));
-    scale_columns(responses, lengths);
-    append(std::move(responses), smallest);
+    // The response at l, (l^2 M + Q)^{-1} e = Q^{-1} e - l^2 Q^{-1} M Q^{-1} e + ...; the modes,
+    // which make this series slow, are in V.
+    constexpr unsigned int n_summands = 4;
+    Block forces                      = std::move(units);
+    for (unsigned int k = 0; k < n_summands; ++k)
+    {
+      Block responses                   = displacements(factors->solve(forces));
+      const std::vector<double> squares = inner_products(responses, responses);
+      std::vector<double> lengths;
+      for (unsigned int j = 0; j < responses.n_columns(); ++j)
+        lengths.push_back(1 /
+                          std::sqrt(std::max(squares[j * (responses.n_columns() + 1)], 1e-300)));
+      scale_columns(responses, lengths);
+      const unsigned int before = dimension();
+      append(std::move(responses), smallest);
+      if (dimension() == before || k + 1 == n_summands)
+        break;
+      // Of what is new only: what V has is not to come again.
+      const Block last = right.columns(before, dimension() - before);
+      forces           = Block(rows, last.n_columns());
+      for (unsigned int i = 0; i < fixed.size(); ++i)
+        if (coefficients[2][i] != 0)
+        {
+          const Block image = multiply(*fixed[i].matrix, last);
+          for (std::size_t e = 0; e < std::size_t(rows.n_local()) * last.n_columns(); ++e)
+            forces.data()[e] += coefficients[2][i] * image.data()[e];
+        }
+    }
   }
 
   /// Of the pairs in the disc those with the smallest residuals: others are no modes of the whole

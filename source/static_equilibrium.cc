@@ -112,7 +112,7 @@ namespace squeal
     }
 
     /// Solves A x = b from the given x on with B ~ A^{-1}; false if that does not converge.
-    bool correct(const LinearOperator &tangent, const Factorization &nearby, const Block &b,
+    bool correct(const LinearOperator &tangent, const LinearOperator &nearby, const Block &b,
                  Block &x)
     {
       // Preconditioned residuals are relative errors of the state.
@@ -122,16 +122,14 @@ namespace squeal
       const Block product                     = tangent(x);
       for (unsigned int i = 0; i < b.n_local(); ++i)
         residual.data()[i] -= product.data()[i];
-      const Block change = nearby.solve(residual);
+      const Block change = nearby(residual);
       const double size  = std::sqrt(inner_products(x, x)[0]);
       for (unsigned int i = 0; i < b.n_local(); ++i)
         x.data()[i] += change.data()[i];
       // What is left after it is a fraction of the change.
       if (std::sqrt(inner_products(change, change)[0]) <= 10 * tolerance * size)
         return true;
-      return bool(gmres(
-          tangent, [&](const Block &y) { return nearby.solve(y); }, b, x, tolerance,
-          most_corrections));
+      return bool(gmres(tangent, nearby, b, x, tolerance, most_corrections));
     }
 
     /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts
@@ -314,7 +312,7 @@ namespace squeal
 
   template <int dim>
   std::optional<StaticEquilibrium>
-  follow_static_equilibrium(const StaticEquilibrium &before, const Factorization &nearby,
+  follow_static_equilibrium(const StaticEquilibrium &before, const LinearOperator &nearby,
                             const std::vector<Term> &body_terms, Contact<dim> &contact,
                             const bool with_friction, const Block &load)
   {
@@ -414,7 +412,7 @@ namespace squeal
                                                       Contact<2> &, bool, const Block &, bool,
                                                       const MirrorSymmetry *);
   template std::optional<StaticEquilibrium>
-  follow_static_equilibrium(const StaticEquilibrium &, const Factorization &,
+  follow_static_equilibrium(const StaticEquilibrium &, const LinearOperator &,
                             const std::vector<Term> &, Contact<2> &, bool, const Block &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
                                                       Contact<3> &, bool, const Block &, bool,
@@ -424,6 +422,6 @@ namespace squeal
   template StaticEquilibrium solve_static_equilibrium(IterativeStatics<3> &, Contact<3> &, bool,
                                                       const Block &);
   template std::optional<StaticEquilibrium>
-  follow_static_equilibrium(const StaticEquilibrium &, const Factorization &,
+  follow_static_equilibrium(const StaticEquilibrium &, const LinearOperator &,
                             const std::vector<Term> &, Contact<3> &, bool, const Block &);
 } // namespace squeal

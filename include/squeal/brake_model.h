@@ -46,11 +46,10 @@ namespace squeal
     /// change of the mesh.
     void distribute();
 
-    void assemble(const Parameters::All &parameters,
-                  const Factorization *nearby = nullptr) override;
+    void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) override;
     EquationsOfMotion equations() const override;
-    std::vector<ParameterDerivative>
-    derivatives(const std::string &only, const Factorization *nearby = nullptr) const override;
+    std::vector<ParameterDerivative> derivatives(const std::string &only,
+                                                 const LinearOperator &nearby = {}) const override;
 
     std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override;
     std::optional<MirrorSymmetry> mirror_symmetry() const override
@@ -114,7 +113,7 @@ namespace squeal
     void add_bodies(bool with_motion);
     /// Whether the static equilibrium is solved without factors.
     bool solves_iteratively() const;
-    void find_steady_state(bool iterates, const Factorization *nearby);
+    void find_steady_state(bool iterates, const LinearOperator &nearby);
     /// All contacts closed and scaled to the stiffness, that of the solver if there is one.
     void close_contact(const IterativeStatics<dim> *solver);
     void add_contact();
@@ -153,7 +152,7 @@ namespace squeal
     Block static_residual(const Parameters::All &parameters, const Contact<dim> &contact) const;
     /// dx_0/dp at fixed active set, one column for each parameter.
     Block state_derivatives(const std::vector<Parameter> &parameters,
-                            const Factorization *nearby) const;
+                            const LinearOperator &nearby) const;
 
     const Geometry<dim> geometry;
     const MPI_Comm comm;

@@ -3,6 +3,7 @@
 #include <squeal/mirror.h>
 #include <squeal/rank_group.h>
 
+#include <memory>
 #include <vector>
 
 namespace squeal
@@ -27,6 +28,8 @@ namespace squeal
     /// V^T (sum_i c_i A_i) V of several sums; each matrix is read once. Empty where a sum is.
     /// Collective.
     std::vector<Matrix> restrict(const std::vector<std::vector<Term>> &sums) const;
+    /// V^T A V of a matrix. Collective.
+    Matrix restrict(const std::shared_ptr<const Matrix> &matrix) const;
     /// V^T x. Collective.
     Block restrict(const Block &x) const;
     /// V y. Collective.
@@ -34,6 +37,9 @@ namespace squeal
     /// The rows of the half that rows of the whole are part of, ascending: no columns of V vanish
     /// there.
     std::vector<unsigned int> restrict(const std::vector<unsigned int> &rows_of_whole) const;
+
+    /// Of this rank's rows of the half, the last ones, the number of pressures.
+    unsigned int n_local_pressures() const;
 
     const RowRange &row_range() const
     {

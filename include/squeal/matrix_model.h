@@ -11,11 +11,10 @@ namespace squeal
     /// Reads the files. Throws InputError.
     MatrixModel(const Parameters::Matrices &names, MPI_Comm comm);
 
-    void assemble(const Parameters::All &parameters,
-                  const Factorization *nearby = nullptr) override;
+    void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) override;
     EquationsOfMotion equations() const override;
-    std::vector<ParameterDerivative>
-    derivatives(const std::string &only, const Factorization *nearby = nullptr) const override;
+    std::vector<ParameterDerivative> derivatives(const std::string &only,
+                                                 const LinearOperator &nearby = {}) const override;
 
     std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override
     {

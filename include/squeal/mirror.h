@@ -25,6 +25,8 @@ namespace squeal
 
     /// S x.
     Block reflect(const Block &x) const;
+    /// Some columns without any pattern.
+    Block scattered(unsigned int n_columns) const;
   };
 
   /// The reflection if the mesh and its fixed components are symmetric. The same on all ranks.

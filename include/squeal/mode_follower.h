@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/branches.h>
-#include <squeal/reduced_model.h>
+#include <squeal/reduced_halves.h>
 
 #include <map>
 
@@ -44,7 +44,7 @@ namespace squeal
 
     bool is_whole(const Modes &modes) const
     {
-      return !ReducedModel::is_reduced(modes, whole_rows);
+      return !ReducedHalves::is_reduced(modes, whole_rows);
     }
     Modes whole(const Modes &modes) const
     {
@@ -63,7 +63,7 @@ namespace squeal
     const QuadraticEigenproblem &assemble(const Parameters::All &parameters);
     std::vector<ParameterDerivative> derivatives(const std::string &parameter) const
     {
-      return model->derivatives(parameter, reduced.factorization());
+      return model->derivatives(parameter, reduced.inverse());
     }
 
     unsigned int n_full_solutions() const
@@ -82,7 +82,7 @@ namespace squeal
     }
 
   private:
-    void assemble_model(const Parameters::All &parameters, const Factorization *nearby);
+    void assemble_model(const Parameters::All &parameters, const LinearOperator &nearby);
     /// Of the model as it is assembled now.
     const QuadraticEigenproblem &whole_problem() const;
     /// Whether the reference problem has as many modes in the disc as the anchor's: counted again
@@ -94,14 +94,15 @@ namespace squeal
     Model *model = nullptr;
     EigensolverOptions options;
     const std::unique_ptr<Eigensolver> solver;
-    ReducedModel reduced;
+    ReducedHalves reduced;
+    std::optional<std::optional<MirrorSymmetry>> symmetry; ///< of the model, once asked for
     RowRange whole_rows;
     unsigned int n_full = 0;
     Seconds seconds_;
     mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
     bool is_as_solved = false; ///< whether nothing was assembled since the last full solution
 
-    unsigned int anchor_count = 0, counted = 0;
+    bool is_counted = false; ///< as many modes as the anchor has, at the counted key
     std::vector<double> counted_key;
     std::map<std::shared_ptr<const Matrix>, double> fingerprints; ///< of matrices that stay
   };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/eigenproblem.h>
+#include <squeal/gmres.h>
 #include <squeal/mirror.h>
 #include <squeal/parameters.h>
 
@@ -31,10 +32,10 @@ namespace squeal
     /// Makes the terms for these parameters, again where they have changed. What does not depend
     /// on what has changed since the last call keeps its matrix. Throws InputError, SolverError.
     ///
-    /// With @p nearby, factors of the position matrix for parameters of an earlier call that are
-    /// nearly the same, the static state follows from the last one by iteration.
-    virtual void assemble(const Parameters::All &parameters,
-                          const Factorization *nearby = nullptr) = 0;
+    /// With @p nearby, products with the inverse of the position matrix for parameters of an
+    /// earlier call that are nearly the same, the static state follows from the last one by
+    /// iteration.
+    virtual void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) = 0;
 
     const std::vector<Term> &terms() const
     {
@@ -55,7 +56,7 @@ namespace squeal
     /// path: of that parameter only, or nothing if the terms cannot be differentiated by it. @p
     /// nearby as in assemble().
     virtual std::vector<ParameterDerivative>
-    derivatives(const std::string &only = "", const Factorization *nearby = nullptr) const = 0;
+    derivatives(const std::string &only = "", const LinearOperator &nearby = {}) const = 0;
 
     /// Names of the bodies and, for each row of this rank, the number of its body.
     virtual std::pair<std::vector<std::string>, std::vector<unsigned int>>

@@ -159,7 +159,7 @@ namespace squeal
     /// Measured: beyond it a new anchor is cheaper, for 13 000 and for 41 000 unknowns.
     unsigned int largest_dimension() const
     {
-      return 50 + 12 * n_disc;
+      return 100 + 12 * n_disc;
     }
     Block displacements(Block block) const;
     /// Enlarges V by what the columns add to it, except for principal components of a size up to

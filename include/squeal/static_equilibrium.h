@@ -70,7 +70,7 @@ namespace squeal
   /// converge; @p contact is then to be closed again.
   template <int dim>
   std::optional<StaticEquilibrium>
-  follow_static_equilibrium(const StaticEquilibrium &before, const Factorization &nearby,
+  follow_static_equilibrium(const StaticEquilibrium &before, const LinearOperator &nearby,
                             const std::vector<Term> &body_terms, Contact<dim> &contact,
                             bool with_friction, const Block &load);
 } // namespace squeal

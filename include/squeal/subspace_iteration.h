@@ -37,6 +37,9 @@ namespace squeal
     /// factors of Q.
     Block disc_right, disc_left, search_space;
     std::shared_ptr<const Factorization> factorization;
+    /// With keep_factors, if the modes were found by symmetric and antisymmetric halves: these, in
+    /// vectors of the halves.
+    std::vector<std::shared_ptr<const Modes>> halves;
 
     /// What the completeness check found, as a sentence for the log.
     std::string completeness;

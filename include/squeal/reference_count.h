@@ -1,0 +1,59 @@
+#pragma once
+
+#include <squeal/eigenproblem.h>
+
+#include <memory>
+#include <vector>
+
+namespace squeal
+{
+  /// Counts the modes of reference problems by inertia (count_reference_modes()), of several that
+  /// differ in which contacts are open, with one factorisation.
+  ///
+  /// Contacts R that open take their rows and columns out of A = Q_ref - omega^2 M. With the Schur
+  /// complement S of what is left, S^{-1} = (A^{-1})_RR and
+  ///     negative(A without R) = negative(A) - negative((A^{-1})_RR)
+  /// (Haynsworth), at the cost of a solution for each row of R.
+  class ReferenceCount
+  {
+  public:
+    ReferenceCount(const RowRange &rows, const unsigned int n_local_constraints, const double omega)
+        : rows(rows), n_local_constraints(n_local_constraints), omega(omega)
+    {
+    }
+    const RowRange &row_range() const
+    {
+      return rows;
+    }
+    /// Of the reference problem of these terms. Throws SolverError. Collective.
+    unsigned int count(const std::vector<Term> &terms);
+
+  private:
+    /// A factorised problem whose contacts are to be opened.
+    struct Base
+    {
+      std::vector<Term> terms; ///< conservative ones without the contact's
+      std::shared_ptr<const Matrix> contact;
+      std::vector<unsigned int> open; ///< rows of open contacts, ascending
+      std::unique_ptr<const Factorization> factors;
+      unsigned int negative = 0;
+      std::vector<unsigned int> solved; ///< rows with a column of A^{-1}
+      Block columns;
+    };
+    /// Rows of pressures that act on no displacement, ascending, on all ranks.
+    std::vector<unsigned int> open_contacts(const Matrix &contact) const;
+    unsigned int n_constraints() const;
+    /// Whether these terms are the base's with more contacts open.
+    bool is_opened_base(const std::vector<Term> &others, const Matrix &contact,
+                        const std::vector<unsigned int> &open) const;
+    void make_base(const std::vector<Term> &others, std::shared_ptr<const Matrix> contact,
+                   std::vector<unsigned int> open);
+    /// negative((A^{-1})_RR), or -1 if rounding might decide.
+    int negative_of_inverse(const std::vector<unsigned int> &added);
+
+    const RowRange rows;
+    const unsigned int n_local_constraints;
+    const double omega;
+    Base base;
+  };
+} // namespace squeal

@@ -1,0 +1,167 @@
+#include <squeal/dense.h>
+#include <squeal/reduced_tools.h>
+#include <squeal/reference_count.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <utility>
+
+namespace squeal
+{
+  using namespace reduced;
+
+  std::vector<unsigned int> ReferenceCount::open_contacts(const Matrix &contact) const
+  {
+    const unsigned int first = rows.end - n_local_constraints;
+    std::vector<char> acts(n_local_constraints);
+    if (contact)
+      for_entries(contact,
+                  [&](const PetscInt row, const PetscInt column, double)
+                  {
+                    if (unsigned(row) >= first && column != row)
+                      acts[row - first] = 1;
+                  });
+    std::vector<int> open;
+    for (unsigned int i = 0; i < n_local_constraints; ++i)
+      if (!acts[i])
+        open.push_back(first + i);
+    gather(open, MPI_INT, rows.comm);
+    return {open.begin(), open.end()};
+  }
+
+  unsigned int ReferenceCount::n_constraints() const
+  {
+    unsigned int n = n_local_constraints;
+    MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPI_UNSIGNED, MPI_SUM, rows.comm);
+    return n;
+  }
+
+  bool ReferenceCount::is_opened_base(const std::vector<Term> &others, const Matrix &contact,
+                                      const std::vector<unsigned int> &open) const
+  {
+    const auto is_same = [](const Term &a, const Term &b)
+    { return a.matrix == b.matrix && a.order == b.order && a.coefficient == b.coefficient; };
+    if (!base.factors ||
+        !std::equal(others.begin(), others.end(), base.terms.begin(), base.terms.end(), is_same) ||
+        !std::includes(open.begin(), open.end(), base.open.begin(), base.open.end()))
+      return false;
+    // What is left of the base's contact is the present one.
+    const auto is_open = [&](const PetscInt row)
+    { return std::binary_search(open.begin(), open.end(), unsigned(row)); };
+    const auto entries_of = [&](const Matrix &matrix)
+    {
+      std::vector<std::pair<std::pair<PetscInt, PetscInt>, double>> entries;
+      for_entries(matrix,
+                  [&](const PetscInt row, const PetscInt column, const double value)
+                  {
+                    if (!is_open(row) && !is_open(column))
+                      entries.push_back({{row, column}, value});
+                  });
+      return entries;
+    };
+    int is_left = entries_of(*base.contact) == entries_of(contact);
+    MPI_Allreduce(MPI_IN_PLACE, &is_left, 1, MPI_INT, MPI_MIN, rows.comm);
+    return is_left;
+  }
+
+  void ReferenceCount::make_base(const std::vector<Term> &others,
+                                 std::shared_ptr<const Matrix> contact,
+                                 std::vector<unsigned int> open)
+  {
+    base         = {}; // two of them would double the memory
+    base.terms   = others;
+    base.contact = std::move(contact);
+    base.open    = std::move(open);
+    base.columns = Block(rows, 0);
+    std::vector<Summand> summands;
+    for (const Term &term : others)
+      summands.push_back(
+          {term.order == 2 ? -omega * omega * term.coefficient : term.coefficient, *term.matrix});
+    if (base.contact)
+      summands.push_back({1., *base.contact});
+    base.factors =
+        std::make_unique<const Factorization>(sum_of(rows, summands), Factorization::Kind::ldlt,
+                                              "the shifted reference problem (for counting)");
+    base.negative               = base.factors->inertia().negative;
+    const unsigned int n_closed = n_constraints() - base.open.size();
+    if (base.negative < n_closed)
+      throw SolverError("The inertia count of the reference problem gave " +
+                        std::to_string(base.negative) + " negative eigenvalues, less than the " +
+                        std::to_string(n_closed) +
+                        " of the contact constraints: the constraints are linearly dependent.");
+  }
+
+  int ReferenceCount::negative_of_inverse(const std::vector<unsigned int> &added)
+  {
+    std::vector<unsigned int> missing;
+    for (const unsigned int row : added)
+      if (!std::count(base.solved.begin(), base.solved.end(), row))
+        missing.push_back(row);
+    if (!missing.empty())
+    {
+      Block units(rows, missing.size());
+      for (unsigned int k = 0; k < missing.size(); ++k)
+        if (rows.contains(missing[k]))
+          units.column(k)[missing[k] - rows.begin] = 1;
+      base.columns.append(base.factors->solve(units));
+      base.solved.insert(base.solved.end(), missing.begin(), missing.end());
+    }
+    const DenseMatrix at_rows = gather_rows(base.columns, added);
+    const unsigned int n      = added.size();
+    DenseMatrix inverse(n, n);
+    for (unsigned int i = 0; i < n; ++i)
+    {
+      const unsigned int k =
+          std::find(base.solved.begin(), base.solved.end(), added[i]) - base.solved.begin();
+      for (unsigned int j = 0; j < n; ++j)
+      {
+        inverse(i, j) += at_rows(k, j) / 2;
+        inverse(j, i) += at_rows(k, j) / 2;
+      }
+    }
+    const std::vector<double> eigenvalues = symmetric_eigen(inverse);
+    const double largest =
+        n == 0 ? 0. : std::max(std::abs(eigenvalues.front()), std::abs(eigenvalues.back()));
+    int n_negative = 0;
+    for (const double value : eigenvalues)
+    {
+      if (!(std::abs(value) > 1e-6 * largest))
+        return -1;
+      n_negative += value < 0;
+    }
+    return n_negative;
+  }
+
+  unsigned int ReferenceCount::count(const std::vector<Term> &terms)
+  {
+    std::vector<Term> others;
+    std::shared_ptr<const Matrix> contact;
+    bool is_one = true; // matrix of the contact
+    for (const Term &term : terms)
+      if (term.order != 1 && term.matrix && *term.matrix && is_conservative(term.origin))
+      {
+        if (term.origin == Origin::contact && term.order == 0 && term.coefficient == 1 && !contact)
+          contact = term.matrix;
+        else
+        {
+          is_one &= term.origin != Origin::contact;
+          others.push_back(term);
+        }
+      }
+    const Matrix none;
+    const std::vector<unsigned int> open = open_contacts(contact ? *contact : none);
+    if (contact && is_one && is_opened_base(others, *contact, open))
+    {
+      std::vector<unsigned int> added;
+      std::set_difference(open.begin(), open.end(), base.open.begin(), base.open.end(),
+                          std::back_inserter(added));
+      const int of_inverse = negative_of_inverse(added);
+      if (of_inverse >= 0)
+        return base.negative - of_inverse - (n_constraints() - open.size());
+    }
+    make_base(others, contact, open);
+    return base.negative - (n_constraints() - open.size());
+  }
+} // namespace squeal
