@@ -125,7 +125,7 @@ namespace squeal
     }
     const std::vector<double> eigenvalues = symmetric_eigen(inverse);
     const double largest = std::max(std::abs(eigenvalues.front()), std::abs(eigenvalues.back()));
-    int n_negative = 0;
+    int n_negative       = 0;
     for (const double value : eigenvalues)
     {
       if (!(std::abs(value) > 1e-6 * largest))

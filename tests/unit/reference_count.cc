@@ -55,8 +55,8 @@ TEST_CASE("reference count: contacts open and close")
       stiffness.push_back({i - 1, i, -1});
     }
   }
-  const auto M = std::make_shared<const Matrix>(matrix_of(rows, mass)),
-             K = std::make_shared<const Matrix>(matrix_of(rows, stiffness));
+  const auto M        = std::make_shared<const Matrix>(matrix_of(rows, mass)),
+             K        = std::make_shared<const Matrix>(matrix_of(rows, stiffness));
   const auto terms_of = [&](const std::set<unsigned int> &open)
   {
     std::vector<Entry> contact;
