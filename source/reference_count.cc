@@ -95,6 +95,8 @@ namespace squeal
 
   int ReferenceCount::negative_of_inverse(const std::vector<unsigned int> &added)
   {
+    if (added.empty())
+      return 0;
     std::vector<unsigned int> missing;
     for (const unsigned int row : added)
       if (!std::count(base.solved.begin(), base.solved.end(), row))
@@ -122,9 +124,8 @@ namespace squeal
       }
     }
     const std::vector<double> eigenvalues = symmetric_eigen(inverse);
-    const double largest =
-        n == 0 ? 0. : std::max(std::abs(eigenvalues.front()), std::abs(eigenvalues.back()));
-    int n_negative = 0;
+    const double largest = std::max(std::abs(eigenvalues.front()), std::abs(eigenvalues.back()));
+    int n_negative       = 0;
     for (const double value : eigenvalues)
     {
       if (!(std::abs(value) > 1e-6 * largest))
