@@ -14,7 +14,7 @@ import re
 
 import runs
 
-MESH = ["Discretization/Rotor cells=8,60,1", "Discretization/Pad cells=4,10,1"]
+MESH = ["Discretization/Rotor cells=9,64,1", "Discretization/Pad cells=4,11,1"]
 PHASES = ["mesh", "assembly", "contact", "static", "eigenproblem", "estimate", "output", "total"]
 
 
