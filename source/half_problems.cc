@@ -1,16 +1,67 @@
 #include <squeal/half_problems.h>
 #include <squeal/half_space.h>
 #include <squeal/memory.h>
+#include <squeal/rank_group.h>
 
 #include <algorithm>
+#include <array>
+#include <memory>
 #include <numeric>
+#include <type_traits>
 
 namespace squeal
 {
   namespace
   {
-    /// What both halves found, one after the other, as vectors of the whole.
-    void append(const HalfSpace &space, const Modes &half, const std::string &name, Modes &modes)
+    constexpr std::array<const char *, 2> names     = {{"symmetric", "antisymmetric"}};
+    constexpr std::array<Block Modes::*, 4> vectors = {
+        {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im}};
+
+    template <typename Number>
+    void broadcast(Number *data, const std::size_t n, const unsigned int root, const MPI_Comm comm)
+    {
+      static_assert(std::is_trivially_copyable_v<Number>);
+      MPI_Bcast(data, n * sizeof(Number), MPI_BYTE, root, comm);
+    }
+
+    /// std::vector or std::string.
+    template <typename Container>
+    void broadcast(Container &values, const unsigned int root, const MPI_Comm comm)
+    {
+      std::size_t n = values.size();
+      broadcast(&n, 1, root, comm);
+      values.resize(n);
+      broadcast(values.data(), n, root, comm);
+    }
+
+    /// What a group of ranks has found, on all ranks: of the vectors those outside of the group get
+    /// blocks without rows. @p root is one of the group.
+    void share(const HalfSpace &space, const unsigned int root, const MPI_Comm all, Modes &half)
+    {
+      broadcast(half.lambda, root, all);
+      broadcast(half.disc_lambda, root, all);
+      broadcast(half.backward_error, root, all);
+      broadcast(half.left_backward_error, root, all);
+      broadcast(half.condition, root, all);
+      broadcast(half.completeness, root, all);
+      for (unsigned int *number : {&half.n_reference, &half.n_rigid_body_modes, &half.n_solves})
+        broadcast(number, 1, root, all);
+      for (double *number : {&half.factor_memory_mib, &half.predicted_memory_mib})
+        broadcast(number, 1, root, all);
+      broadcast(&half.seconds, 1, root, all);
+      for (Block Modes::*block : vectors)
+      {
+        unsigned int n = (half.*block).n_columns();
+        broadcast(&n, 1, root, all);
+        if (!space.is_here())
+          half.*block = Block(space.row_range(), n);
+      }
+    }
+
+    /// What both halves found, one after the other, as vectors of the whole. @p at_once is whether
+    /// they were solved at the same time.
+    void append(const HalfSpace &space, const Modes &half, const std::string &name,
+                const bool at_once, Modes &modes)
     {
       const auto join = [](auto &all, const auto &more)
       { all.insert(all.end(), more.begin(), more.end()); };
@@ -20,7 +71,7 @@ namespace squeal
       join(modes.left_backward_error, half.left_backward_error);
       join(modes.condition, half.condition);
       modes.mirror.insert(modes.mirror.end(), half.lambda.size(), name);
-      for (Block Modes::*block : {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im})
+      for (Block Modes::*block : vectors)
         (modes.*block).append(space.expand(half.*block));
       modes.completeness += (modes.completeness.empty() ? "" : "; ") + name + ", " +
                             std::to_string(space.row_range().size) +
@@ -28,12 +79,17 @@ namespace squeal
       modes.n_reference += half.n_reference;
       modes.n_rigid_body_modes += half.n_rigid_body_modes;
       modes.n_solves += half.n_solves;
-      modes.factor_memory_mib    = std::max(modes.factor_memory_mib, half.factor_memory_mib);
-      modes.predicted_memory_mib = std::max(modes.predicted_memory_mib, half.predicted_memory_mib);
-      modes.seconds.counting += half.seconds.counting;
-      modes.seconds.factorization += half.seconds.factorization;
-      modes.seconds.right += half.seconds.right;
-      modes.seconds.left += half.seconds.left;
+      // One after the other they take their times' sum and the larger memory, at once the opposite.
+      const auto both_memories = [&](double &all, const double more)
+      { all = at_once ? all + more : std::max(all, more); };
+      both_memories(modes.factor_memory_mib, half.factor_memory_mib);
+      both_memories(modes.predicted_memory_mib, half.predicted_memory_mib);
+      const auto both_times = [&](double &all, const double more)
+      { all = at_once ? std::max(all, more) : all + more; };
+      both_times(modes.seconds.counting, half.seconds.counting);
+      both_times(modes.seconds.factorization, half.seconds.factorization);
+      both_times(modes.seconds.right, half.seconds.right);
+      both_times(modes.seconds.left, half.seconds.left);
     }
 
     void sort_by_frequency(Modes &modes)
@@ -61,6 +117,58 @@ namespace squeal
       sort(modes.left_backward_error);
       sort(modes.condition);
     }
+
+    void solve_one_after_the_other(const Eigensolver &solver, const EquationsOfMotion &equations,
+                                   const EigensolverOptions &options,
+                                   const MirrorSymmetry &symmetry, Modes &modes)
+    {
+      for (const std::string name : names)
+      {
+        const HalfSpace space(symmetry, name == names[0]);
+        auto half = std::make_shared<Modes>(solver.solve(space.restrict(equations), options));
+        append(space, *half, name, false, modes);
+        if (options.keep_factors)
+          modes.halves.push_back(half);
+        half.reset();
+        return_freed_memory();
+      }
+    }
+
+    /// Each half by half of the ranks: fewer ranks work better together.
+    void solve_at_once(const Eigensolver &solver, const EquationsOfMotion &equations,
+                       const EigensolverOptions &options, const MirrorSymmetry &symmetry,
+                       const unsigned int n_ranks, Modes &modes)
+    {
+      const MPI_Comm all = equations.rows.comm;
+      // The antisymmetric modes, in which the disc bends, are more.
+      const std::array<unsigned int, 3> first = {{0, n_ranks / 2, n_ranks}};
+      std::array<std::unique_ptr<const RankGroup>, 2> groups;
+      std::array<std::unique_ptr<const HalfSpace>, 2> spaces;
+      std::array<QuadraticEigenproblem, 2> problems;
+      std::array<Modes, 2> halves;
+      for (unsigned int h = 0; h < 2; ++h)
+      {
+        groups[h]   = std::make_unique<const RankGroup>(all, first[h], first[h + 1] - first[h]);
+        spaces[h]   = std::make_unique<const HalfSpace>(symmetry, h == 0, *groups[h]);
+        problems[h] = spaces[h]->restrict(equations);
+      }
+      work_apart(all,
+                 [&]()
+                 {
+                   for (unsigned int h = 0; h < 2; ++h)
+                     if (spaces[h]->is_here())
+                       halves[h] = solver.solve(problems[h], options);
+                 });
+      for (unsigned int h = 0; h < 2; ++h)
+      {
+        share(*spaces[h], first[h], all, halves[h]);
+        append(*spaces[h], halves[h], names[h], true, modes);
+      }
+      // Blocks and matrices of a group go before its communicator.
+      problems = {};
+      halves   = {};
+      return_freed_memory();
+    }
   } // namespace
 
   Modes solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
@@ -70,18 +178,15 @@ namespace squeal
     if (!symmetry || !is_symmetric(equations, *symmetry))
       return solver.solve(sum_of(equations), options);
     Modes modes;
-    for (Block Modes::*block : {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im})
+    for (Block Modes::*block : vectors)
       modes.*block = Block(equations.rows, 0);
-    for (const std::string name : {"symmetric", "antisymmetric"})
-    {
-      const HalfSpace space(*symmetry, name == "symmetric");
-      auto half = std::make_shared<Modes>(solver.solve(space.restrict(equations), options));
-      append(space, *half, name, modes);
-      if (options.keep_factors)
-        modes.halves.push_back(half);
-      half.reset();
-      return_freed_memory();
-    }
+    int n_ranks = 0;
+    MPI_Comm_size(equations.rows.comm, &n_ranks);
+    // Factors that are kept must be on all ranks.
+    if (n_ranks > 1 && !options.keep_factors)
+      solve_at_once(solver, equations, options, *symmetry, n_ranks, modes);
+    else
+      solve_one_after_the_other(solver, equations, options, *symmetry, modes);
     sort_by_frequency(modes);
     turn_to_real(modes);
     return modes;

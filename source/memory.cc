@@ -83,7 +83,11 @@ namespace squeal
     MPI_Allreduce(MPI_IN_PLACE, &needed, 1, MPI_DOUBLE, MPI_SUM, machine);
     MPI_Allreduce(MPI_IN_PLACE, &available, 1, MPI_DOUBLE, MPI_MIN, machine);
     MPI_Comm_free(&machine);
-    double load = needed / std::max(available, 1.);
+    // Ranks outside of the communicator do the same for another part of the problem (rank_group.h).
+    int n = 1, n_all = 1;
+    MPI_Comm_size(comm, &n);
+    MPI_Comm_size(MPI_COMM_WORLD, &n_all);
+    double load = needed * n_all / n / std::max(available, 1.);
     MPI_Allreduce(MPI_IN_PLACE, &load, 1, MPI_DOUBLE, MPI_MAX, comm);
     return load;
   }

@@ -46,7 +46,7 @@ namespace squeal
     std::vector<Part> before = std::move(parts);
     parts.clear();
     sizes.clear();
-    inverse_ = {};
+    inverse_factors.clear();
     symmetry = of_halves;
     for (unsigned int order = 0; order < 3; ++order)
       norms[order] = (order == 0 ? problem.Q : order == 1 ? problem.P : problem.M).infinity_norm();
@@ -95,11 +95,9 @@ namespace squeal
     }
     if (!is_anchored())
       return;
-    inverse_factors.clear();
     for (unsigned int h = 0; h < n_parts; ++h)
       inverse_factors.push_back(n_parts == 1 ? modes.factorization
                                              : modes.halves[h]->factorization);
-    inverse_ = [this](const Block &b) { return apply_inverse(b); };
   }
 
   Block ReducedHalves::apply_inverse(const Block &b) const

@@ -9,7 +9,9 @@ namespace squeal
   /// S x = -x: two problems of half the size,
   ///     V^T (l^2 M + l P + Q) V y = 0,   x = V y,
   /// are solved one after the other: together in half of the time, with a third of the memory for
-  /// factors at a time (tests/benchmark/mirror.py). The whole problem's matrices are not summed.
+  /// factors at a time (tests/benchmark/mirror.py). With several ranks, half of them solves each
+  /// half at the same time, unless factors are to be kept. The whole problem's matrices are not
+  /// summed. Collective.
   /// Backward errors are those of the halves: by how much matrices that stay symmetric would have
   /// to change.
   ///

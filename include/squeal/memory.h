@@ -12,7 +12,8 @@ namespace squeal
   /// system does not say.
   double available_memory_mib();
 
-  /// The largest part of what is available that any machine would need if each rank took
+  /// The largest part of what is available that any machine would need if each rank, also outside
+  /// of the communicator, took
   /// @p needed_mib: above 1 it does not fit. Ranks on one machine share its memory. Collective; the
   /// same on all ranks.
   double memory_load(double needed_mib, MPI_Comm comm);

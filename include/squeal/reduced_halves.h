@@ -31,10 +31,12 @@ namespace squeal
 
     bool is_anchored() const;
     /// x = Q^{-1} b of the anchor, or of the terms of renew_inverse() for a symmetric b; empty
-    /// without.
-    const LinearOperator &inverse() const
+    /// without. To be used before the next anchor.
+    LinearOperator inverse() const
     {
-      return inverse_;
+      if (inverse_factors.empty())
+        return {};
+      return [this](const Block &b) { return apply_inverse(b); };
     }
     /// How often it was applied.
     unsigned int n_inverse() const
@@ -92,7 +94,6 @@ namespace squeal
     std::optional<MirrorSymmetry> symmetry;
     std::vector<Part> parts;
     std::array<double, 3> norms{}; ///< of the anchor's matrices by order
-    LinearOperator inverse_;
     mutable unsigned int n_inverse_ = 0;
     std::vector<std::shared_ptr<const Factorization>> inverse_factors; ///< by part
     /// Coordinates by part, by the sum of them: bases only grow.
