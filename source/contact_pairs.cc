@@ -221,22 +221,15 @@ namespace squeal
             }
       return faces;
     }
-  } // namespace
 
-  template <int dim>
-  std::vector<PairedInterface<dim>> pair_interfaces(const Spaces<dim> &spaces,
-                                                    const FaceElement<dim> &element)
-  {
-    std::vector<PairedInterface<dim>> interfaces;
-    for (const ContactInterface &description : spaces.geometry.interfaces)
+    /// The faces of all ranks, in their order, on all ranks. Collective.
+    template <int dim>
+    std::vector<ContactFace<dim>> gather_faces(const MPI_Comm comm, const unsigned int n_nodes,
+                                               const std::vector<ContactFace<dim>> &own)
     {
-      PairedInterface<dim> interface;
-      interface.name      = description.name;
-      interface.pad_faces = local_faces(spaces, element, description.pad_face);
-
-      // Gather the rotor's side: flat numbers, because every rank sends the same structure.
+      // Flat numbers, because every rank sends the same structure.
       std::vector<double> flat;
-      for (const ContactFace<dim> &face : local_faces(spaces, element, description.rotor_face))
+      for (const ContactFace<dim> &face : own)
       {
         flat.push_back(face.shape.orientation);
         for (const Point<dim> &x : face.shape.nodes)
@@ -252,16 +245,17 @@ namespace squeal
           }
         }
       }
-      for (const std::vector<double> &part : Utilities::MPI::all_gather(spaces.comm, flat))
+      std::vector<ContactFace<dim>> faces;
+      for (const std::vector<double> &part : Utilities::MPI::all_gather(comm, flat))
         for (auto number = part.begin(); number != part.end();)
         {
           ContactFace<dim> face;
           face.shape.orientation = *number++;
-          face.shape.nodes.resize(element.n_nodes());
+          face.shape.nodes.resize(n_nodes);
           for (Point<dim> &x : face.shape.nodes)
             for (unsigned int d = 0; d < dim; ++d)
               x[d] = *number++;
-          face.nodes.resize(element.n_nodes());
+          face.nodes.resize(n_nodes);
           for (std::vector<FreeNode<dim>> &node : face.nodes)
           {
             node.resize(static_cast<unsigned int>(*number++));
@@ -272,8 +266,35 @@ namespace squeal
                 equation = static_cast<int>(*number++);
             }
           }
-          interface.rotor_faces.push_back(std::move(face));
+          faces.push_back(std::move(face));
         }
+      return faces;
+    }
+
+    /// The part of the faces that this rank works on: as many on each, next to each other.
+    template <typename Face>
+    std::vector<Face> share_of(const MPI_Comm comm, const std::vector<Face> &faces)
+    {
+      const std::size_t n = faces.size(), n_ranks = Utilities::MPI::n_mpi_processes(comm),
+                        rank = Utilities::MPI::this_mpi_process(comm);
+      return {faces.begin() + n * rank / n_ranks, faces.begin() + n * (rank + 1) / n_ranks};
+    }
+  } // namespace
+
+  template <int dim>
+  std::vector<PairedInterface<dim>> pair_interfaces(const Spaces<dim> &spaces,
+                                                    const FaceElement<dim> &element)
+  {
+    std::vector<PairedInterface<dim>> interfaces;
+    for (const ContactInterface &description : spaces.geometry.interfaces)
+    {
+      const auto faces_of = [&](const types::boundary_id boundary) {
+        return gather_faces(spaces.comm, element.n_nodes(), local_faces(spaces, element, boundary));
+      };
+      PairedInterface<dim> interface;
+      interface.name        = description.name;
+      interface.pad_faces   = share_of(spaces.comm, faces_of(description.pad_face));
+      interface.rotor_faces = faces_of(description.rotor_face);
 
       std::vector<SurfaceFace<dim>> pad_shapes, rotor_shapes;
       for (const ContactFace<dim> &face : interface.pad_faces)

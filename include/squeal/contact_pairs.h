@@ -226,8 +226,8 @@ namespace squeal
     }
   };
 
-  /// One pad against the rotor: this rank's faces of the pad, all faces of the rotor's side, their
-  /// common quadrature.
+  /// One pad against the rotor: this rank's share of the pad's faces, all faces of the rotor's
+  /// side, their common quadrature.
   template <int dim>
   struct PairedInterface
   {
@@ -236,9 +236,10 @@ namespace squeal
     std::vector<FacePair<dim>> pairs;
   };
 
-  /// Pairs the contact surfaces of a scene. The rotor's contact faces are gathered on all ranks,
-  /// because the ghost cells of a distributed mesh do not contain the opposite surface; each rank
-  /// works on its own pad faces. Collective.
+  /// Pairs the contact surfaces of a scene. The contact faces are gathered on all ranks, because
+  /// the ghost cells of a distributed mesh do not contain the opposite surface. Each rank works on
+  /// as many of the pad's faces as the others, whoever owns the cells: a pad is often one rank's.
+  /// Collective.
   template <int dim>
   std::vector<PairedInterface<dim>> pair_interfaces(const Spaces<dim> &spaces,
                                                     const FaceElement<dim> &element);
