@@ -301,15 +301,32 @@ TEST_CASE("mirror: double eigenvalues of a conservative problem stay imaginary")
     CHECK(l.real() == 0);
 }
 
-TEST_CASE("mirror: the whole is solved where factors are kept, or without symmetry")
+TEST_CASE(
+    "mirror: factors that are kept are those of the halves; no symmetry without a mirror image")
 {
   const Brake brake(small_brake());
   EigensolverOptions options = window(3000);
   options.keep_factors       = true;
   const auto solver          = make_eigensolver("block_krylov");
   const Modes modes          = solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
-  CHECK(modes.mirror.empty());
-  CHECK(modes.factorization);
+  CHECK_FALSE(modes.factorization);
+  REQUIRE(modes.halves.size() == 2);
+  std::size_t n_modes = 0;
+  for (unsigned int h = 0; h < 2; ++h)
+  {
+    const Modes &half = *modes.halves[h];
+    CHECK(half.factorization);
+    // On all ranks, each with its part.
+    const RowRange rows = HalfSpace(*brake.symmetry, h == 0).row_range();
+    CHECK(half.re.row_range().size == rows.size);
+    CHECK(half.re.row_range().n_local() == rows.n_local());
+    n_modes += half.lambda.size();
+  }
+  CHECK(n_modes == modes.lambda.size());
+  const Modes whole = solve_by_symmetry(*solver, brake.equations, options, std::nullopt);
+  CHECK(whole.mirror.empty());
+  CHECK(whole.halves.empty());
+  CHECK(whole.factorization);
   CHECK_FALSE(Brake(small_brake("upper")).symmetry);
 }
 
