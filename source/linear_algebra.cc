@@ -21,8 +21,8 @@ namespace squeal
     char *specific   = nullptr;
     PetscErrorMessage(code, &text, &specific);
     std::string message = std::string("PETSc error ") + std::to_string(code);
-    if (text)
-      message += std::string(" (") + text + ")";
+    // Where it cannot allocate, PETSc may return the line of the call instead of a code.
+    message += std::string(" (") + (text ? text : "probably out of memory") + ")";
     if (specific && *specific)
       message += std::string(": ") + specific;
     throw SolverError(message + " in " + call);
