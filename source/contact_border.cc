@@ -13,15 +13,6 @@ namespace squeal
       return transposed(reduced::gather_rows(block, numbers));
     }
 
-    Block unit_columns(const RowRange &rows, const std::vector<unsigned int> &numbers)
-    {
-      Block block(rows, numbers.size());
-      for (unsigned int j = 0; j < numbers.size(); ++j)
-        if (rows.contains(numbers[j]))
-          block.column(j)[numbers[j] - rows.begin] = 1;
-      return block;
-    }
-
     /// Multipliers of nodes next to each other on a pad's face of which one is closed, the other
     /// open: the closed ones and the open ones, ascending, the same on all ranks.
     template <int dim>
@@ -121,8 +112,8 @@ namespace squeal
     border.closing                                  = std::move(beside[1]);
     if (!border.releasing.empty())
     {
-      border.slack =
-          rows_of(solve(unit_columns(rows, border.releasing), border.releasing), border.releasing);
+      border.slack = rows_of(solve(reduced::unit_columns(rows, border.releasing), border.releasing),
+                             border.releasing);
       invert(border.slack, border.releasing);
     }
     if (!border.closing.empty())
@@ -132,7 +123,7 @@ namespace squeal
       const Matrix normal   = wider.normal(),
                    friction = with_friction ? wider.friction(pressure) : Matrix();
       border.closed         = sum_of(rows, {{1., normal}, {1., friction}});
-      Block a               = multiply(border.closed, unit_columns(rows, border.closing));
+      Block a               = multiply(border.closed, reduced::unit_columns(rows, border.closing));
       DenseMatrix c         = rows_of(a, border.closing);
       reduced::clear_rows(a, border.closing);
       const DenseMatrix b_y =

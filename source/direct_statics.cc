@@ -1,5 +1,6 @@
 #include <squeal/dense.h>
 #include <squeal/direct_statics.h>
+#include <squeal/reduced_tools.h>
 
 #include <algorithm>
 #include <iterator>
@@ -64,12 +65,8 @@ namespace squeal
       for (const unsigned int row : released)
         if (std::find(known.begin(), known.end(), row) == known.end())
           added.push_back(row);
-      Block units(rows, added.size());
-      for (unsigned int j = 0; j < added.size(); ++j)
-        if (rows.contains(added[j]))
-          units.column(j)[added[j] - rows.begin] = 1;
       if (!added.empty())
-        Y.append(solve(units));
+        Y.append(solve(reduced::unit_columns(rows, added)));
       known.insert(known.end(), added.begin(), added.end());
 
       // Y_RR and x_0R on all ranks

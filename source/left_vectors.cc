@@ -168,16 +168,6 @@ namespace squeal
     return adjoint;
   }
 
-  std::vector<double> left_backward_errors(const QuadraticEigenproblem &problem, const Modes &modes)
-  {
-    // Q(l)^T conj(z) = 0, and the modulus of the residual is that of Q(conj l)^T z
-    const QuadraticEigenproblem adjoint = adjoint_of(problem);
-    std::vector<std::complex<double>> conjugate;
-    for (const std::complex<double> &l : modes.lambda)
-      conjugate.push_back(std::conj(l));
-    return BackwardError(adjoint)(conjugate, modes.left_re, modes.left_im).errors;
-  }
-
   void attach_left_vectors(const QuadraticEigenproblem &problem, Pairs transposed_pairs,
                            std::vector<double> errors, Modes &modes)
   {

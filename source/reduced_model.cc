@@ -333,14 +333,13 @@ namespace squeal
     if (added.empty() || compliant || !has_constraints)
       return;
     opened.insert(opened.end(), added.begin(), added.end());
-    Block units(rows, added.size());
-    for (unsigned int k = 0; k < added.size(); ++k)
-      if (rows.contains(interface_rows[added[k]]))
-        units.column(k)[interface_rows[added[k]] - rows.begin] = 1;
+    std::vector<unsigned int> added_rows;
+    for (const unsigned int r : added)
+      added_rows.push_back(interface_rows[r]);
     // The response at l, (l^2 M + Q)^{-1} e = Q^{-1} e - l^2 Q^{-1} M Q^{-1} e + ...; the modes,
     // which make this series slow, are in V.
     constexpr unsigned int n_summands = 4;
-    Block forces                      = std::move(units);
+    Block forces                      = unit_columns(rows, added_rows);
     for (unsigned int k = 0; k < n_summands; ++k)
     {
       Block responses                   = displacements(factors->solve(forces));

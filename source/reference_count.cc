@@ -103,11 +103,7 @@ namespace squeal
         missing.push_back(row);
     if (!missing.empty())
     {
-      Block units(rows, missing.size());
-      for (unsigned int k = 0; k < missing.size(); ++k)
-        if (rows.contains(missing[k]))
-          units.column(k)[missing[k] - rows.begin] = 1;
-      base.columns.append(base.factors->solve(units));
+      base.columns.append(base.factors->solve(unit_columns(rows, missing)));
       base.solved.insert(base.solved.end(), missing.begin(), missing.end());
     }
     const DenseMatrix at_rows = gather_rows(base.columns, added);

@@ -19,10 +19,6 @@ namespace squeal
   /// The transposed problem.
   QuadraticEigenproblem adjoint_of(const QuadraticEigenproblem &problem);
 
-  /// The backward errors of the left vectors of modes.
-  std::vector<double> left_backward_errors(const QuadraticEigenproblem &problem,
-                                           const Modes &modes);
-
   /// Adds left vectors, given as Q(l)^T y = 0 in the order of the modes, and their backward errors.
   void attach_left_vectors(const QuadraticEigenproblem &problem, Pairs transposed_pairs,
                            std::vector<double> errors, Modes &modes);

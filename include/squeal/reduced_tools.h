@@ -11,7 +11,8 @@
 #include <numeric>
 #include <vector>
 
-/// Small matrices beside blocks of long vectors: the tools of ReducedModel.
+/// Small matrices beside blocks of long vectors: the tools of ReducedModel, of contacts that open
+/// and close, and of others.
 namespace squeal
 {
   namespace reduced
@@ -28,6 +29,16 @@ namespace squeal
       MPI_Allreduce(MPI_IN_PLACE, result.values.data(), result.values.size(), MPI_DOUBLE, MPI_SUM,
                     range.comm);
       return result;
+    }
+
+    /// The columns e_i of the given rows i.
+    inline Block unit_columns(const RowRange &rows, const std::vector<unsigned int> &numbers)
+    {
+      Block block(rows, numbers.size());
+      for (unsigned int j = 0; j < numbers.size(); ++j)
+        if (rows.contains(numbers[j]))
+          block.column(j)[numbers[j] - rows.begin] = 1;
+      return block;
     }
 
     inline void clear_rows(Block &block, const std::vector<unsigned int> &cleared)
