@@ -2,7 +2,35 @@
 
 namespace squeal
 {
-  Matrix make_matrix(const RowRange &range, const CompressedRows &rows)
+  SequentialRows::SequentialRows(Mat matrix) : matrix(matrix)
+  {
+    PetscBool done = PETSC_FALSE;
+    SQUEAL_PETSC(
+        MatGetRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done));
+    SQUEAL_PETSC(MatSeqAIJGetArrayRead(matrix, &values));
+  }
+
+  SequentialRows::~SequentialRows()
+  {
+    PetscBool done = PETSC_FALSE;
+    MatSeqAIJRestoreArrayRead(matrix, &values);
+    MatRestoreRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done);
+  }
+
+  LocalRows::LocalRows(Mat matrix, const RowRange &range) : begin(range.begin)
+  {
+    PetscBool is_parallel = PETSC_FALSE;
+    SQUEAL_PETSC(
+        PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix), MATMPIAIJ, &is_parallel));
+    Mat of_own = matrix, of_others = nullptr;
+    if (is_parallel)
+      SQUEAL_PETSC(MatMPIAIJGetSeqAIJ(matrix, &of_own, &of_others, &coupled_columns));
+    own = std::make_unique<const SequentialRows>(of_own);
+    if (of_others)
+      coupled = std::make_unique<const SequentialRows>(of_others);
+  }
+
+  Matrix make_matrix(const RowRange &range, CompressedRows rows)
   {
     const PetscInt n = range.n_local(), n_global = range.size;
     int n_ranks = 0;
@@ -18,31 +46,25 @@ namespace squeal
                                                 rows.values.data()));
       return result;
     }
-    // PETSc's own way from compressed rows inserts entry by entry.
-    std::vector<PetscInt> lengths(n);
-    for (PetscInt i = 0; i < n; ++i)
-      lengths[i] = rows.begins[i + 1] - rows.begins[i];
-    SQUEAL_PETSC(MatCreateSeqAIJ(range.comm, n, n, 0, lengths.data(), &mat));
+    // The arrays live as long as the matrix.
+    auto kept = std::make_unique<CompressedRows>(std::move(rows));
+    SQUEAL_PETSC(MatCreateSeqAIJWithArrays(range.comm, n, n, kept->begins.data(),
+                                           kept->columns.data(), kept->values.data(), &mat));
     Matrix result(mat);
-    SQUEAL_PETSC(MatSeqAIJSetColumnIndices(mat, const_cast<PetscInt *>(rows.columns.data())));
-    PetscScalar *values = nullptr;
-    SQUEAL_PETSC(MatSeqAIJGetArray(mat, &values));
-    std::copy(rows.values.begin(), rows.values.end(), values);
-    SQUEAL_PETSC(MatSeqAIJRestoreArray(mat, &values));
-    compress(result);
+    PetscContainer container = nullptr;
+    SQUEAL_PETSC(PetscContainerCreate(range.comm, &container));
+    SQUEAL_PETSC(PetscContainerSetUserDestroy(container,
+                                              [](void *pointer) -> PetscErrorCode
+                                              {
+                                                delete static_cast<CompressedRows *>(pointer);
+                                                return 0;
+                                              }));
+    SQUEAL_PETSC(PetscContainerSetPointer(container, kept.release()));
+    SQUEAL_PETSC(PetscObjectCompose(reinterpret_cast<PetscObject>(mat), "arrays",
+                                    reinterpret_cast<PetscObject>(container)));
+    SQUEAL_PETSC(PetscContainerDestroy(&container));
     return result;
   }
-
-  namespace
-  {
-    /// Entries that this rank stores of a matrix.
-    std::size_t n_local_entries(const Mat matrix)
-    {
-      MatInfo info{};
-      SQUEAL_PETSC(MatGetInfo(matrix, MAT_LOCAL, &info));
-      return static_cast<std::size_t>(info.nz_used);
-    }
-  } // namespace
 
   Matrix sum_of(const RowRange &rows, const std::vector<Summand> &given)
   {
@@ -63,28 +85,26 @@ namespace squeal
     if (summands.empty())
       return {};
 
+    std::vector<std::unique_ptr<const LocalRows>> stored;
     std::size_t n_entries = 0;
     for (const Summand &s : summands)
-      n_entries += n_local_entries(s.matrix);
+    {
+      stored.push_back(std::make_unique<const LocalRows>(s.matrix, rows));
+      n_entries += stored.back()->n_entries();
+    }
     CompressedRows result;
     result.reserve(n_entries); // pages that are not written to take no memory
     RowSums sums(rows.size, 1);
     for (PetscInt row = rows.begin; row < PetscInt(rows.end); ++row)
     {
-      for (const Summand &s : summands)
-      {
-        PetscInt n                = 0;
-        const PetscInt *columns   = nullptr;
-        const PetscScalar *values = nullptr;
-        SQUEAL_PETSC(MatGetRow(s.matrix, row, &n, &columns, &values));
-        for (PetscInt k = 0; k < n; ++k)
-          *sums.at(columns[k]) += s.coefficient * values[k];
-        SQUEAL_PETSC(MatRestoreRow(s.matrix, row, &n, &columns, &values));
-      }
+      for (unsigned int i = 0; i < summands.size(); ++i)
+        stored[i]->for_entries(row, [&](const PetscInt column, const PetscScalar value)
+                               { *sums.at(column) += summands[i].coefficient * value; });
       sums.take([&](const unsigned int column, const double *value)
                 { result.add(column, *value); });
       result.end_row();
     }
-    return make_matrix(rows, result);
+    stored.clear();
+    return make_matrix(rows, std::move(result));
   }
 } // namespace squeal

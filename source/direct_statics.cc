@@ -180,16 +180,25 @@ namespace squeal
     if (symmetry && !squeal::is_symmetric(sum, *symmetry))
       forget_symmetry();
     make_parts();
-    std::vector<Matrix> matrices;
+    std::vector<std::vector<Matrix>> matrices;
+    std::vector<const HalfSpace *> spaces;
     for (const Part &part : parts)
-      matrices.push_back(part.space ? std::move(part.space->restrict(sum).front())
-                                    : sum_of_terms(rows, sum.front()));
+      if (part.space)
+        spaces.push_back(part.space.get());
+    if (!spaces.empty())
+      matrices = HalfSpace::restrict(spaces, sum);
+    else
+    {
+      matrices.emplace_back();
+      matrices.back().push_back(sum_of_terms(rows, sum.front()));
+    }
     work_apart(rows.comm,
                [&]()
                {
                  for (unsigned int p = 0; p < parts.size(); ++p)
                    if (const RowRange &own = rows_of(parts[p], rows); own.comm != MPI_COMM_NULL)
-                     parts[p].solver = std::make_unique<ReleaseSolver>(own, std::move(matrices[p]));
+                     parts[p].solver =
+                         std::make_unique<ReleaseSolver>(own, std::move(matrices[p].front()));
                });
   }
 

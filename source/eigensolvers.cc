@@ -71,25 +71,26 @@ namespace squeal
       std::vector<Complex> factors;
       for (unsigned int k = 0; k < re.n_columns(); ++k)
       {
-        // The largest component; ties and ranks are decided by the lowest row.
-        struct
-        {
-          double value;
-          int rank;
-        } largest{-1., 0};
-        MPI_Comm_rank(rows.comm, &largest.rank);
-        std::array<double, 2> turn{{1, 0}};
+        // The first of the largest components, which may be equal by symmetry: rounding and the
+        // number of ranks are not to choose.
+        const auto size_of = [&](const unsigned int i)
+        { return std::hypot(re.column(k)[i], im.column(k)[i]); };
+        double largest = 0;
         for (unsigned int i = 0; i < rows.n_local(); ++i)
-        {
-          const double size = std::hypot(re.column(k)[i], im.column(k)[i]);
-          if (size > largest.value * (1 + 1e-8))
-          {
-            largest.value = size;
-            turn          = {{re.column(k)[i] / size, im.column(k)[i] / size}};
-          }
-        }
-        MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, rows.comm);
-        MPI_Bcast(turn.data(), 2, MPI_DOUBLE, largest.rank, rows.comm);
+          largest = std::max(largest, size_of(i));
+        MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, rows.comm);
+        unsigned int first = 0;
+        while (first < rows.n_local() && size_of(first) * (1 + 1e-8) < largest)
+          ++first;
+        int rank = 0, n_ranks = 0;
+        MPI_Comm_rank(rows.comm, &rank);
+        MPI_Comm_size(rows.comm, &n_ranks);
+        int owner = first < rows.n_local() ? rank : n_ranks;
+        MPI_Allreduce(MPI_IN_PLACE, &owner, 1, MPI_INT, MPI_MIN, rows.comm);
+        std::array<double, 2> turn{{1, 0}};
+        if (owner == rank && largest > 0)
+          turn = {{re.column(k)[first] / size_of(first), im.column(k)[first] / size_of(first)}};
+        MPI_Bcast(turn.data(), 2, MPI_DOUBLE, owner, rows.comm);
         factors.push_back(std::conj(Complex(turn[0], turn[1])));
       }
       return factors;

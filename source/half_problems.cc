@@ -144,14 +144,14 @@ namespace squeal
       const std::array<unsigned int, 3> first = {{0, n_ranks / 2, n_ranks}};
       std::array<std::unique_ptr<const RankGroup>, 2> groups;
       std::array<std::unique_ptr<const HalfSpace>, 2> spaces;
-      std::array<QuadraticEigenproblem, 2> problems;
       std::array<Modes, 2> halves;
       for (unsigned int h = 0; h < 2; ++h)
       {
-        groups[h]   = std::make_unique<const RankGroup>(all, first[h], first[h + 1] - first[h]);
-        spaces[h]   = std::make_unique<const HalfSpace>(symmetry, h == 0, *groups[h]);
-        problems[h] = spaces[h]->restrict(equations);
+        groups[h] = std::make_unique<const RankGroup>(all, first[h], first[h + 1] - first[h]);
+        spaces[h] = std::make_unique<const HalfSpace>(symmetry, h == 0, *groups[h]);
       }
+      std::vector<QuadraticEigenproblem> problems =
+          HalfSpace::restrict({spaces[0].get(), spaces[1].get()}, equations);
       work_apart(all,
                  [&]()
                  {
@@ -165,8 +165,8 @@ namespace squeal
         append(*spaces[h], halves[h], names[h], true, modes);
       }
       // Blocks and matrices of a group go before its communicator.
-      problems = {};
-      halves   = {};
+      problems.clear();
+      halves = {};
       return_freed_memory();
     }
   } // namespace

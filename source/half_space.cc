@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <numeric>
 
@@ -92,7 +93,7 @@ namespace squeal
     {
     public:
       Rows(Mat matrix, const RowRange &own, const std::vector<PetscInt> &others)
-          : matrix(matrix), own(own), others(others)
+          : own(own), own_rows(matrix, own), others(others)
       {
         int n_ranks = 0;
         MPI_Comm_size(own.comm, &n_ranks);
@@ -106,9 +107,11 @@ namespace squeal
             MatCreateSubMatrices(matrix, 1, &rows, &columns, MAT_INITIAL_MATRIX, &received));
         SQUEAL_PETSC(ISDestroy(&rows));
         SQUEAL_PETSC(ISDestroy(&columns));
+        received_rows = std::make_unique<const SequentialRows>(*received);
       }
       ~Rows()
       {
+        received_rows.reset();
         if (received)
           MatDestroySubMatrices(1, &received);
       }
@@ -119,99 +122,168 @@ namespace squeal
       template <typename Visit>
       void for_entries(const PetscInt row, const Visit &visit) const
       {
-        const bool is_own = own.contains(row);
-        Mat mat           = is_own ? matrix : *received;
-        const PetscInt place =
-            is_own ? row : std::lower_bound(others.begin(), others.end(), row) - others.begin();
-        PetscInt n                = 0;
-        const PetscInt *columns   = nullptr;
-        const PetscScalar *values = nullptr;
-        SQUEAL_PETSC(MatGetRow(mat, place, &n, &columns, &values));
-        for (PetscInt k = 0; k < n; ++k)
-          visit(columns[k], values[k]);
-        SQUEAL_PETSC(MatRestoreRow(mat, place, &n, &columns, &values));
+        if (own.contains(row))
+          own_rows.for_entries(row, visit);
+        else
+          received_rows->for_entries(
+              std::lower_bound(others.begin(), others.end(), row) - others.begin(), visit);
+      }
+      std::size_t n_own_entries() const
+      {
+        return own_rows.n_entries();
       }
 
     private:
-      Mat matrix;
       const RowRange own;
+      const LocalRows own_rows;
       const std::vector<PetscInt> others; ///< ascending
       Mat *received = nullptr;
+      std::unique_ptr<const SequentialRows> received_rows;
     };
-  } // namespace
 
-  namespace
-  {
-    /// Sends parts of a vector, one after the other and of the given lengths, to the ranks; what
-    /// comes, in their order.
-    template <typename Number>
-    std::vector<Number> exchange(const std::vector<Number> &sent, const std::vector<int> &lengths,
-                                 const MPI_Datatype type, const MPI_Comm comm)
+    /// Sends parts of an array, one after the other and of the given lengths, to the ranks; what
+    /// comes, in their order, and how much from each.
+    std::vector<PetscInt> exchange(const std::vector<PetscInt> &sent,
+                                   const std::vector<int> &lengths, std::vector<int> &expected,
+                                   const MPI_Comm comm)
     {
       const unsigned int n_ranks = lengths.size();
-      std::vector<int> expected(n_ranks), to(n_ranks), from(n_ranks);
+      std::vector<int> to(n_ranks), from(n_ranks);
+      expected.resize(n_ranks);
       MPI_Alltoall(lengths.data(), 1, MPI_INT, expected.data(), 1, MPI_INT, comm);
       std::partial_sum(lengths.begin(), lengths.end() - 1, to.begin() + 1);
       std::partial_sum(expected.begin(), expected.end() - 1, from.begin() + 1);
-      std::vector<Number> received(from.back() + expected.back());
-      MPI_Alltoallv(sent.data(), lengths.data(), to.data(), type, received.data(), expected.data(),
-                    from.data(), type, comm);
+      std::vector<PetscInt> received(from.back() + expected.back());
+      MPI_Alltoallv(sent.data(), lengths.data(), to.data(), MPIU_INT, received.data(),
+                    expected.data(), from.data(), MPIU_INT, comm);
       return received;
+    }
+
+    /// Entries that are sent to a rank or come from it, by places in the arrays.
+    struct Runs
+    {
+      std::vector<int> begins, lengths;
+
+      void add(const int begin, const int length)
+      {
+        if (length == 0)
+          return;
+        if (!begins.empty() && begins.back() + lengths.back() == begin)
+          lengths.back() += length;
+        else
+        {
+          begins.push_back(begin);
+          lengths.push_back(length);
+        }
+      }
+      /// Calls start(type) with numbers at the places as a type of MPI.
+      template <typename Start>
+      void with_type(const MPI_Datatype number, const Start &start) const
+      {
+        MPI_Datatype type = MPI_DATATYPE_NULL;
+        MPI_Type_indexed(begins.size(), lengths.data(), begins.data(), number, &type);
+        MPI_Type_commit(&type);
+        start(type);
+        MPI_Type_free(&type);
+      }
+    };
+
+    /// From where they are to where they shall be. Runs are by rank; @p meanwhile is done while
+    /// they are on the way.
+    void transfer(const CompressedRows &sent, const std::vector<Runs> &outgoing,
+                  CompressedRows &received, const std::vector<Runs> &incoming, const MPI_Comm comm,
+                  const std::function<void()> &meanwhile)
+    {
+      constexpr int of_columns = 1, of_values = 2;
+      std::vector<MPI_Request> requests;
+      for (unsigned int rank = 0; rank < incoming.size(); ++rank)
+        if (const Runs &runs = incoming[rank]; !runs.begins.empty())
+        {
+          const auto receive = [&](void *data, const MPI_Datatype number, const int tag)
+          {
+            requests.emplace_back();
+            runs.with_type(number, [&](const MPI_Datatype type)
+                           { MPI_Irecv(data, 1, type, rank, tag, comm, &requests.back()); });
+          };
+          receive(received.columns.data(), MPIU_INT, of_columns);
+          receive(received.values.data(), MPIU_SCALAR, of_values);
+        }
+      for (unsigned int rank = 0; rank < outgoing.size(); ++rank)
+        if (const Runs &runs = outgoing[rank]; !runs.begins.empty())
+        {
+          const auto send = [&](const void *data, const MPI_Datatype number, const int tag)
+          {
+            requests.emplace_back();
+            runs.with_type(number, [&](const MPI_Datatype type)
+                           { MPI_Isend(data, 1, type, rank, tag, comm, &requests.back()); });
+          };
+          send(sent.columns.data(), MPIU_INT, of_columns);
+          send(sent.values.data(), MPIU_SCALAR, of_values);
+        }
+      meanwhile();
+      MPI_Waitall(requests.size(), requests.data(), MPI_STATUSES_IGNORE);
     }
   } // namespace
 
   CompressedRows HalfSpace::hand_over(const CompressedRows &sent) const
   {
-    int n_ranks = 0;
+    int n_ranks = 0, this_rank = 0;
     MPI_Comm_size(whole.comm, &n_ranks);
+    MPI_Comm_rank(whole.comm, &this_rank);
     const PetscInt end = rows.end;
     std::vector<PetscInt> ends(n_ranks);
     MPI_Allgather(&end, 1, MPIU_INT, ends.data(), 1, MPIU_INT, whole.comm);
 
-    // Rows by their receivers: number and length of each, then the entries.
-    std::vector<std::vector<unsigned int>> rows_to(n_ranks);
-    for (unsigned int n = 0; n < own_representatives.size(); ++n)
-    {
-      const PetscInt row = columns[own_representatives[n]];
-      rows_to[std::upper_bound(ends.begin(), ends.end(), row) - ends.begin()].push_back(n);
-    }
-    std::vector<PetscInt> heads, all_columns;
-    std::vector<PetscScalar> values;
-    std::vector<int> n_heads, n_entries;
-    for (const std::vector<unsigned int> &of_rank : rows_to)
-    {
-      const std::size_t before = all_columns.size();
-      for (const unsigned int n : of_rank)
-      {
-        const PetscInt first = sent.begins[n], last = sent.begins[n + 1];
-        heads.push_back(columns[own_representatives[n]]);
-        heads.push_back(last - first);
-        all_columns.insert(all_columns.end(), sent.columns.begin() + first,
-                           sent.columns.begin() + last);
-        values.insert(values.end(), sent.values.begin() + first, sent.values.begin() + last);
-      }
-      n_heads.push_back(2 * of_rank.size());
-      n_entries.push_back(all_columns.size() - before);
-    }
-    heads       = exchange(heads, n_heads, MPIU_INT, whole.comm);
-    all_columns = exchange(all_columns, n_entries, MPIU_INT, whole.comm);
-    values      = exchange(values, n_entries, MPIU_SCALAR, whole.comm);
-
+    // Row by row the number and the length, by receivers
+    std::vector<Runs> outgoing(n_ranks), incoming(n_ranks);
+    std::vector<std::vector<PetscInt>> heads_to(n_ranks);
+    std::vector<unsigned int> staying;
     CompressedRows result;
     result.begins.assign(rows.n_local() + 1, 0);
+    for (unsigned int n = 0; n < own_representatives.size(); ++n)
+    {
+      const PetscInt row = columns[own_representatives[n]], first = sent.begins[n],
+                     length = sent.begins[n + 1] - first;
+      const int receiver    = std::upper_bound(ends.begin(), ends.end(), row) - ends.begin();
+      if (receiver == this_rank)
+      {
+        staying.push_back(n);
+        result.begins[row - rows.begin + 1] = length;
+      }
+      else
+      {
+        heads_to[receiver].insert(heads_to[receiver].end(), {row, length});
+        outgoing[receiver].add(first, length);
+      }
+    }
+    std::vector<PetscInt> heads;
+    std::vector<int> n_heads, n_expected;
+    for (const std::vector<PetscInt> &of_rank : heads_to)
+    {
+      heads.insert(heads.end(), of_rank.begin(), of_rank.end());
+      n_heads.push_back(of_rank.size());
+    }
+    heads = exchange(heads, n_heads, n_expected, whole.comm);
     for (std::size_t k = 0; k < heads.size(); k += 2)
       result.begins[heads[k] - rows.begin + 1] = heads[k + 1];
     std::partial_sum(result.begins.begin(), result.begins.end(), result.begins.begin());
-    result.columns.resize(all_columns.size());
-    result.values.resize(values.size());
-    std::size_t first = 0;
-    for (std::size_t k = 0; k < heads.size(); k += 2)
-    {
-      const PetscInt place = result.begins[heads[k] - rows.begin];
-      std::copy_n(all_columns.begin() + first, heads[k + 1], result.columns.begin() + place);
-      std::copy_n(values.begin() + first, heads[k + 1], result.values.begin() + place);
-      first += heads[k + 1];
-    }
+    result.resize(result.begins.back());
+    std::size_t k = 0;
+    for (int rank = 0; rank < n_ranks; ++rank)
+      for (const std::size_t last = k + n_expected[rank]; k < last; k += 2)
+        incoming[rank].add(result.begins[heads[k] - rows.begin], heads[k + 1]);
+
+    transfer(sent, outgoing, result, incoming, whole.comm,
+             [&]()
+             {
+               for (const unsigned int n : staying)
+               {
+                 const PetscInt first = sent.begins[n], length = sent.begins[n + 1] - first,
+                                place = result.begins[columns[own_representatives[n]] - rows.begin];
+                 std::copy_n(sent.columns.data() + first, length, result.columns.data() + place);
+                 std::copy_n(sent.values.data() + first, length, result.values.data() + place);
+               }
+             });
     return result;
   }
 
@@ -219,7 +291,8 @@ namespace squeal
   ///     (v_i v_k a_ik + v_i' v_k' a_i'k') + (v_i v_k' a_ik' + v_i' v_k a_i'k).
   /// Summed like this a symmetric matrix stays symmetric, and a skew one skew, to the last digit:
   /// otherwise rounding would damp or feed the vibration.
-  std::vector<Matrix> HalfSpace::restrict(const std::vector<std::vector<Term>> &sums) const
+  std::vector<CompressedRows>
+  HalfSpace::restrict_own_rows(const std::vector<std::vector<Term>> &sums) const
   {
     std::vector<PetscInt> others;
     for (const unsigned int i : own_representatives)
@@ -228,8 +301,13 @@ namespace squeal
     std::sort(others.begin(), others.end());
     const std::vector<MatrixFactors> all_factors = factors_of(sums);
     std::vector<std::unique_ptr<const Rows>> all_rows;
+    std::vector<std::size_t> n_entries(sums.size(), 0);
     for (const MatrixFactors &factors : all_factors)
+    {
       all_rows.push_back(std::make_unique<const Rows>(*factors.matrix, whole, others));
+      for (const auto &of_sum : factors.of_sums)
+        n_entries[of_sum.first] += all_rows.back()->n_own_entries();
+    }
 
     struct Place
     {
@@ -244,9 +322,14 @@ namespace squeal
     // Of each column and sum the two brackets above.
     RowSums row_sums(rows.size, 2 * sums.size());
     std::vector<CompressedRows> results(sums.size());
+    // Half of the rows, of twice the columns; pages that are not written to take no memory.
+    for (unsigned int s = 0; s < sums.size(); ++s)
+      results[s].reserve(n_entries[s] / 2);
     const auto add_row = [&](const unsigned int row, const bool is_image)
     {
       for (unsigned int f = 0; f < all_factors.size(); ++f)
+      {
+        const auto &of_sums = all_factors[f].of_sums;
         all_rows[f]->for_entries(row,
                                  [&](const PetscInt k, const PetscScalar a)
                                  {
@@ -256,9 +339,10 @@ namespace squeal
                                    const double value = (entries[row] * place.entry) * a;
                                    double *const parts =
                                        row_sums.at(place.column) + (is_image != place.is_second);
-                                   for (const auto &[s, factor] : all_factors[f].of_sums)
+                                   for (const auto &[s, factor] : of_sums)
                                      parts[2 * s] += factor * value;
                                  });
+      }
     };
     for (const unsigned int i : own_representatives)
     {
@@ -274,50 +358,88 @@ namespace squeal
       for (CompressedRows &result : results)
         result.end_row();
     }
-    std::vector<Matrix> matrices;
-    for (unsigned int s = 0; s < sums.size(); ++s)
+    return results;
+  }
+
+  std::vector<Matrix> HalfSpace::restrict(const std::vector<std::vector<Term>> &sums) const
+  {
+    return std::move(restrict({this}, sums).front());
+  }
+
+  std::vector<std::vector<Matrix>> HalfSpace::restrict(const std::vector<const HalfSpace *> &spaces,
+                                                       const std::vector<std::vector<Term>> &sums)
+  {
+    std::vector<std::vector<CompressedRows>> all_rows;
+    for (const HalfSpace *space : spaces)
     {
-      if (!sums[s].empty() && is_shared)
-        results[s] = hand_over(results[s]);
-      matrices.push_back(sums[s].empty() || !is_here() ? Matrix() : make_matrix(rows, results[s]));
-      results[s] = {};
+      std::vector<CompressedRows> rows = space->restrict_own_rows(sums);
+      for (unsigned int s = 0; s < sums.size() && space->is_shared; ++s)
+        if (!sums[s].empty())
+          rows[s] = space->hand_over(std::exchange(rows[s], {}));
+      all_rows.push_back(std::move(rows));
     }
+    // Once all have been handed over: groups of ranks do this at the same time.
+    std::vector<std::vector<Matrix>> matrices(spaces.size());
+    for (unsigned int h = 0; h < spaces.size(); ++h)
+      for (unsigned int s = 0; s < sums.size(); ++s)
+      {
+        const HalfSpace &space = *spaces[h];
+        matrices[h].push_back(sums[s].empty() || !space.is_here()
+                                  ? Matrix()
+                                  : make_matrix(space.rows, std::move(all_rows[h][s])));
+      }
     return matrices;
   }
 
   QuadraticEigenproblem HalfSpace::restrict(const EquationsOfMotion &equations) const
   {
+    return std::move(restrict({this}, equations).front());
+  }
+
+  std::vector<QuadraticEigenproblem>
+      HalfSpace::restrict(const std::vector<const HalfSpace *> &spaces,
+                          const EquationsOfMotion &equations)
+  {
     std::vector<std::vector<Term>> sums = sums_of(equations);
-    const std::vector<Term> reference   = equations.reference_terms();
     const bool reference_is_symmetric_part =
         equations.reference == EquationsOfMotion::Reference::symmetric_part;
     // A group cannot make it when it wants it: the other ranks do something else then.
-    if (is_shared && !reference_is_symmetric_part)
-      sums.push_back(reference);
-    std::vector<Matrix> matrices = restrict(sums);
-    QuadraticEigenproblem half   = equations.without_matrices();
-    half.rows                    = rows;
-    half.M                       = std::move(matrices[0]);
-    half.P                       = std::move(matrices[1]);
-    half.Q                       = std::move(matrices[2]);
-    if (reference_is_symmetric_part && is_here())
-      half.reference = symmetric_part(rows, half.Q);
-    else if (is_shared && !reference_is_symmetric_part)
-      half.reference = std::move(matrices[3]);
-    else if (!reference_is_symmetric_part && !reference.empty())
-      half.make_shifted_reference = [equations, space = *this](const double omega)
-      { return std::move(space.restrict({equations.shifted_reference_terms(omega)})[0]); };
-    // In parallel the whole is symmetric to rounding only, which would turn double eigenvalues of a
-    // conservative problem into complex pairs.
-    if (!half.has_reference() && is_here())
+    const bool with_reference = spaces.front()->is_shared && !reference_is_symmetric_part;
+    if (with_reference)
+      sums.push_back(equations.reference_terms());
+    std::vector<std::vector<Matrix>> matrices = restrict(spaces, sums);
+    std::vector<QuadraticEigenproblem> halves;
+    for (unsigned int h = 0; h < spaces.size(); ++h)
     {
-      half.M = symmetric_part(rows, half.M);
-      half.Q = symmetric_part(rows, half.Q);
+      const HalfSpace &space     = *spaces[h];
+      QuadraticEigenproblem half = equations.without_matrices();
+      half.rows                  = space.rows;
+      half.M                     = std::move(matrices[h][0]);
+      half.P                     = std::move(matrices[h][1]);
+      half.Q                     = std::move(matrices[h][2]);
+      if (reference_is_symmetric_part && space.is_here())
+        half.reference = symmetric_part(space.rows, half.Q);
+      else if (with_reference)
+        half.reference = std::move(matrices[h][3]);
+      else if (!reference_is_symmetric_part && !equations.reference_terms().empty())
+        half.make_shifted_reference = [equations, space](const double omega)
+        {
+          return std::move(space.restrict(
+              std::vector<std::vector<Term>>(1, equations.shifted_reference_terms(omega)))[0]);
+        };
+      // In parallel the whole is symmetric to rounding only, which would turn double eigenvalues of
+      // a conservative problem into complex pairs.
+      if (!half.has_reference() && space.is_here())
+      {
+        half.M = symmetric_part(space.rows, half.M);
+        half.Q = symmetric_part(space.rows, half.Q);
+      }
+      // Pressures come in pairs, both in contact or both released.
+      half.n_constraints       = equations.n_constraints / 2;
+      half.n_local_constraints = space.n_local_pressures();
+      halves.push_back(std::move(half));
     }
-    // Pressures come in pairs, both in contact or both released.
-    half.n_constraints       = equations.n_constraints / 2;
-    half.n_local_constraints = n_local_pressures();
-    return half;
+    return halves;
   }
 
   unsigned int HalfSpace::n_local_pressures() const

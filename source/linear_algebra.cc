@@ -239,14 +239,14 @@ namespace squeal
       return {block.n_columns(), block.n_columns(), inner_products(block, block)};
     }
 
-    /// Scales the columns to unit length and leaves out those not longer than @p shortest.
-    Block normalized_columns(const Block &block, const double shortest)
+    /// Scales the columns to unit length and leaves out those that are zero.
+    Block normalized_columns(const Block &block)
     {
       const DenseMatrix gram = gram_matrix(block);
       std::vector<double> coefficients;
       unsigned int n_kept = 0;
       for (unsigned int j = 0; j < block.n_columns(); ++j)
-        if (const double length = std::sqrt(gram(j, j)); length > shortest)
+        if (const double length = std::sqrt(gram(j, j)); length > 0)
         {
           coefficients.resize(std::size_t(block.n_columns()) * ++n_kept);
           coefficients[std::size_t(block.n_columns()) * (n_kept - 1) + j] = 1 / length;
@@ -270,19 +270,19 @@ namespace squeal
     constexpr double resolved = 1e-8;
     constexpr double rounding = 1e-14;
 
+    // Long directions first: what is left is short, and known to rounding of the original columns.
+    // It must not be scaled before longer ones, which it contains by accident, are taken out.
     Block basis(block.row_range(), 0);
-    double length = 1; // of the remaining columns, relative to the original ones
-    block         = normalized_columns(block, 0);
-    for (unsigned int level = 0; block.n_columns() > 0 && length > rounding; ++level)
+    block = normalized_columns(block);
+    while (block.n_columns() > 0)
     {
       project_out(basis, block);
       project_out(basis, block);
-      block                = normalized_columns(block, rounding / length);
-      const unsigned int n = block.n_columns();
-      if (n == 0)
-        break;
+      const unsigned int n                  = block.n_columns();
       DenseMatrix vectors                   = gram_matrix(block);
       const std::vector<double> eigenvalues = symmetric_eigen(vectors);
+      if (!(eigenvalues.back() > rounding * rounding))
+        break;
       std::vector<double> kept, left;
       for (unsigned int j = 0; j < n; ++j)
       {
@@ -295,7 +295,6 @@ namespace squeal
       project_out(basis, next);
       basis.append(next);
       block = combine(block, left, left.size() / n);
-      length *= std::sqrt(resolved);
     }
 
     // Loss of orthogonality by rounding is small by now: one more pass removes it.

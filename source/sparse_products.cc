@@ -1,4 +1,4 @@
-#include <squeal/linear_algebra.h>
+#include <squeal/compressed_rows.h>
 
 #include <algorithm>
 #include <array>
@@ -23,34 +23,20 @@ namespace squeal
       return rows;
     }
 
-    /// A sequential AIJ matrix, read only.
+    /// A sequential AIJ matrix.
     class Csr
     {
     public:
-      explicit Csr(Mat mat) : mat(mat)
-      {
-        PetscBool done = PETSC_FALSE;
-        SQUEAL_PETSC(
-            MatGetRowIJ(mat, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done));
-        SQUEAL_PETSC(MatSeqAIJGetArrayRead(mat, &values));
-      }
-      ~Csr()
-      {
-        PetscBool done = PETSC_FALSE;
-        MatSeqAIJRestoreArrayRead(mat, &values);
-        MatRestoreRowIJ(mat, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done);
-      }
-      Csr(const Csr &)            = delete;
-      Csr &operator=(const Csr &) = delete;
+      explicit Csr(Mat mat) : rows(mat) {}
 
       void add_product(const Chunk *x, Chunk *y) const
       {
-        add_product(n_rows, begins, columns, values, x, y);
+        add_product(rows.n_rows, rows.begins, rows.columns, rows.values, x, y);
       }
 
       void add_transposed_product(const Chunk *x, Chunk *y) const
       {
-        add_transposed_product(n_rows, begins, columns, values, x, y);
+        add_transposed_product(rows.n_rows, rows.begins, rows.columns, rows.values, x, y);
       }
 
     private:
@@ -64,10 +50,7 @@ namespace squeal
       add_transposed_product(PetscInt n_rows, const PetscInt *begins, const PetscInt *columns,
                              const PetscScalar *values, const Chunk *x, Chunk *y);
 
-      Mat mat;
-      PetscInt n_rows        = 0;
-      const PetscInt *begins = nullptr, *columns = nullptr;
-      const PetscScalar *values = nullptr;
+      const SequentialRows rows;
     };
 
     void Csr::add_product(const PetscInt n_rows, const PetscInt *begins, const PetscInt *columns,

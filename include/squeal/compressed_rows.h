@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace squeal
@@ -55,11 +57,33 @@ namespace squeal
     std::size_t first_word, last_word = 0;
   };
 
+  /// Leaves numbers that a vector makes room for as they are: memory is touched only when they are
+  /// written, which counts where matrices are copied.
+  template <typename Number>
+  struct Unfilled : std::allocator<Number>
+  {
+    template <typename Other>
+    struct rebind
+    {
+      using other = Unfilled<Other>;
+    };
+    template <typename Other>
+    void construct(Other *) noexcept
+    {
+    }
+    template <typename Other, typename... Arguments>
+    void construct(Other *at, Arguments &&...arguments)
+    {
+      ::new (static_cast<void *>(at)) Other(std::forward<Arguments>(arguments)...);
+    }
+  };
+
   /// Rows of a matrix one after the other, by ascending column.
   struct CompressedRows
   {
-    std::vector<PetscInt> begins = {0}, columns;
-    std::vector<PetscScalar> values;
+    std::vector<PetscInt> begins = {0};
+    std::vector<PetscInt, Unfilled<PetscInt>> columns;
+    std::vector<PetscScalar, Unfilled<PetscScalar>> values;
 
     /// An entry of the last row; zeros are not stored.
     void add(const PetscInt column, const PetscScalar value)
@@ -78,8 +102,72 @@ namespace squeal
       columns.reserve(n_entries);
       values.reserve(n_entries);
     }
+    void resize(const std::size_t n_entries)
+    {
+      columns.resize(n_entries);
+      values.resize(n_entries);
+    }
   };
 
-  /// The matrix with these rows on this rank, columns numbered globally. Collective.
-  Matrix make_matrix(const RowRange &range, const CompressedRows &rows);
+  /// The arrays of a sequential AIJ matrix, read only.
+  class SequentialRows
+  {
+  public:
+    explicit SequentialRows(Mat matrix);
+    ~SequentialRows();
+    SequentialRows(const SequentialRows &)            = delete;
+    SequentialRows &operator=(const SequentialRows &) = delete;
+
+    /// Calls visit(column, value) for the entries of a row.
+    template <typename Visit>
+    void for_entries(const PetscInt row, const Visit &visit) const
+    {
+      for (PetscInt k = begins[row]; k < begins[row + 1]; ++k)
+        visit(columns[k], values[k]);
+    }
+    std::size_t n_entries() const
+    {
+      return begins[n_rows];
+    }
+
+    PetscInt n_rows        = 0;
+    const PetscInt *begins = nullptr, *columns = nullptr;
+    const PetscScalar *values = nullptr;
+
+  private:
+    Mat matrix;
+  };
+
+  /// This rank's rows of an AIJ matrix, read only: faster than row by row from PETSc, which sorts
+  /// those that are distributed.
+  class LocalRows
+  {
+  public:
+    LocalRows(Mat matrix, const RowRange &range);
+
+    /// Calls visit(column, value) for the entries of a row, in no order. Rows and columns are
+    /// numbered globally.
+    template <typename Visit>
+    void for_entries(const PetscInt row, const Visit &visit) const
+    {
+      own->for_entries(row - begin, [&](const PetscInt column, const PetscScalar value)
+                       { visit(begin + column, value); });
+      if (coupled)
+        coupled->for_entries(row - begin, [&](const PetscInt column, const PetscScalar value)
+                             { visit(coupled_columns[column], value); });
+    }
+    std::size_t n_entries() const
+    {
+      return own->n_entries() + (coupled ? coupled->n_entries() : 0);
+    }
+
+  private:
+    const PetscInt begin;
+    std::unique_ptr<const SequentialRows> own, coupled; ///< columns of this rank and of others
+    const PetscInt *coupled_columns = nullptr;
+  };
+
+  /// The matrix with these rows on this rank, columns numbered globally. On one rank it keeps the
+  /// arrays and does not copy them. Collective.
+  Matrix make_matrix(const RowRange &range, CompressedRows rows);
 } // namespace squeal

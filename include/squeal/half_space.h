@@ -28,6 +28,11 @@ namespace squeal
     /// V^T (sum_i c_i A_i) V of several sums; each matrix is read once. Empty where a sum is.
     /// Collective.
     std::vector<Matrix> restrict(const std::vector<std::vector<Term>> &sums) const;
+    /// The same for several halves, which groups of ranks share: these finish it at the same time.
+    static std::vector<QuadraticEigenproblem> restrict(const std::vector<const HalfSpace *> &spaces,
+                                                       const EquationsOfMotion &equations);
+    static std::vector<std::vector<Matrix>> restrict(const std::vector<const HalfSpace *> &spaces,
+                                                     const std::vector<std::vector<Term>> &sums);
     /// V^T A V of a matrix. Collective.
     Matrix restrict(const std::shared_ptr<const Matrix> &matrix) const;
     /// V^T x. Collective.
@@ -57,6 +62,8 @@ namespace squeal
     HalfSpace(const MirrorSymmetry &symmetry, bool symmetric, const RankGroup *group);
     /// A distributed column of the half on all ranks of the whole.
     std::vector<double> replicate_half(const double *column) const;
+    /// Rows of V^T (sum_i c_i A_i) V of several sums, those that stand for rows of this rank.
+    std::vector<CompressedRows> restrict_own_rows(const std::vector<std::vector<Term>> &sums) const;
     /// Rows of a matrix of the half on the ranks of the group, of those that have its rows in the
     /// whole, columns numbered as in the group.
     CompressedRows hand_over(const CompressedRows &sent) const;
