@@ -22,6 +22,12 @@ namespace squeal
               b.values.data(), &ldb, &beta, c.values.data(), &ldc);
   }
 
+  void add_multiple(const double factor, const double *x, const unsigned int n, double *y)
+  {
+    const PetscBLASInt size = n, one = 1;
+    BLASaxpy_(&size, &factor, x, &one, y, &one);
+  }
+
   DenseMatrix outer_product(const DenseMatrix &a, const DenseMatrix &b)
   {
     DenseMatrix c(a.n_rows, b.n_rows);

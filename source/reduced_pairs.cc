@@ -37,6 +37,37 @@ namespace squeal
     }
   } // namespace
 
+  namespace
+  {
+    using Complex = std::complex<double>;
+
+    /// y^T A x for real A.
+    Complex form(const std::vector<Complex> &y, const DenseMatrix &a, const std::vector<Complex> &x)
+    {
+      Complex sum = 0;
+      for (unsigned int j = 0; j < a.n_columns; ++j)
+      {
+        double re = 0, im = 0;
+        const double *column = &a.values[std::size_t(j) * a.n_rows];
+        for (unsigned int i = 0; i < a.n_rows; ++i)
+        {
+          re += column[i] * y[i].real();
+          im += column[i] * y[i].imag();
+        }
+        sum += Complex(re, im) * x[j];
+      }
+      return sum;
+    }
+
+    /// The root of a l^2 + b l + c near a given one.
+    Complex nearest_root(const Complex a, const Complex b, const Complex c, const Complex given)
+    {
+      const Complex root = std::sqrt(b * b - 4. * a * c), one = (-b + root) / (2. * a),
+                    other = (-b - root) / (2. * a);
+      return std::abs(one - given) < std::abs(other - given) ? one : other;
+    }
+  } // namespace
+
   void ReducedModel::solve_densely(Solutions &x, Solutions &y) const
   {
     const auto pairs_of = [&](const bool of_left)
@@ -118,7 +149,8 @@ namespace squeal
     for (Solutions *solutions : {&x, &y})
       solutions->re = solutions->im = DenseMatrix(dimension(), n);
     const DenseMatrix &q = small_problem[0], &p = small_problem[1], &mass = small_problem[2];
-    std::vector<Complex> at(std::size_t(m) * m), slope(at.size());
+    const bool damped = has_velocity_terms && !p.values.empty();
+    std::vector<Complex> at(std::size_t(m) * m);
     constexpr unsigned int max_iterations = 5;
     for (unsigned int k = 0; k < n; ++k)
     {
@@ -128,53 +160,51 @@ namespace squeal
         right_vector[i] = {x_re(i, k), x_im(i, k)};
         left_vector[i]  = {y_re(i, k), y_im(i, k)};
       }
-      Complex l      = x.lambda[k];
+      // The two-sided Rayleigh functional: y^T (l^2 M + l P + Q) x = 0
+      const auto rayleigh_functional = [&](const Complex l)
+      {
+        return nearest_root(form(left_vector, mass, right_vector),
+                            damped ? form(left_vector, p, right_vector) : 0.,
+                            form(left_vector, q, right_vector), l);
+      };
+      Complex l      = rayleigh_functional(x.lambda[k]);
       bool converged = false;
       for (unsigned int iteration = 0; iteration < max_iterations && !converged; ++iteration)
       {
-        const bool damped = has_velocity_terms && !p.values.empty();
-        for (std::size_t e = 0; e < at.size(); ++e)
-        {
-          const double p_e = damped ? p.values[e] : 0.;
-          at[e]            = q.values[e] + l * (p_e + l * mass.values[e]);
-          slope[e]         = p_e + 2. * l * mass.values[e];
-        }
-        // x := Q(l)^{-1} Q'(l) x, y := Q(l)^{-T} Q'(l)^T y, dl = - y^T Q x / (y^T Q' x)
+        // x := Q(l)^{-1} Q'(l) x, y := Q(l)^{-T} Q'(l)^T y
         std::vector<Complex> of_right(m), of_left(m);
         for (unsigned int j = 0; j < m; ++j)
+        {
+          const std::size_t first = std::size_t(j) * m;
           for (unsigned int i = 0; i < m; ++i)
           {
-            of_right[i] += slope[i + std::size_t(j) * m] * right_vector[j];
-            of_left[j] += slope[i + std::size_t(j) * m] * left_vector[i];
+            const double p_e    = damped ? p.values[first + i] : 0.;
+            const Complex l_m   = l * mass.values[first + i];
+            at[first + i]       = q.values[first + i] + l * (p_e + l_m);
+            const Complex slope = p_e + 2. * l_m;
+            of_right[i] += slope * right_vector[j];
+            of_left[j] += slope * left_vector[i];
           }
-        const std::vector<Complex> matrix = at;
+        }
         if (!solve_both(at, of_right, of_left, m))
           return false;
-        right_vector     = std::move(of_right);
-        left_vector      = std::move(of_left);
-        Complex residual = 0, denominator = 0;
-        double size = 0, left_size = 0;
-        for (unsigned int j = 0; j < m; ++j)
+        const auto normalise = [](std::vector<Complex> &vector)
         {
-          size += std::norm(right_vector[j]);
-          left_size += std::norm(left_vector[j]);
-          Complex y_q = 0, y_s = 0;
-          for (unsigned int i = 0; i < m; ++i)
-          {
-            y_q += left_vector[i] * matrix[i + std::size_t(j) * m];
-            y_s += left_vector[i] * slope[i + std::size_t(j) * m];
-          }
-          residual += y_q * right_vector[j];
-          denominator += y_s * right_vector[j];
-        }
-        for (unsigned int j = 0; j < m; ++j)
-        {
-          right_vector[j] /= std::sqrt(size);
-          left_vector[j] /= std::sqrt(left_size);
-        }
-        const Complex change = -residual / denominator;
-        l += change;
-        converged = std::abs(change) <= 1e-8 * std::abs(l); // the next is its cube
+          double size = 0;
+          for (const Complex &c : vector)
+            size += std::norm(c);
+          for (Complex &c : vector)
+            c /= std::sqrt(size);
+        };
+        right_vector = std::move(of_right);
+        left_vector  = std::move(of_left);
+        normalise(right_vector);
+        normalise(left_vector);
+        const Complex before = l;
+        l                    = rayleigh_functional(before);
+        // Of the third order: the next change is the cube. What has not become accurate fails to
+        // be certified.
+        converged = std::abs(l - before) <= 1e-7 * std::abs(l);
       }
       if (!converged || std::abs(l) > radius())
         return false;

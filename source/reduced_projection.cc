@@ -146,34 +146,44 @@ namespace squeal
     return true;
   }
 
+  DenseMatrix ReducedModel::violations(const Constraints &c, const DenseMatrix &at_rows) const
+  {
+    const unsigned int m = at_rows.n_rows;
+    DenseMatrix result(m, c.rows.size());
+    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      for (const auto &[k, value] : c.by_row[r])
+        add_multiple(value, &at_rows.values[std::size_t(r) * m], m,
+                     &result.values[std::size_t(k) * m]);
+    return result;
+  }
+
   DenseMatrix ReducedModel::balancing_pressures(const Constraints &c,
                                                 const DenseMatrix &at_rows) const
   {
-    const unsigned int m = at_rows.n_rows;
-    DenseMatrix violation(m, c.rows.size());
-    for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      for (const auto &[k, value] : c.by_row[r])
-        for (unsigned int j = 0; j < m; ++j)
-          violation(j, k) -= value * at_rows(j, r);
+    DenseMatrix violation = violations(c, at_rows);
+    for (double &value : violation.values)
+      value *= -1;
     return transposed(c.squares.solve(transposed(violation)));
   }
 
-  DenseMatrix ReducedModel::shortest_change(const Constraints &c, const DenseMatrix &at_rows) const
+  DenseMatrix ReducedModel::forces_of(const Constraints &c, const DenseMatrix &pressures) const
   {
-    const DenseMatrix pressures = balancing_pressures(c, at_rows);
-    DenseMatrix result(at_rows.n_rows, interface_rows.size());
+    const unsigned int m = pressures.n_rows;
+    DenseMatrix result(m, interface_rows.size());
     for (unsigned int r = 0; r < interface_rows.size(); ++r)
       for (const auto &[k, value] : c.by_row[r])
-        for (unsigned int j = 0; j < at_rows.n_rows; ++j)
-          result(j, r) += value * pressures(j, k);
+        add_multiple(value, &pressures.values[std::size_t(k) * m], m,
+                     &result.values[std::size_t(r) * m]);
     return result;
   }
 
   void ReducedModel::satisfy_constraints()
   {
     const bool holds_pressures = has_constraints && !compliant;
-    left_change                = holds_pressures ? shortest_change(left_constraints, left_rows)
-                                                 : DenseMatrix(dimension(), interface_rows.size());
+    left_balance =
+        holds_pressures ? balancing_pressures(left_constraints, left_rows) : DenseMatrix();
+    left_change = holds_pressures ? forces_of(left_constraints, left_balance)
+                                  : DenseMatrix(dimension(), interface_rows.size());
     if (right_change.n_rows != dimension() || right_change.values.empty())
     {
       right_change = holds_pressures ? shortest_change(right_constraints, right_rows)
@@ -271,11 +281,8 @@ namespace squeal
     {
       if (!of_pressures && is_constraint[entries.columns[k]])
         continue;
-      const double a  = entries.values[k];
-      const double *x = &basis.values[std::size_t(entries.columns[k]) * m];
-      double *y       = &result.values[std::size_t(entries.rows[k]) * m];
-      for (unsigned int j = 0; j < m; ++j)
-        y[j] += a * x[j];
+      add_multiple(entries.values[k], &basis.values[std::size_t(entries.columns[k]) * m], m,
+                   &result.values[std::size_t(entries.rows[k]) * m]);
     }
     return result;
   }
@@ -285,6 +292,28 @@ namespace squeal
     for (unsigned int r = 0; r < interface_rows.size() && !at_rows.values.empty(); ++r)
       if (is_constraint[r])
         std::fill_n(&at_rows.values[std::size_t(r) * at_rows.n_rows], at_rows.n_rows, 0.);
+  }
+
+  /// sum += A B^T for displacements A and forces B in the interface rows, few of which are not
+  /// zero.
+  void ReducedModel::add_products(const DenseMatrix &a, const DenseMatrix &b,
+                                  DenseMatrix &sum) const
+  {
+    DenseMatrix of_a(a.n_rows, 0), of_b(b.n_rows, 0);
+    for (unsigned int r = 0; r < interface_rows.size() && !b.values.empty(); ++r)
+    {
+      const auto at_row = [r](const DenseMatrix &matrix)
+      { return matrix.values.begin() + std::size_t(r) * matrix.n_rows; };
+      if (is_constraint[r] ||
+          std::all_of(at_row(b), at_row(b) + b.n_rows, [](const double x) { return x == 0; }))
+        continue;
+      of_a.values.insert(of_a.values.end(), at_row(a), at_row(a) + a.n_rows);
+      of_b.values.insert(of_b.values.end(), at_row(b), at_row(b) + b.n_rows);
+      ++of_a.n_columns;
+      ++of_b.n_columns;
+    }
+    if (of_a.n_columns > 0)
+      add(1, outer_product(of_a, of_b), sum);
   }
 
   DenseMatrix ReducedModel::sum_of_fixed(const std::vector<DenseMatrix> &by_matrix,
@@ -317,10 +346,11 @@ namespace squeal
         clear_constraints(of_v);
       images_at_rows[order] = sum_of_fixed(at_rows, order);
       DenseMatrix sum       = sum_of_fixed(projected[petrov], order);
-      if (!of_v.values.empty())
-        add(1, outer_product(left_moved, of_v), sum);
-      if (!images_at_rows[order].values.empty())
-        add(1, outer_product(left_change, images_at_rows[order]), sum);
+      add_products(left_moved, of_v, sum);
+      // W - V = -C^T (C C^T)^{-1} C V: by way of C A V, which has few columns
+      if (!images_at_rows[order].values.empty() && !left_balance.values.empty())
+        add(1, outer_product(left_balance, violations(left_constraints, images_at_rows[order])),
+            sum);
       small_problem[order]     = in_kernel(sum);
       operators[petrov][order] = std::move(sum);
       add(1, of_v, images_at_rows[order]);
@@ -333,8 +363,7 @@ namespace squeal
     for (unsigned int order = 0; order < 3; ++order)
     {
       DenseMatrix sum = sum_of_fixed(projected[of_right], order);
-      if (!changing_images[order].values.empty())
-        add(1, outer_product(right_rows, changing_images[order]), sum);
+      add_products(right_rows, changing_images[order], sum);
       operators[of_right][order] = std::move(sum);
       operators[of_left][order]  = sum_of_fixed(projected[of_left], order);
     }

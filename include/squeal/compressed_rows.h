@@ -24,7 +24,7 @@ namespace squeal
     /// The values at a column, zero at first, to add to.
     double *at(const unsigned int column)
     {
-      const std::size_t word = column / 64;
+      const unsigned int word = column / 64;
       is_met[word] |= std::uint64_t(1) << (column % 64);
       first_word = std::min(first_word, word);
       last_word  = std::max(last_word, word);
@@ -35,7 +35,7 @@ namespace squeal
     template <typename Visit>
     void take(const Visit &visit)
     {
-      for (std::size_t word = first_word; word <= last_word && word < is_met.size(); ++word)
+      for (unsigned int word = first_word; word <= last_word && word < is_met.size(); ++word)
       {
         for (std::uint64_t bits = is_met[word]; bits != 0; bits &= bits - 1)
         {
@@ -54,7 +54,8 @@ namespace squeal
     const unsigned int n_values;
     std::vector<double> values;
     std::vector<std::uint64_t> is_met;
-    std::size_t first_word, last_word = 0;
+    unsigned int first_word,
+        last_word = 0; ///< of another type than bits: they may stay in registers
   };
 
   /// Leaves numbers that a vector makes room for as they are: memory is touched only when they are

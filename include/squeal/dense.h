@@ -35,6 +35,9 @@ namespace squeal
   void gemm(bool transpose_a, double alpha, const DenseMatrix &a, const DenseMatrix &b, double beta,
             DenseMatrix &c);
 
+  /// y += factor x, of n numbers.
+  void add_multiple(double factor, const double *x, unsigned int n, double *y);
+
   /// A B^T.
   DenseMatrix outer_product(const DenseMatrix &a, const DenseMatrix &b);
 

@@ -178,14 +178,22 @@ namespace squeal
     DenseMatrix in_kernel(const DenseMatrix &a) const;
     /// Of the present terms. Returns whether they have changed.
     bool find_constraints(bool of_left, Constraints &constraints) const;
+    /// C w, a constraint a column.
+    DenseMatrix violations(const Constraints &constraints, const DenseMatrix &at_rows) const;
+    /// C^T p in the interface rows.
+    DenseMatrix forces_of(const Constraints &constraints, const DenseMatrix &pressures) const;
     /// - C^T (C C^T)^{-1} C w in the interface rows.
-    DenseMatrix shortest_change(const Constraints &constraints, const DenseMatrix &at_rows) const;
+    DenseMatrix shortest_change(const Constraints &constraints, const DenseMatrix &at_rows) const
+    {
+      return forces_of(constraints, balancing_pressures(constraints, at_rows));
+    }
     /// - (C C^T)^{-1} C w, a constraint a column.
     DenseMatrix balancing_pressures(const Constraints &constraints,
                                     const DenseMatrix &at_rows) const;
     DenseMatrix compliant_pressures(const DenseMatrix &basis, bool of_left) const;
     DenseMatrix apply(const Entries &entries, const DenseMatrix &basis, bool of_pressures) const;
     void clear_constraints(DenseMatrix &at_rows) const;
+    void add_products(const DenseMatrix &a, const DenseMatrix &b, DenseMatrix &sum) const;
     DenseMatrix sum_of_fixed(const std::vector<DenseMatrix> &by_matrix, unsigned int order) const;
     void project_terms();
     void project_tests();
@@ -248,6 +256,7 @@ namespace squeal
     Block right;                       ///< V, orthonormal displacements
     Block left;                        ///< the first columns of W; the others are those of V
     DenseMatrix right_rows, left_rows; ///< of V and W in the interface: a column a row
+    DenseMatrix left_balance;          ///< - (C C^T)^{-1} C V of the left constraints
     DenseMatrix left_change;           ///< what makes W satisfy the present constraints
     DenseMatrix left_moved;            ///< left_rows + left_change
     DenseMatrix right_change;          ///< the same for V: not zero where contacts have closed
