@@ -1,3 +1,4 @@
+#include <squeal/borrowed_vector.h>
 #include <squeal/compressed_rows.h>
 
 #include <algorithm>
@@ -160,6 +161,12 @@ namespace squeal
       Block result(block.row_range(), n_columns);
       if (!matrix || n_columns == 0)
         return result;
+      if (n_columns == 1)
+      {
+        const BorrowedVector x(block), y(result);
+        SQUEAL_PETSC((transposed ? MatMultTranspose : MatMult)(matrix.stored(), x, y));
+        return result;
+      }
       PetscBool is_parallel = PETSC_FALSE;
       SQUEAL_PETSC(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix.stored()), MATMPIAIJ,
                                           &is_parallel));
