@@ -328,33 +328,26 @@ namespace squeal
     const auto add_row = [&](const unsigned int row, const bool is_image)
     {
       const double of_row = entries[row];
-      const auto add_to   = [&](const PetscInt k, const PetscScalar a, const auto &add)
-      {
-        const Place &place = places[k];
-        if (place.column != none)
-          add(row_sums.at(place.column) + (is_image != place.is_second),
-              (of_row * place.entry) * a);
-      };
       for (unsigned int f = 0; f < all_factors.size(); ++f)
-        if (const auto &of_sums = all_factors[f].of_sums; of_sums.size() == 1)
-          all_rows[f]->for_entries(
-              row,
-              [&, place = 2 * of_sums.front().first,
-               factor = of_sums.front().second](const PetscInt k, const PetscScalar a) {
-                add_to(k, a,
-                       [=](double *parts, const double value) { parts[place] += factor * value; });
-              });
-        else
-          all_rows[f]->for_entries(row,
-                                   [&](const PetscInt k, const PetscScalar a)
-                                   {
-                                     add_to(k, a,
-                                            [&](double *parts, const double value)
-                                            {
-                                              for (const auto &[s, factor] : of_sums)
-                                                parts[2 * s] += factor * value;
-                                            });
-                                   });
+      {
+        // Nearly all matrices belong to one sum.
+        const auto &of_sums      = all_factors[f].of_sums;
+        const unsigned int first = 2 * of_sums.front().first;
+        const double factor      = of_sums.front().second;
+        all_rows[f]->for_entries(row,
+                                 [&, first, factor](const PetscInt k, const PetscScalar a)
+                                 {
+                                   const Place &place = places[k];
+                                   if (place.column == none)
+                                     return;
+                                   const double value = (of_row * place.entry) * a;
+                                   double *const parts =
+                                       row_sums.at(place.column) + (is_image != place.is_second);
+                                   parts[first] += factor * value;
+                                   for (unsigned int i = 1; i < of_sums.size(); ++i)
+                                     parts[2 * of_sums[i].first] += of_sums[i].second * value;
+                                 });
+      }
     };
     for (const unsigned int i : own_representatives)
     {

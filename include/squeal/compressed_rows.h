@@ -54,8 +54,8 @@ namespace squeal
     const unsigned int n_values;
     std::vector<double> values;
     std::vector<std::uint64_t> is_met;
-    unsigned int first_word,
-        last_word = 0; ///< of another type than bits: they may stay in registers
+    // Of another type than the bits, so that they may stay in registers.
+    unsigned int first_word, last_word = 0;
   };
 
   /// Leaves numbers that a vector makes room for as they are: memory is touched only when they are
