@@ -2,6 +2,7 @@
 #include <squeal/eigensolvers.h>
 #include <squeal/left_vectors.h>
 #include <squeal/pep_search.h>
+#include <squeal/reference_count.h>
 #include <squeal/window_search.h>
 
 #include <algorithm>
@@ -378,7 +379,7 @@ namespace squeal
         Search again               = search(task, 1);
         const unsigned int n_again = count_in_region(again.lambda);
         text << "; a second search from another start vector found " << n_again;
-        if (n_again != n_found)
+        if (n_again != n_found || is_own_reference(task.problem))
           throw SolverError("Two Krylov searches of the same window found " +
                             std::to_string(n_found) + " and " + std::to_string(n_again) +
                             " modes, the reference problem has " + std::to_string(n_expected) +
@@ -519,9 +520,7 @@ namespace squeal
     unsigned int ShiftInvertSolver::count_reference(const QuadraticEigenproblem &problem,
                                                     const double omega) const
     {
-      Block vector(problem.rows, 1);
-      for (unsigned int i = 0; i < vector.n_local(); ++i)
-        vector.data()[i] = std::sin(1. + problem.rows.begin + i);
+      const Block vector                    = scattered_vector(problem.rows);
       const Matrix shifted                  = problem.shifted_reference(omega);
       const Block product                   = multiply(shifted, vector);
       const std::vector<double> fingerprint = {inner_products(product, product)[0],

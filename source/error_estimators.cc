@@ -2,6 +2,7 @@
 #include <squeal/cell_residuals.h>
 #include <squeal/error_estimators.h>
 #include <squeal/local_problems.h>
+#include <squeal/stability.h>
 
 #include <algorithm>
 #include <cmath>
@@ -496,7 +497,7 @@ namespace squeal
       for (unsigned int j = 0; j < m; ++j)
       {
         const double algebraic =
-            std::abs(modes.lambda[j]) * modes.backward_error[j] * modes.condition[j];
+            algebraic_error(modes.lambda[j], modes.backward_error[j], modes.condition[j]);
         errors.bounds.growth_rate[j] += algebraic;
         errors.bounds.imaginary[j] += algebraic;
       }

@@ -12,6 +12,28 @@ namespace squeal
 {
   using namespace reduced;
 
+  Block scattered_vector(const RowRange &rows)
+  {
+    Block vector(rows, 1);
+    for (unsigned int i = 0; i < vector.n_local(); ++i)
+      vector.data()[i] = std::sin(1. + rows.begin + i);
+    return vector;
+  }
+
+  bool is_own_reference(const QuadraticEigenproblem &problem)
+  {
+    if (!problem.has_reference() || problem.P)
+      return !problem.P;
+    const Block x = scattered_vector(problem.rows), q_x = multiply(problem.Q, x),
+                reference_x = multiply(problem.shifted_reference(0), x);
+    Block difference        = q_x;
+    for (unsigned int i = 0; i < x.n_local(); ++i)
+      difference.data()[i] -= reference_x.data()[i];
+    constexpr double rounding = 1e-13;
+    return inner_products(difference, difference)[0] <=
+           rounding * rounding * inner_products(q_x, q_x)[0];
+  }
+
   std::vector<unsigned int> ReferenceCount::open_contacts(const Matrix &contact) const
   {
     const unsigned int first = rows.end - n_local_constraints;

@@ -10,6 +10,13 @@ namespace squeal
 {
   using Complex = std::complex<double>;
 
+  double algebraic_error(const std::complex<double> lambda, const double backward_error,
+                         const double condition)
+  {
+    constexpr double rounding = 10 * std::numeric_limits<double>::epsilon();
+    return std::abs(lambda) * condition * std::max(backward_error, rounding);
+  }
+
   std::string verdict(const std::complex<double> lambda, const double tolerance,
                       const double growth_rate_error)
   {
@@ -61,12 +68,16 @@ namespace squeal
       row.cycle          = cycle;
       row.mode           = j + 1;
       row.lambda         = modes.lambda[j];
-      row.verdict        = verdict(row.lambda, tolerance);
       row.backward_error = modes.backward_error[j];
       row.k              = of_q[j].real();
       row.n              = of_q[j].imag();
       row.d              = of_p[j].real();
       row.g              = of_p[j].imag();
+      // The tolerance is for the backward error. Near a double root, where the condition number is
+      // large, rounding alone decides on which side of zero an eigenvalue comes out.
+      row.verdict = verdict(
+          row.lambda, tolerance,
+          j < modes.condition.size() ? algebraic_error(row.lambda, 0, modes.condition[j]) : 0.);
       if (j < modes.condition.size())
       {
         row.condition_number    = modes.condition[j];

@@ -7,6 +7,13 @@
 
 namespace squeal
 {
+  /// Of some numbers, each other: products with it tell matrices apart.
+  Block scattered_vector(const RowRange &rows);
+
+  /// Whether the inertia of the reference counts the problem's own modes: there is no P, and Q is
+  /// the reference up to rounding. Collective.
+  bool is_own_reference(const QuadraticEigenproblem &problem);
+
   /// Counts the modes of reference problems by inertia (count_reference_modes()), of several that
   /// differ in which contacts are open, with one factorisation.
   ///

@@ -43,9 +43,13 @@ namespace squeal
     } // no -0
   };
 
+  /// What the algebra leaves open of an eigenvalue, 1/s: its backward error, at least that of
+  /// rounded matrices, times its condition number.
+  double algebraic_error(std::complex<double> lambda, double backward_error, double condition);
+
   /// The verdict on an eigenvalue that the solver knows to the relative error @p tolerance and
-  /// whose growth rate the discretisation bounds to @p growth_rate_error, 1/s: undecided where that
-  /// straddles zero, marginal where both errors are rounding.
+  /// whose growth rate discretisation or conditioning bound to @p growth_rate_error, 1/s: undecided
+  /// where that straddles zero, marginal where both errors are rounding.
   std::string verdict(std::complex<double> lambda, double tolerance, double growth_rate_error = 0);
 
   /// Verdicts and Rayleigh coefficients of all modes: with u^H M u = 1,
