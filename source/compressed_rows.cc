@@ -104,7 +104,6 @@ namespace squeal
                 { result.add(column, *value); });
       result.end_row();
     }
-    stored.clear();
     return make_matrix(rows, std::move(result));
   }
 } // namespace squeal

@@ -180,25 +180,22 @@ namespace squeal
     if (symmetry && !squeal::is_symmetric(sum, *symmetry))
       forget_symmetry();
     make_parts();
-    std::vector<std::vector<Matrix>> matrices;
+    std::vector<Matrix> matrices;
     std::vector<const HalfSpace *> spaces;
     for (const Part &part : parts)
       if (part.space)
         spaces.push_back(part.space.get());
-    if (!spaces.empty())
-      matrices = HalfSpace::restrict(spaces, sum);
+    if (spaces.empty())
+      matrices.push_back(sum_of_terms(rows, sum.front()));
     else
-    {
-      matrices.emplace_back();
-      matrices.back().push_back(sum_of_terms(rows, sum.front()));
-    }
+      for (std::vector<Matrix> &of_space : HalfSpace::restrict(spaces, sum))
+        matrices.push_back(std::move(of_space.front()));
     work_apart(rows.comm,
                [&]()
                {
                  for (unsigned int p = 0; p < parts.size(); ++p)
                    if (const RowRange &own = rows_of(parts[p], rows); own.comm != MPI_COMM_NULL)
-                     parts[p].solver =
-                         std::make_unique<ReleaseSolver>(own, std::move(matrices[p].front()));
+                     parts[p].solver = std::make_unique<ReleaseSolver>(own, std::move(matrices[p]));
                });
   }
 

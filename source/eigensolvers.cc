@@ -69,31 +69,31 @@ namespace squeal
     /// The factors that turn the largest component of each column to the real axis.
     std::vector<Complex> turning_factors(const RowRange &rows, const Block &re, const Block &im)
     {
-      std::vector<Complex> factors;
-      for (unsigned int k = 0; k < re.n_columns(); ++k)
-      {
-        // The first of the largest components, which may be equal by symmetry: rounding and the
-        // number of ranks are not to choose.
-        const auto size_of = [&](const unsigned int i)
-        { return std::hypot(re.column(k)[i], im.column(k)[i]); };
-        double largest = 0;
+      // The first of the largest components, which may be equal by symmetry: rounding and the
+      // number of ranks are not to choose.
+      const unsigned int n = re.n_columns();
+      const auto size_of   = [&](const unsigned int i, const unsigned int k)
+      { return std::hypot(re.column(k)[i], im.column(k)[i]); };
+      std::vector<double> largest(n, 0.);
+      for (unsigned int k = 0; k < n; ++k)
         for (unsigned int i = 0; i < rows.n_local(); ++i)
-          largest = std::max(largest, size_of(i));
-        MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, rows.comm);
-        unsigned int first = 0;
-        while (first < rows.n_local() && size_of(first) * (1 + 1e-8) < largest)
-          ++first;
-        int rank = 0, n_ranks = 0;
-        MPI_Comm_rank(rows.comm, &rank);
-        MPI_Comm_size(rows.comm, &n_ranks);
-        int owner = first < rows.n_local() ? rank : n_ranks;
-        MPI_Allreduce(MPI_IN_PLACE, &owner, 1, MPI_INT, MPI_MIN, rows.comm);
-        std::array<double, 2> turn{{1, 0}};
-        if (owner == rank && largest > 0)
-          turn = {{re.column(k)[first] / size_of(first), im.column(k)[first] / size_of(first)}};
-        MPI_Bcast(turn.data(), 2, MPI_DOUBLE, owner, rows.comm);
-        factors.push_back(std::conj(Complex(turn[0], turn[1])));
-      }
+          largest[k] = std::max(largest[k], size_of(i, k));
+      MPI_Allreduce(MPI_IN_PLACE, largest.data(), n, MPI_DOUBLE, MPI_MAX, rows.comm);
+      std::vector<unsigned int> first(n, rows.size); // global row
+      for (unsigned int k = 0; k < n; ++k)
+        for (unsigned int i = 0; i < rows.n_local() && first[k] == rows.size; ++i)
+          if (!(size_of(i, k) * (1 + 1e-8) < largest[k]))
+            first[k] = rows.begin + i;
+      MPI_Allreduce(MPI_IN_PLACE, first.data(), n, MPI_UNSIGNED, MPI_MIN, rows.comm);
+      std::vector<Complex> factors(n);
+      for (unsigned int k = 0; k < n; ++k)
+        if (rows.contains(first[k]))
+        {
+          const unsigned int i = first[k] - rows.begin;
+          factors[k] = largest[k] > 0 ? Complex(re.column(k)[i], -im.column(k)[i]) / size_of(i, k)
+                                      : Complex(1);
+        }
+      MPI_Allreduce(MPI_IN_PLACE, factors.data(), 2 * n, MPI_DOUBLE, MPI_SUM, rows.comm);
       return factors;
     }
   } // namespace

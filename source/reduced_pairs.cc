@@ -35,10 +35,7 @@ namespace squeal
       zgetrs_("T", &n, &one, a.data(), &n, pivots.data(), c.data(), &n, &info);
       return true;
     }
-  } // namespace
 
-  namespace
-  {
     using Complex = std::complex<double>;
 
     /// y^T A x for real A.

@@ -22,8 +22,10 @@ namespace squeal
 
   bool is_own_reference(const QuadraticEigenproblem &problem)
   {
-    if (!problem.has_reference() || problem.P)
-      return !problem.P;
+    if (problem.P)
+      return false;
+    if (!problem.has_reference())
+      return true;
     const Block x = scattered_vector(problem.rows), q_x = multiply(problem.Q, x),
                 reference_x = multiply(problem.shifted_reference(0), x);
     Block difference        = q_x;
