@@ -1,5 +1,7 @@
 #include <squeal/compressed_rows.h>
 
+#include <numeric>
+
 namespace squeal
 {
   SequentialRows::SequentialRows(Mat matrix) : matrix(matrix)
@@ -64,6 +66,63 @@ namespace squeal
                                     reinterpret_cast<PetscObject>(container)));
     SQUEAL_PETSC(PetscContainerDestroy(&container));
     return result;
+  }
+
+  std::vector<EntryList::Entry> EntryList::of_own_rows(const RowRange &range,
+                                                       const int n_ranks) const
+  {
+    std::vector<unsigned int> ends(n_ranks);
+    MPI_Allgather(&range.end, 1, MPI_UNSIGNED, ends.data(), 1, MPI_UNSIGNED, range.comm);
+    // Sorted by owner, in the order in which they came.
+    const auto owner_of = [&](const Entry &entry)
+    { return std::upper_bound(ends.begin(), ends.end(), unsigned(entry.row)) - ends.begin(); };
+    std::vector<int> n_sent(n_ranks), n_received(n_ranks), sent_from(n_ranks), to(n_ranks);
+    for (const Entry &entry : entries)
+      ++n_sent[owner_of(entry)];
+    std::exclusive_scan(n_sent.begin(), n_sent.end(), sent_from.begin(), 0);
+    std::vector<Entry> sent(entries.size());
+    std::vector<int> next = sent_from;
+    for (const Entry &entry : entries)
+      sent[next[owner_of(entry)]++] = entry;
+    MPI_Alltoall(n_sent.data(), 1, MPI_INT, n_received.data(), 1, MPI_INT, range.comm);
+    std::exclusive_scan(n_received.begin(), n_received.end(), to.begin(), 0);
+    std::vector<Entry> received(to.back() + n_received.back());
+    MPI_Datatype type = MPI_DATATYPE_NULL;
+    MPI_Type_contiguous(sizeof(Entry), MPI_BYTE, &type);
+    MPI_Type_commit(&type);
+    MPI_Alltoallv(sent.data(), n_sent.data(), sent_from.data(), type, received.data(),
+                  n_received.data(), to.data(), type, range.comm);
+    MPI_Type_free(&type);
+    return received;
+  }
+
+  Matrix EntryList::make_matrix(const RowRange &range) const
+  {
+    int n_ranks = 0;
+    MPI_Comm_size(range.comm, &n_ranks);
+    std::vector<Entry> gathered;
+    if (n_ranks > 1)
+      gathered = of_own_rows(range, n_ranks);
+    const std::vector<Entry> &own = n_ranks > 1 ? gathered : entries;
+    std::vector<std::size_t> next(range.n_local() + 1);
+    for (const Entry &entry : own)
+      ++next[entry.row - range.begin + 1];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    const std::vector<std::size_t> begins = next;
+    std::vector<std::pair<PetscInt, PetscScalar>> by_row(own.size());
+    for (const Entry &entry : own)
+      by_row[next[entry.row - range.begin]++] = {entry.column, entry.value};
+    CompressedRows result;
+    RowSums sums(range.size, 1);
+    for (unsigned int row = 0; row < range.n_local(); ++row)
+    {
+      for (std::size_t k = begins[row]; k < begins[row + 1]; ++k)
+        *sums.at(by_row[k].first) += by_row[k].second;
+      sums.take([&](const unsigned int column, const double *value)
+                { result.add(column, *value); });
+      result.end_row();
+    }
+    return squeal::make_matrix(range, std::move(result));
   }
 
   Matrix sum_of(const RowRange &rows, const std::vector<Summand> &given)

@@ -52,17 +52,17 @@ namespace squeal
       unsigned int first_point = 0;
       for (const FacePair<dim> &pair : interfaces[i].pairs)
       {
-        PairShapes<dim> shapes(element, interfaces[i].rotor_faces[pair.rotor_face],
-                               interfaces[i].pad_faces[pair.pad_face], pair, spaces.geometry,
-                               model.angular_velocity);
-        shapes.first_point = first_point;
+        const auto shapes = std::make_shared<PairShapes<dim>>(
+            element, interfaces[i].rotor_faces[pair.rotor_face],
+            interfaces[i].pad_faces[pair.pad_face], pair, spaces.geometry, model.angular_velocity);
+        shapes->first_point = first_point;
         first_point += pair.points.size();
         Kinematics kinematics(shapes);
         if (with_slopes)
-          kinematics.add_slopes(element, pair, spaces.geometry, shapes);
+          kinematics.add_slopes(element, pair, spaces.geometry);
         work(i, kinematics);
         if (keeps)
-          table->pairs.emplace_back(i, std::move(shapes));
+          table->pairs.emplace_back(i, shapes);
       }
     }
     if (keeps)
@@ -90,14 +90,14 @@ namespace squeal
                                  : model.penalty_stiffness * active_points[i][k.first_point + q];
           if (model.mortar)
           {
-            k.add_coupling(entries, k.product(k.n, c, k.psi), active, true);
+            k.add_coupling(entries, k.product(k.n(), c, k.psi), active, true);
             for (double &value : c)
               value *= -scale * model.compliance;
             if (model.compliance > 0)
               k.add_multipliers(entries, k.product(k.psi, c, k.psi), active);
           }
           else
-            k.add(entries, k.product(k.n, c, k.n));
+            k.add(entries, k.product(k.n(), c, k.n()));
         });
     if (model.mortar) // Lambda = 0 where the pad has lifted off
       for (unsigned int row = spaces.first_local_multiplier; row < spaces.rows.end; ++row)
@@ -143,9 +143,9 @@ namespace squeal
                     (model.mortar ? scale : model.penalty_stiffness * active_points[i][point]);
           }
           if (model.mortar)
-            k.add_coupling(entries, k.product(k.e, c, k.psi), active, false);
+            k.add_coupling(entries, k.product(k.e(), c, k.psi), active, false);
           else
-            k.add(entries, k.product(k.e, c, k.n));
+            k.add(entries, k.product(k.e(), c, k.n()));
         });
     return entries.make_matrix(spaces.rows);
   }
@@ -169,7 +169,7 @@ namespace squeal
         {
           // Mortar: p = Psi^T Lambda. Penalty: p = k_C ([[u]].n - g_0) where closed.
           std::vector<double> p = model.mortar ? k.at_points(k.psi, k.local_multipliers(global))
-                                               : k.at_points(k.n, k.local_values(global));
+                                               : k.at_points(k.n(), k.local_values(global));
           for (unsigned int q = 0; q < k.n_points; ++q)
             p[q] = model.mortar ? scale * p[q]
                                 : model.penalty_stiffness * (p[q] - gap(k.positions[q])) *
@@ -205,25 +205,25 @@ namespace squeal
           };
           if (dim == 3) // P_perp = b b^T
           {
-            k.add(P, k.product(k.b, turning, k.b));
-            k.add(Q, k.product(k.b, times_omega(turning), k.b_phi));
+            k.add(P, k.product(k.b(), turning, k.b()));
+            k.add(Q, k.product(k.b(), times_omega(turning), k.b_phi()));
           }
           if (!model.friction.is_flat())
           {
-            k.add(P_falling, k.product(k.e, slope, k.e));
-            k.add(Q_falling, k.product(k.e, times_omega(slope), k.e_phi));
+            k.add(P_falling, k.product(k.e(), slope, k.e()));
+            k.add(Q_falling, k.product(k.e(), times_omega(slope), k.e_phi()));
           }
         });
     FrictionDamping result;
     if (dim == 3)
     {
-      result.P = P.make_matrix(spaces.rows, (*patterns)[0]);
-      result.Q = Q.make_matrix(spaces.rows, (*patterns)[1]);
+      result.P = P.make_matrix(spaces.rows);
+      result.Q = Q.make_matrix(spaces.rows);
     }
     if (!model.friction.is_flat())
     {
-      result.P_falling = P_falling.make_matrix(spaces.rows, (*patterns)[2]);
-      result.Q_falling = Q_falling.make_matrix(spaces.rows, (*patterns)[3]);
+      result.P_falling = P_falling.make_matrix(spaces.rows);
+      result.Q_falling = Q_falling.make_matrix(spaces.rows);
     }
     return result;
   }
@@ -260,8 +260,8 @@ namespace squeal
               along_e[q] += w * model.penalty_stiffness * g * tau.d_pressure;
             }
           }
-          k.add_forces(rows, values, k.n, along_n);
-          k.add_forces(rows, values, k.e, along_e);
+          k.add_forces(rows, values, k.n(), along_n);
+          k.add_forces(rows, values, k.e(), along_e);
         });
     return sum_entries(spaces.rows, rows, values);
   }
@@ -292,7 +292,7 @@ namespace squeal
             value *= -1;
           for (unsigned int s = 0; s < dim - 1; ++s)
           {
-            const DenseMatrix &jump = s == 0 ? k.e : k.b;
+            const DenseMatrix &jump = s == 0 ? k.e() : k.b();
             k.add(by_pressure, k.product(jump, p, k.slopes[s][0]));
             k.add(by_pressure, k.product(k.slopes[s][0], p, jump));
             if (with_friction)
@@ -300,10 +300,10 @@ namespace squeal
           }
           if (with_friction)
           {
-            k.add(by_friction, k.product(k.n, tau, k.slopes[0][0]));
-            k.add(by_friction, k.product(k.e, slope, k.moved_w[0]));
+            k.add(by_friction, k.product(k.n(), tau, k.slopes[0][0]));
+            k.add(by_friction, k.product(k.e(), slope, k.moved_w[0]));
             if (dim == 3)
-              k.add(by_friction, k.product(k.b, turn, k.moved_w[1]));
+              k.add(by_friction, k.product(k.b(), turn, k.moved_w[1]));
           }
         },
         true);
@@ -347,10 +347,10 @@ namespace squeal
           };
           const std::vector<double> local = k.local_values(u), local_t = k.local_values(u_t),
                                     local_du = k.local_values(du);
-          const auto jump                    = components({{&k.n, &k.e, &k.b}}, local),
-                     jump_t                  = components({{&k.n, &k.e, &k.b}}, local_t),
-                     d_phi                   = components({{nullptr, &k.e_phi, &k.b_phi}}, local),
-                     moved                   = components({{nullptr, &k.e, &k.b}}, local_du),
+          const auto jump                    = components({{&k.n(), &k.e(), &k.b()}}, local),
+                     jump_t                  = components({{&k.n(), &k.e(), &k.b()}}, local_t),
+                     d_phi   = components({{nullptr, &k.e_phi(), &k.b_phi()}}, local),
+                     moved   = components({{nullptr, &k.e(), &k.b()}}, local_du),
                      moved_w = components({{nullptr, &k.moved_w[0], &k.moved_w[1]}}, local_du);
           std::array<std::vector<Components>, 2> slopes;
           for (unsigned int s = 0; s < 2; ++s)
@@ -399,7 +399,7 @@ namespace squeal
                                      (jump[q][0] - gap(k.positions[q]) - model.compliance * p));
                   }
           }
-          const std::array<const DenseMatrix *, 3> basis = {{&k.n, &k.e, &k.b}};
+          const std::array<const DenseMatrix *, 3> basis = {{&k.n(), &k.e(), &k.b()}};
           for (unsigned int c = 0; c < dim; ++c)
           {
             k.add_forces(rows, values, *basis[c], force[c]);
@@ -435,7 +435,7 @@ namespace squeal
       for_each_pair(
           [&](const unsigned int, const Kinematics &k)
           {
-            const std::vector<double> jump = k.at_points(k.n, k.local_values(global));
+            const std::vector<double> jump = k.at_points(k.n(), k.local_values(global));
             for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
               for (const FreeNode<dim> &node : k.pad->nodes[m])
                 if (node.equations[dim] >= 0)
@@ -471,7 +471,7 @@ namespace squeal
       for_each_pair(
           [&](const unsigned int i, const Kinematics &k)
           {
-            const std::vector<double> jump = k.at_points(k.n, k.local_values(global));
+            const std::vector<double> jump = k.at_points(k.n(), k.local_values(global));
             for (unsigned int q = 0; q < k.n_points; ++q)
             {
               const double penetration = jump[q] - gap(k.positions[q]);
@@ -565,7 +565,7 @@ namespace squeal
               flags[m] += node.weight * is_active(node);
           const std::vector<double> in_contact = k.at_points(k.psi, flags);
           const std::vector<double> jump =
-              state ? k.at_points(k.n, k.local_values(global)) : std::vector<double>(k.n_points);
+              state ? k.at_points(k.n(), k.local_values(global)) : std::vector<double>(k.n_points);
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
             const unsigned int point = k.first_point + q;

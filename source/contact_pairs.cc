@@ -79,47 +79,59 @@ namespace squeal
     }
   }
 
-  template <int dim>
-  ContactKinematics<dim>::ContactKinematics(const PairShapes<dim> &shapes)
-      : n_points(shapes.n_points), first_point(shapes.first_point), psi(shapes.on_pad),
-        weights(shapes.weights), speeds(shapes.speeds), radii(shapes.radii),
-        positions(shapes.positions), rotor(shapes.rotor), pad(shapes.pad)
+  namespace
   {
-    const unsigned int n_nodes = shapes.on_rotor.n_rows, n_rows = 2 * n_nodes * dim;
-    n = e = e_phi = DenseMatrix(n_rows, n_points);
-    if (dim == 3)
-      b = b_phi = DenseMatrix(n_rows, n_points);
+    template <int dim>
+    Tensor<1, dim> direction_of(const PairShapes<dim> &shapes, const unsigned int direction,
+                                const unsigned int q)
+    {
+      const Tensor<1, dim> &n = shapes.normals[q], &e = shapes.directions[q];
+      return direction == 0 ? n : direction == 1 ? e : binormal_of<dim>(n, e);
+    }
+  } // namespace
+
+  template <int dim>
+  const DenseMatrix &ContactKinematics<dim>::jump_along(const unsigned int direction) const
+  {
+    DenseMatrix &rows = jumps[direction];
+    if (!rows.values.empty() || direction == dim)
+      return rows;
+    const unsigned int n_nodes = shapes->on_rotor.n_rows;
+    rows                       = DenseMatrix(2 * n_nodes * dim, n_points);
     for (unsigned int q = 0; q < n_points; ++q)
     {
-      const Tensor<1, dim> &normal = shapes.normals[q], &direction = shapes.directions[q],
-                           binormal = binormal_of<dim>(normal, direction);
+      const Tensor<1, dim> along = direction_of(*shapes, direction, q);
       for (unsigned int a = 0; a < n_nodes; ++a)
-      {
-        const double on_rotor = shapes.on_rotor(a, q), on_pad = shapes.on_pad(a, q),
-                     d_phi = shapes.d_phi(a, q);
         for (unsigned int c = 0; c < dim; ++c)
         {
-          const unsigned int r = a * dim + c, p = (n_nodes + a) * dim + c;
-          n(r, q)     = on_rotor * normal[c];
-          n(p, q)     = -on_pad * normal[c];
-          e(r, q)     = on_rotor * direction[c];
-          e(p, q)     = -on_pad * direction[c];
-          e_phi(r, q) = d_phi * direction[c];
-          if (dim == 3)
-          {
-            b(r, q)     = on_rotor * binormal[c];
-            b(p, q)     = -on_pad * binormal[c];
-            b_phi(r, q) = d_phi * binormal[c];
-          }
+          rows(a * dim + c, q)             = shapes->on_rotor(a, q) * along[c];
+          rows((n_nodes + a) * dim + c, q) = -shapes->on_pad(a, q) * along[c];
         }
-      }
     }
+    return rows;
+  }
+
+  template <int dim>
+  const DenseMatrix &ContactKinematics<dim>::slope_along(const unsigned int direction) const
+  {
+    DenseMatrix &rows = turning_slopes[direction];
+    if (!rows.values.empty() || direction == dim)
+      return rows;
+    const unsigned int n_nodes = shapes->on_rotor.n_rows;
+    rows                       = DenseMatrix(2 * n_nodes * dim, n_points);
+    for (unsigned int q = 0; q < n_points; ++q)
+    {
+      const Tensor<1, dim> along = direction_of(*shapes, direction, q);
+      for (unsigned int a = 0; a < n_nodes; ++a)
+        for (unsigned int c = 0; c < dim; ++c)
+          rows(a * dim + c, q) = shapes->d_phi(a, q) * along[c];
+    }
+    return rows;
   }
 
   template <int dim>
   void ContactKinematics<dim>::add_slopes(const FaceElement<dim> &element,
-                                          const FacePair<dim> &pair, const Geometry<dim> &geometry,
-                                          const PairShapes<dim> &shapes)
+                                          const FacePair<dim> &pair, const Geometry<dim> &geometry)
   {
     const unsigned int n_nodes = element.n_nodes(), n_rows = 2 * n_nodes * dim;
     for (unsigned int along = 0; along < dim - 1; ++along)
@@ -135,7 +147,7 @@ namespace squeal
       const auto &xi = pair.points[q].xi_rotor;
       element.evaluate(xi, values, &gradients);
       const auto frame                          = element.frame(rotor->shape, xi);
-      const Tensor<1, dim> &direction           = shapes.directions[q];
+      const Tensor<1, dim> &direction           = shapes->directions[q];
       const std::array<Tensor<1, dim>, 3> basis = {
           {frame.normal, direction, binormal_of<dim>(frame.normal, direction)}};
       for (unsigned int s = 0; s < dim - 1; ++s)
@@ -154,8 +166,8 @@ namespace squeal
               slopes[s][d](r, q) = gradients[a] * t * basis[d][c];
             for (unsigned int d = 1; d < dim; ++d)
             {
-              moved_w[s](r, q) -= shapes.on_rotor(a, q) * change[d] * basis[d][c];
-              moved_w[s](p, q) += shapes.on_pad(a, q) * change[d] * basis[d][c];
+              moved_w[s](r, q) -= shapes->on_rotor(a, q) * change[d] * basis[d][c];
+              moved_w[s](p, q) += shapes->on_pad(a, q) * change[d] * basis[d][c];
             }
           }
       }

@@ -30,12 +30,12 @@ namespace squeal
               result[q] = {of_re[q], of_im[q]};
             return result;
           };
-          const auto along_e = amplitude(k.e, local), along_b = amplitude(k.b, local),
-                     phi_e = amplitude(k.e_phi, local), phi_b = amplitude(k.b_phi, local);
+          const auto along_e = amplitude(k.e(), local), along_b = amplitude(k.b(), local),
+                     phi_e = amplitude(k.e_phi(), local), phi_b = amplitude(k.b_phi(), local);
           std::vector<Complex> dp =
               model.mortar ? amplitude(k.psi, {{k.active_multipliers(global[0], active),
                                                 k.active_multipliers(global[1], active)}})
-                           : amplitude(k.n, local);
+                           : amplitude(k.n(), local);
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
             const unsigned int point = k.first_point + q;

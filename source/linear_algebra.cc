@@ -138,46 +138,6 @@ namespace squeal
     return result;
   }
 
-  void EntryList::add(const int row, const int column, const double value)
-  {
-    if (row >= 0 && column >= 0 && value != 0)
-    {
-      rows.push_back(row);
-      columns.push_back(column);
-      values.push_back(value);
-    }
-  }
-
-  Matrix EntryList::make_matrix(const RowRange &range)
-  {
-    Mat mat = nullptr;
-    SQUEAL_PETSC(MatCreate(range.comm, &mat));
-    Matrix matrix(mat);
-    SQUEAL_PETSC(MatSetSizes(mat, range.n_local(), range.n_local(), range.size, range.size));
-    SQUEAL_PETSC(MatSetType(mat, MATAIJ));
-    SQUEAL_PETSC(MatSetPreallocationCOO(mat, rows.size(), rows.data(), columns.data()));
-    SQUEAL_PETSC(MatSetValuesCOO(mat, values.data(), ADD_VALUES));
-    return matrix;
-  }
-
-  Matrix EntryList::make_matrix(const RowRange &range, Pattern &pattern)
-  {
-    int same = pattern.matrix && rows == pattern.rows && columns == pattern.columns;
-    MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, range.comm);
-    if (!same)
-    {
-      // PETSc sorts in place
-      pattern.rows    = rows;
-      pattern.columns = columns;
-      pattern.matrix  = make_matrix(range);
-    }
-    else
-      SQUEAL_PETSC(MatSetValuesCOO(pattern.matrix, values.data(), INSERT_VALUES));
-    Mat copy = nullptr;
-    SQUEAL_PETSC(MatDuplicate(pattern.matrix, MAT_COPY_VALUES, &copy));
-    return Matrix(copy);
-  }
-
   std::vector<double> replicate(const Block &column)
   {
     const RowRange &range = column.row_range();

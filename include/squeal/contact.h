@@ -213,7 +213,8 @@ namespace squeal
     struct Tabulated
     {
       double angular_velocity;
-      std::vector<std::pair<unsigned int, PairShapes<dim>>> pairs; ///< with the interface's number
+      /// With the interface's number.
+      std::vector<std::pair<unsigned int, std::shared_ptr<const PairShapes<dim>>>> pairs;
     };
     mutable std::shared_ptr<const Tabulated> tabulated;
     bool keeps_table = true;
@@ -232,9 +233,6 @@ namespace squeal
       }
     };
     mutable Kept kept_normal, kept_friction;
-    /// Of P_R and Q_R, with the slope of the law and without.
-    mutable std::shared_ptr<std::array<EntryList::Pattern, 4>> patterns =
-        std::make_shared<std::array<EntryList::Pattern, 4>>();
     double scale                = 1;
     double constraint_stiffness = 1;
     std::vector<bool> is_multiplier;              ///< by equation

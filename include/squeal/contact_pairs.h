@@ -5,7 +5,9 @@
 #include <squeal/spaces.h>
 
 #include <array>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace squeal
@@ -46,35 +48,66 @@ namespace squeal
 
   /// The displacement jump and its parts on one pair of faces, as rows over the local displacements
   /// (rotor nodes, then pad nodes; components within) and columns over the pair's quadrature
-  /// points: jump(u).b = sum_i b_rows(i, q) u_i for the direction b of that name.
+  /// points: jump(u).b = sum_i b(i, q) u_i for the direction b. Made when first asked for, and
+  /// kept.
   template <int dim>
   struct ContactKinematics
   {
-    unsigned int n_points = 0, first_point = 0;
-    DenseMatrix n, e, b;      ///< [[.]].n, [[.]].e, [[.]].b with b = n x e (empty in 2D)
-    DenseMatrix e_phi, b_phi; ///< (d_phi u_R).e, (d_phi u_R).b
-    DenseMatrix psi;          ///< multiplier's shape functions of the pad face
+    const std::shared_ptr<const PairShapes<dim>> shapes;
+    const unsigned int n_points, first_point;
+    const DenseMatrix &psi; ///< multiplier's shape functions of the pad face
+    const std::vector<double> &weights, &speeds, &radii;
+    const std::vector<dealii::Point<dim>> &positions;
+    const ContactFace<dim> *const rotor, *const pad;
     /// For the turning of the directions: slopes[a][c] = (d_a u_R).c with a in {e, b} and c in {n,
     /// e, b}, and the change -W [[.]]_tangential of the transport field w, W = grad w, where the
     /// contact point moves along the rotor: its components along e and b. Empty unless asked for.
     std::array<std::array<DenseMatrix, 3>, 2> slopes;
     std::array<DenseMatrix, 2> moved_w;
-    std::vector<double> weights, speeds, radii;
-    std::vector<dealii::Point<dim>> positions;
-    const ContactFace<dim> *rotor = nullptr, *pad = nullptr;
 
-    explicit ContactKinematics(const PairShapes<dim> &shapes);
+    explicit ContactKinematics(std::shared_ptr<const PairShapes<dim>> given)
+        : shapes(std::move(given)), n_points(shapes->n_points), first_point(shapes->first_point),
+          psi(shapes->on_pad), weights(shapes->weights), speeds(shapes->speeds),
+          radii(shapes->radii), positions(shapes->positions), rotor(shapes->rotor), pad(shapes->pad)
+    {
+    }
     ContactKinematics(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
                       const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
                       const Geometry<dim> &geometry, double angular_velocity)
-        : ContactKinematics(
-              PairShapes<dim>(element, rotor_face, pad_face, pair, geometry, angular_velocity))
+        : ContactKinematics(std::make_shared<const PairShapes<dim>>(
+              element, rotor_face, pad_face, pair, geometry, angular_velocity))
     {
+    }
+
+    /// [[.]].n
+    const DenseMatrix &n() const
+    {
+      return jump_along(0);
+    }
+    /// [[.]].e
+    const DenseMatrix &e() const
+    {
+      return jump_along(1);
+    }
+    /// [[.]].b with b = n x e; empty in 2D.
+    const DenseMatrix &b() const
+    {
+      return jump_along(2);
+    }
+    /// (d_phi u_R).e
+    const DenseMatrix &e_phi() const
+    {
+      return slope_along(1);
+    }
+    /// (d_phi u_R).b; empty in 2D.
+    const DenseMatrix &b_phi() const
+    {
+      return slope_along(2);
     }
 
     /// Makes slopes and moved_w.
     void add_slopes(const FaceElement<dim> &element, const FacePair<dim> &pair,
-                    const Geometry<dim> &geometry, const PairShapes<dim> &shapes);
+                    const Geometry<dim> &geometry);
 
     /// Distributes a local matrix over displacements x displacements.
     void add(EntryList &entries, const DenseMatrix &local) const
@@ -214,7 +247,7 @@ namespace squeal
     /// The local displacements out of a replicated vector.
     std::vector<double> local_values(const std::vector<double> &global) const
     {
-      std::vector<double> local(n.n_rows);
+      std::vector<double> local((rotor->nodes.size() + pad->nodes.size()) * dim);
       for_nodes(
           [&](const unsigned int a, const FreeNode<dim> &node)
           {
@@ -224,6 +257,12 @@ namespace squeal
           });
       return local;
     }
+
+  private:
+    /// Directions are 0: n, 1: e, 2: b.
+    const DenseMatrix &jump_along(unsigned int direction) const;
+    const DenseMatrix &slope_along(unsigned int direction) const;
+    mutable std::array<DenseMatrix, 3> jumps, turning_slopes;
   };
 
   /// One pad against the rotor: this rank's share of the pad's faces, all faces of the rotor's

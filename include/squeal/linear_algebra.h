@@ -105,26 +105,30 @@ namespace squeal
   /// (A + A^T)/2.
   Matrix symmetric_part(const RowRange &rows, const Matrix &matrix);
 
-  /// Collects entries (row, column, value), own rows or not, and makes a matrix of them. Exact
-  /// zeros are not stored.
+  /// Collects entries (row, column, value), own rows or not, and makes a matrix of them, in which
+  /// those in the same place are added. Zeros are not stored.
   class EntryList
   {
   public:
-    void add(int row, int column, double value);
-    Matrix make_matrix(const RowRange &range);
-
-    /// What is known of a list of entries: the next one in the same places needs no sorting.
-    struct Pattern
+    /// Entries with a negative row or column are skipped.
+    void add(const int row, const int column, const double value)
     {
-      std::vector<PetscInt> rows, columns;
-      Matrix matrix;
-    };
-    /// The same, with the pattern of the last call. Collective.
-    Matrix make_matrix(const RowRange &range, Pattern &pattern);
+      if (row >= 0 && column >= 0 && value != 0)
+        entries.push_back({row, column, value});
+    }
+    /// Collective.
+    Matrix make_matrix(const RowRange &range) const;
 
   private:
-    std::vector<PetscInt> rows, columns;
-    std::vector<PetscScalar> values;
+    struct Entry
+    {
+      PetscInt row, column;
+      PetscScalar value;
+    };
+    /// The own ones, and those that other ranks have of this rank's rows.
+    std::vector<Entry> of_own_rows(const RowRange &range, int n_ranks) const;
+
+    std::vector<Entry> entries;
   };
 
   /// A block of distributed vectors, stored column by column: column j of this rank is
