@@ -68,29 +68,53 @@ namespace squeal
     return result;
   }
 
-  std::vector<EntryList::Entry> EntryList::of_own_rows(const RowRange &range,
-                                                       const int n_ranks) const
+  std::vector<EntryList::Entry> EntryList::summed(const std::vector<Entry> &given,
+                                                  const unsigned int begin, const unsigned int end,
+                                                  const unsigned int n_columns)
+  {
+    std::vector<std::size_t> next(end - begin + 1);
+    for (const Entry &entry : given)
+      ++next[entry.row - begin + 1];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    const std::vector<std::size_t> begins = next;
+    std::vector<std::pair<PetscInt, PetscScalar>> by_row(given.size());
+    for (const Entry &entry : given)
+      by_row[next[entry.row - begin]++] = {entry.column, entry.value};
+    std::vector<Entry> result;
+    RowSums sums(n_columns, 1);
+    for (unsigned int row = begin; row < end; ++row)
+    {
+      for (std::size_t k = begins[row - begin]; k < begins[row - begin + 1]; ++k)
+        *sums.at(by_row[k].first) += by_row[k].second;
+      sums.take(
+          [&](const unsigned int column, const double *value) {
+            result.push_back({PetscInt(row), PetscInt(column), *value});
+          });
+    }
+    return result;
+  }
+
+  std::vector<EntryList::Entry> EntryList::handed_over(const std::vector<Entry> &sorted,
+                                                       const RowRange &range, const int n_ranks)
   {
     std::vector<unsigned int> ends(n_ranks);
     MPI_Allgather(&range.end, 1, MPI_UNSIGNED, ends.data(), 1, MPI_UNSIGNED, range.comm);
-    // Sorted by owner, in the order in which they came.
-    const auto owner_of = [&](const Entry &entry)
-    { return std::upper_bound(ends.begin(), ends.end(), unsigned(entry.row)) - ends.begin(); };
-    std::vector<int> n_sent(n_ranks), n_received(n_ranks), sent_from(n_ranks), to(n_ranks);
-    for (const Entry &entry : entries)
-      ++n_sent[owner_of(entry)];
-    std::exclusive_scan(n_sent.begin(), n_sent.end(), sent_from.begin(), 0);
-    std::vector<Entry> sent(entries.size());
-    std::vector<int> next = sent_from;
-    for (const Entry &entry : entries)
-      sent[next[owner_of(entry)]++] = entry;
+    std::vector<int> from(n_ranks + 1), n_sent(n_ranks), to(n_ranks + 1), n_received(n_ranks);
+    for (int rank = 0; rank < n_ranks; ++rank)
+    {
+      const auto end = std::partition_point(sorted.begin(), sorted.end(),
+                                            [&](const Entry &entry)
+                                            { return unsigned(entry.row) < ends[rank]; });
+      from[rank + 1] = end - sorted.begin();
+      n_sent[rank]   = from[rank + 1] - from[rank];
+    }
     MPI_Alltoall(n_sent.data(), 1, MPI_INT, n_received.data(), 1, MPI_INT, range.comm);
-    std::exclusive_scan(n_received.begin(), n_received.end(), to.begin(), 0);
-    std::vector<Entry> received(to.back() + n_received.back());
+    std::partial_sum(n_received.begin(), n_received.end(), to.begin() + 1);
+    std::vector<Entry> received(to.back());
     MPI_Datatype type = MPI_DATATYPE_NULL;
     MPI_Type_contiguous(sizeof(Entry), MPI_BYTE, &type);
     MPI_Type_commit(&type);
-    MPI_Alltoallv(sent.data(), n_sent.data(), sent_from.data(), type, received.data(),
+    MPI_Alltoallv(sorted.data(), n_sent.data(), from.data(), type, received.data(),
                   n_received.data(), to.data(), type, range.comm);
     MPI_Type_free(&type);
     return received;
@@ -100,26 +124,17 @@ namespace squeal
   {
     int n_ranks = 0;
     MPI_Comm_size(range.comm, &n_ranks);
-    std::vector<Entry> gathered;
+    // Each rank sums its own before they are sent: surfaces are often one rank's.
+    std::vector<Entry> sums = summed(entries, 0, range.size, range.size);
     if (n_ranks > 1)
-      gathered = of_own_rows(range, n_ranks);
-    const std::vector<Entry> &own = n_ranks > 1 ? gathered : entries;
-    std::vector<std::size_t> next(range.n_local() + 1);
-    for (const Entry &entry : own)
-      ++next[entry.row - range.begin + 1];
-    std::partial_sum(next.begin(), next.end(), next.begin());
-    const std::vector<std::size_t> begins = next;
-    std::vector<std::pair<PetscInt, PetscScalar>> by_row(own.size());
-    for (const Entry &entry : own)
-      by_row[next[entry.row - range.begin]++] = {entry.column, entry.value};
+      sums = summed(handed_over(sums, range, n_ranks), range.begin, range.end, range.size);
     CompressedRows result;
-    RowSums sums(range.size, 1);
-    for (unsigned int row = 0; row < range.n_local(); ++row)
+    result.reserve(sums.size());
+    std::size_t k = 0;
+    for (PetscInt row = range.begin; row < PetscInt(range.end); ++row)
     {
-      for (std::size_t k = begins[row]; k < begins[row + 1]; ++k)
-        *sums.at(by_row[k].first) += by_row[k].second;
-      sums.take([&](const unsigned int column, const double *value)
-                { result.add(column, *value); });
+      for (; k < sums.size() && sums[k].row == row; ++k)
+        result.add(sums[k].column, sums[k].value);
       result.end_row();
     }
     return squeal::make_matrix(range, std::move(result));

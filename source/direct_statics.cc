@@ -181,14 +181,14 @@ namespace squeal
       forget_symmetry();
     make_parts();
     std::vector<Matrix> matrices;
-    std::vector<const HalfSpace *> spaces;
+    std::vector<HalfSpace::Wanted> wanted;
     for (const Part &part : parts)
       if (part.space)
-        spaces.push_back(part.space.get());
-    if (spaces.empty())
+        wanted.push_back({part.space.get(), sum});
+    if (wanted.empty())
       matrices.push_back(sum_of_terms(rows, sum.front()));
     else
-      for (std::vector<Matrix> &of_space : HalfSpace::restrict(spaces, sum))
+      for (std::vector<Matrix> &of_space : HalfSpace::restrict(wanted))
         matrices.push_back(std::move(of_space.front()));
     work_apart(rows.comm,
                [&]()

@@ -193,6 +193,10 @@ namespace squeal
     public:
       Modes solve(const QuadraticEigenproblem &problem,
                   const EigensolverOptions &options) const override;
+      bool counts_in_disc(const EigensolverOptions &options) const override
+      {
+        return !searches_windows() || !is_far_from_zero(options);
+      }
 
     protected:
       /// The number of reference modes below a frequency, counted again only if the reference
@@ -435,7 +439,7 @@ namespace squeal
     Modes ShiftInvertSolver::solve(const QuadraticEigenproblem &problem,
                                    const EigensolverOptions &options) const
     {
-      if (!searches_windows() || !is_far_from_zero(options))
+      if (counts_in_disc(options))
         return solve_in({0, search_radius(options.max_imaginary)}, problem, options);
       try
       {
@@ -456,13 +460,17 @@ namespace squeal
       Modes::Seconds seconds;
 
       // At shift 0 the position matrix itself is factorised; a rigid body makes it singular.
-      const bool is_disc            = region.is_disc();
-      const unsigned int n_rigid    = is_disc ? count_rigid_body_modes(problem, options) : 0,
-                         n_below    = is_disc ? n_rigid : count_reference(problem, region.lower()),
-                         n_expected = count_reference(problem, region.upper()) - n_below;
-      const double shift            = is_disc ? shift_of(options, n_rigid > 0) : 0,
-                   square           = is_disc ? shift * shift : region.square;
-      seconds.counting              = watch.lap();
+      const bool is_disc = region.is_disc(), is_counted_here = !options.counted_elsewhere;
+      unsigned int n_rigid = 0, n_expected = 0;
+      if (is_counted_here)
+      {
+        n_rigid                    = is_disc ? count_rigid_body_modes(problem, options) : 0;
+        const unsigned int n_below = is_disc ? n_rigid : count_reference(problem, region.lower());
+        n_expected                 = count_reference(problem, region.upper()) - n_below;
+      }
+      const double shift  = is_disc ? shift_of(options, n_rigid > 0) : 0,
+                   square = is_disc ? shift * shift : region.square;
+      seconds.counting    = watch.lap();
       const Matrix shifted =
           square == 0
               ? Matrix()
@@ -471,7 +479,9 @@ namespace squeal
           square == 0 ? problem.Q : shifted, Factorization::Kind::lu,
           "the position matrix (for shift-invert)");
       const Factorization &factorization = *factors;
-      seconds.factorization              = watch.lap();
+      if (!is_counted_here)
+        n_expected = options.counted_elsewhere();
+      seconds.factorization = watch.lap();
       const Task task{problem, options, factorization, region, shift, n_expected, n_rigid};
 
       std::string completeness;

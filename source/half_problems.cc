@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ctime>
 #include <memory>
 #include <numeric>
 #include <type_traits>
@@ -134,6 +135,53 @@ namespace squeal
       }
     }
 
+    /// A number that the ranks of one group find and those of another ask for later. It is sent in
+    /// any case, so that nobody waits in vain.
+    class NumberForOthers
+    {
+    public:
+      /// The groups are those of the ranks up to @p first_asking of all, and from there on.
+      NumberForOthers(const MPI_Comm all, const int first_asking)
+          : all(all), first_asking(first_asking)
+      {
+        MPI_Comm_rank(all, &rank);
+        MPI_Comm_size(all, &n_ranks);
+        if (rank >= first_asking)
+          MPI_Irecv(&number, 1, MPI_INT, 0, tag, all, &request);
+      }
+      ~NumberForOthers()
+      {
+        if (!is_sent)
+          send(unknown);
+        MPI_Wait(&request, MPI_STATUS_IGNORE);
+      }
+      NumberForOthers(const NumberForOthers &)            = delete;
+      NumberForOthers &operator=(const NumberForOthers &) = delete;
+
+      void send(const int found)
+      {
+        is_sent = true;
+        for (int asking = first_asking; asking < n_ranks && rank == 0; ++asking)
+          MPI_Send(&found, 1, MPI_INT, asking, tag, all);
+      }
+      /// Throws SolverError if it was not found.
+      unsigned int receive()
+      {
+        MPI_Wait(&request, MPI_STATUS_IGNORE);
+        if (number == unknown)
+          throw SolverError("The modes of the other half's reference problem were not counted.");
+        return number;
+      }
+
+    private:
+      static constexpr int tag = 17, unknown = -1;
+      const MPI_Comm all;
+      const int first_asking;
+      int rank = 0, n_ranks = 0, number = unknown;
+      bool is_sent        = false;
+      MPI_Request request = MPI_REQUEST_NULL;
+    };
+
     /// Each half by half of the ranks: fewer ranks work better together.
     void solve_at_once(const Eigensolver &solver, const EquationsOfMotion &equations,
                        const EigensolverOptions &options, const MirrorSymmetry &symmetry,
@@ -150,14 +198,46 @@ namespace squeal
         groups[h] = std::make_unique<const RankGroup>(all, first[h], first[h + 1] - first[h]);
         spaces[h] = std::make_unique<const HalfSpace>(symmetry, h == 0, *groups[h]);
       }
-      std::vector<QuadraticEigenproblem> problems =
-          HalfSpace::restrict({spaces[0].get(), spaces[1].get()}, equations);
+      // So the ranks of the symmetric half count for both, where counting needs nothing else.
+      const bool counts_for_both =
+          solver.counts_in_disc(options) && !equations.may_move_rigidly &&
+          equations.reference == EquationsOfMotion::Reference::conservative_terms &&
+          !equations.of_order(1).empty();
+      const HalfSpace antisymmetric(symmetry, false, *groups[0]);
+      HalfSpace::Counting counting{
+          search_radius(options.max_imaginary), {spaces[0].get(), &antisymmetric}, {}};
+      std::vector<QuadraticEigenproblem> problems = HalfSpace::restrict(
+          {spaces[0].get(), spaces[1].get()}, equations, counts_for_both ? &counting : nullptr);
+      const auto solve = [&](const unsigned int h, const EigensolverOptions &with)
+      {
+        if (spaces[h]->is_here())
+          halves[h] = solver.solve(problems[h], with);
+      };
+      const auto count_and_solve = [&]()
+      {
+        NumberForOthers n_antisymmetric(all, first[1]);
+        EigensolverOptions counted = options;
+        counted.counted_elsewhere  = [&]() { return n_antisymmetric.receive(); };
+        solve(1, counted);
+        if (!spaces[0]->is_here())
+          return;
+        const std::clock_t start  = std::clock();
+        const auto n_reference_of = [&](const unsigned int h)
+        { return count_reference_modes(problems[h], std::exchange(counting.shifted[h], {})); };
+        n_antisymmetric.send(n_reference_of(1));
+        counted.counted_elsewhere = [n = n_reference_of(0)]() { return n; };
+        const double seconds      = double(std::clock() - start) / CLOCKS_PER_SEC;
+        solve(0, counted);
+        halves[0].seconds.counting += seconds;
+      };
       work_apart(all,
                  [&]()
                  {
-                   for (unsigned int h = 0; h < 2; ++h)
-                     if (spaces[h]->is_here())
-                       halves[h] = solver.solve(problems[h], options);
+                   if (counts_for_both)
+                     count_and_solve();
+                   else
+                     for (const unsigned int h : {0u, 1u})
+                       solve(h, options);
                  });
       for (unsigned int h = 0; h < 2; ++h)
       {

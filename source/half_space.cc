@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <numeric>
+#include <stdexcept>
 
 namespace squeal
 {
@@ -368,28 +369,27 @@ namespace squeal
 
   std::vector<Matrix> HalfSpace::restrict(const std::vector<std::vector<Term>> &sums) const
   {
-    return std::move(restrict({this}, sums).front());
+    return std::move(restrict({Wanted{this, sums}}).front());
   }
 
-  std::vector<std::vector<Matrix>> HalfSpace::restrict(const std::vector<const HalfSpace *> &spaces,
-                                                       const std::vector<std::vector<Term>> &sums)
+  std::vector<std::vector<Matrix>> HalfSpace::restrict(const std::vector<Wanted> &all)
   {
     std::vector<std::vector<CompressedRows>> all_rows;
-    for (const HalfSpace *space : spaces)
+    for (const Wanted &wanted : all)
     {
-      std::vector<CompressedRows> rows = space->restrict_own_rows(sums);
-      for (unsigned int s = 0; s < sums.size() && space->is_shared; ++s)
-        if (!sums[s].empty())
-          rows[s] = space->hand_over(std::exchange(rows[s], {}));
+      std::vector<CompressedRows> rows = wanted.space->restrict_own_rows(wanted.sums);
+      for (unsigned int s = 0; s < rows.size() && wanted.space->is_shared; ++s)
+        if (!wanted.sums[s].empty())
+          rows[s] = wanted.space->hand_over(std::exchange(rows[s], {}));
       all_rows.push_back(std::move(rows));
     }
     // Once all have been handed over: groups of ranks do this at the same time.
-    std::vector<std::vector<Matrix>> matrices(spaces.size());
-    for (unsigned int h = 0; h < spaces.size(); ++h)
-      for (unsigned int s = 0; s < sums.size(); ++s)
+    std::vector<std::vector<Matrix>> matrices(all.size());
+    for (unsigned int h = 0; h < all.size(); ++h)
+      for (unsigned int s = 0; s < all[h].sums.size(); ++s)
       {
-        const HalfSpace &space = *spaces[h];
-        matrices[h].push_back(sums[s].empty() || !space.is_here()
+        const HalfSpace &space = *all[h].space;
+        matrices[h].push_back(all[h].sums[s].empty() || !space.is_here()
                                   ? Matrix()
                                   : make_matrix(space.rows, std::move(all_rows[h][s])));
       }
@@ -403,16 +403,31 @@ namespace squeal
 
   std::vector<QuadraticEigenproblem>
       HalfSpace::restrict(const std::vector<const HalfSpace *> &spaces,
-                          const EquationsOfMotion &equations)
+                          const EquationsOfMotion &equations, Counting *const counting)
   {
     std::vector<std::vector<Term>> sums = sums_of(equations);
     const bool reference_is_symmetric_part =
         equations.reference == EquationsOfMotion::Reference::symmetric_part;
     // A group cannot make it when it wants it: the other ranks do something else then.
-    const bool with_reference = spaces.front()->is_shared && !reference_is_symmetric_part;
+    const bool with_reference =
+        spaces.front()->is_shared && !reference_is_symmetric_part && !counting;
     if (with_reference)
       sums.push_back(equations.reference_terms());
-    std::vector<std::vector<Matrix>> matrices = restrict(spaces, sums);
+    std::vector<Wanted> wanted;
+    for (const HalfSpace *space : spaces)
+      wanted.push_back({space, sums});
+    std::vector<unsigned int> counted_by; // number of what is wanted; its last sum
+    for (unsigned int h = 0; counting && h < spaces.size(); ++h)
+    {
+      const bool apart = counting->spaces[h] != spaces[h];
+      if (apart)
+        wanted.push_back({counting->spaces[h], {}});
+      counted_by.push_back(apart ? wanted.size() - 1 : h);
+      wanted[counted_by[h]].sums.push_back(equations.shifted_reference_terms(counting->omega));
+    }
+    std::vector<std::vector<Matrix>> matrices = restrict(wanted);
+    for (const unsigned int number : counted_by)
+      counting->shifted.push_back(std::move(matrices[number].back()));
     std::vector<QuadraticEigenproblem> halves;
     for (unsigned int h = 0; h < spaces.size(); ++h)
     {
@@ -426,6 +441,9 @@ namespace squeal
         half.reference = symmetric_part(space.rows, half.Q);
       else if (with_reference)
         half.reference = std::move(matrices[h][3]);
+      else if (counting)
+        half.make_shifted_reference = [](double) -> Matrix
+        { throw std::logic_error("The reference problem is elsewhere."); };
       else if (!reference_is_symmetric_part && !equations.reference_terms().empty())
         half.make_shifted_reference = [equations, space](const double omega)
         {

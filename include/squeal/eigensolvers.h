@@ -17,6 +17,12 @@ namespace squeal
     /// tolerance.
     virtual Modes solve(const QuadraticEigenproblem &problem,
                         const EigensolverOptions &options) const = 0;
+    /// Whether it compares the modes with |l| <= search_radius(options.max_imaginary), and only
+    /// those, with the reference problem's number.
+    virtual bool counts_in_disc(const EigensolverOptions &) const
+    {
+      return false;
+    }
   };
 
   /// The order of modes: by |Im l|, then by Re l.

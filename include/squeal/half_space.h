@@ -28,11 +28,25 @@ namespace squeal
     /// V^T (sum_i c_i A_i) V of several sums; each matrix is read once. Empty where a sum is.
     /// Collective.
     std::vector<Matrix> restrict(const std::vector<std::vector<Term>> &sums) const;
+    /// Sums of terms that are wanted on a half.
+    struct Wanted
+    {
+      const HalfSpace *space;
+      std::vector<std::vector<Term>> sums;
+    };
     /// The same for several halves, which groups of ranks share: these finish it at the same time.
+    static std::vector<std::vector<Matrix>> restrict(const std::vector<Wanted> &all);
+    /// Q_ref - omega^2 M of several halves, on ranks of their own choice.
+    struct Counting
+    {
+      double omega;
+      std::vector<const HalfSpace *> spaces;
+      std::vector<Matrix> shifted;
+    };
+    /// Problems of several halves. With @p counting their reference problems are only named.
     static std::vector<QuadraticEigenproblem> restrict(const std::vector<const HalfSpace *> &spaces,
-                                                       const EquationsOfMotion &equations);
-    static std::vector<std::vector<Matrix>> restrict(const std::vector<const HalfSpace *> &spaces,
-                                                     const std::vector<std::vector<Term>> &sums);
+                                                       const EquationsOfMotion &equations,
+                                                       Counting *counting = nullptr);
     /// V^T A V of a matrix. Collective.
     Matrix restrict(const std::shared_ptr<const Matrix> &matrix) const;
     /// V^T x. Collective.

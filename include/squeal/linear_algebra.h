@@ -125,8 +125,12 @@ namespace squeal
       PetscInt row, column;
       PetscScalar value;
     };
-    /// The own ones, and those that other ranks have of this rank's rows.
-    std::vector<Entry> of_own_rows(const RowRange &range, int n_ranks) const;
+    /// One entry for each place, by ascending rows, from begin to end, and columns.
+    static std::vector<Entry> summed(const std::vector<Entry> &given, unsigned int begin,
+                                     unsigned int end, unsigned int n_columns);
+    /// Those of this rank's rows that any rank has.
+    static std::vector<Entry> handed_over(const std::vector<Entry> &sorted, const RowRange &range,
+                                          int n_ranks);
 
     std::vector<Entry> entries;
   };

@@ -62,6 +62,9 @@ namespace squeal
     double tolerance     = 1e-9; ///< backward error, and relative change of the last polishing step
     double shift         = 0;    ///< relative to max_imaginary; 0: chosen
     bool keep_factors    = false; ///< for problems nearby
+    /// The number of reference modes in the disc (Eigensolver::counts_in_disc()), if others count
+    /// them: called after the factorisation. Free bodies are not allowed with it.
+    std::function<unsigned int()> counted_elsewhere;
 
     /// Called with a line of progress.
     std::function<void(const std::string &)> progress = [](const std::string &) {};
