@@ -68,23 +68,21 @@ namespace squeal
     return result;
   }
 
-  std::vector<EntryList::Entry> EntryList::summed(const std::vector<Entry> &given,
-                                                  const unsigned int begin, const unsigned int end,
-                                                  const unsigned int n_columns)
+  std::vector<EntryList::Entry> EntryList::summed(const RowRange &range) const
   {
-    std::vector<std::size_t> next(end - begin + 1);
-    for (const Entry &entry : given)
-      ++next[entry.row - begin + 1];
+    std::vector<std::size_t> next(range.size + 1);
+    for (const Entry &entry : entries)
+      ++next[entry.row + 1];
     std::partial_sum(next.begin(), next.end(), next.begin());
     const std::vector<std::size_t> begins = next;
-    std::vector<std::pair<PetscInt, PetscScalar>> by_row(given.size());
-    for (const Entry &entry : given)
-      by_row[next[entry.row - begin]++] = {entry.column, entry.value};
+    std::vector<std::pair<PetscInt, PetscScalar>> by_row(entries.size());
+    for (const Entry &entry : entries)
+      by_row[next[entry.row]++] = {entry.column, entry.value};
     std::vector<Entry> result;
-    RowSums sums(n_columns, 1);
-    for (unsigned int row = begin; row < end; ++row)
+    RowSums sums(range.size, 1);
+    for (unsigned int row = 0; row < range.size; ++row)
     {
-      for (std::size_t k = begins[row - begin]; k < begins[row - begin + 1]; ++k)
+      for (std::size_t k = begins[row]; k < begins[row + 1]; ++k)
         *sums.at(by_row[k].first) += by_row[k].second;
       sums.take(
           [&](const unsigned int column, const double *value) {
@@ -94,12 +92,15 @@ namespace squeal
     return result;
   }
 
-  std::vector<EntryList::Entry> EntryList::handed_over(const std::vector<Entry> &sorted,
-                                                       const RowRange &range, const int n_ranks)
+  std::vector<int> EntryList::hand_over(const RowRange &range, std::vector<Entry> &sorted)
   {
+    int n_ranks = 0;
+    MPI_Comm_size(range.comm, &n_ranks);
+    std::vector<int> from(n_ranks + 1), n_sent(n_ranks), to(n_ranks + 1), n_received(n_ranks);
+    if (n_ranks == 1)
+      return {0, int(sorted.size())};
     std::vector<unsigned int> ends(n_ranks);
     MPI_Allgather(&range.end, 1, MPI_UNSIGNED, ends.data(), 1, MPI_UNSIGNED, range.comm);
-    std::vector<int> from(n_ranks + 1), n_sent(n_ranks), to(n_ranks + 1), n_received(n_ranks);
     for (int rank = 0; rank < n_ranks; ++rank)
     {
       const auto end = std::partition_point(sorted.begin(), sorted.end(),
@@ -117,24 +118,26 @@ namespace squeal
     MPI_Alltoallv(sorted.data(), n_sent.data(), from.data(), type, received.data(),
                   n_received.data(), to.data(), type, range.comm);
     MPI_Type_free(&type);
-    return received;
+    sorted = std::move(received);
+    return to;
   }
 
   Matrix EntryList::make_matrix(const RowRange &range) const
   {
-    int n_ranks = 0;
-    MPI_Comm_size(range.comm, &n_ranks);
     // Each rank sums its own before they are sent: surfaces are often one rank's.
-    std::vector<Entry> sums = summed(entries, 0, range.size, range.size);
-    if (n_ranks > 1)
-      sums = summed(handed_over(sums, range, n_ranks), range.begin, range.end, range.size);
+    std::vector<Entry> sorted = summed(range);
+    std::vector<int> next     = hand_over(range, sorted);
+    const std::vector<int> begins(next);
     CompressedRows result;
-    result.reserve(sums.size());
-    std::size_t k = 0;
+    result.reserve(sorted.size());
+    RowSums sums(range.size, 1);
     for (PetscInt row = range.begin; row < PetscInt(range.end); ++row)
     {
-      for (; k < sums.size() && sums[k].row == row; ++k)
-        result.add(sums[k].column, sums[k].value);
+      for (unsigned int rank = 0; rank + 1 < begins.size(); ++rank)
+        for (int &k = next[rank]; k < begins[rank + 1] && sorted[k].row == row; ++k)
+          *sums.at(sorted[k].column) += sorted[k].value;
+      sums.take([&](const unsigned int column, const double *value)
+                { result.add(column, *value); });
       result.end_row();
     }
     return squeal::make_matrix(range, std::move(result));

@@ -369,7 +369,8 @@ namespace squeal
 
   std::vector<Matrix> HalfSpace::restrict(const std::vector<std::vector<Term>> &sums) const
   {
-    return std::move(restrict({Wanted{this, sums}}).front());
+    const std::vector<Wanted> wanted = {{this, sums}};
+    return std::move(restrict(wanted).front());
   }
 
   std::vector<std::vector<Matrix>> HalfSpace::restrict(const std::vector<Wanted> &all)

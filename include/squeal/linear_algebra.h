@@ -125,12 +125,11 @@ namespace squeal
       PetscInt row, column;
       PetscScalar value;
     };
-    /// One entry for each place, by ascending rows, from begin to end, and columns.
-    static std::vector<Entry> summed(const std::vector<Entry> &given, unsigned int begin,
-                                     unsigned int end, unsigned int n_columns);
-    /// Those of this rank's rows that any rank has.
-    static std::vector<Entry> handed_over(const std::vector<Entry> &sorted, const RowRange &range,
-                                          int n_ranks);
+    /// One entry for each place, by ascending rows and columns.
+    std::vector<Entry> summed(const RowRange &range) const;
+    /// Entries by ascending rows become those that the ranks have of this rank's rows; returns
+    /// where those of each rank begin, and the end.
+    static std::vector<int> hand_over(const RowRange &range, std::vector<Entry> &sorted);
 
     std::vector<Entry> entries;
   };
