@@ -245,8 +245,8 @@ namespace squeal
     std::optional<StaticEquilibrium> found;
     if (follows)
     {
-      found =
-          follow_static_equilibrium(*before, nearby, terms_, *contact_, prm.terms().friction, load);
+      found = follow_static_equilibrium(std::move(*before), nearby, terms_, *contact_,
+                                        prm.terms().friction, load);
       if (!found)
         close_contact(nullptr);
     }
@@ -260,6 +260,8 @@ namespace squeal
       found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load,
                                        needs_border, symmetry ? &*symmetry : nullptr);
     }
+    if (before && !follows) // what was known before is a good start of what follows
+      found->space = std::move(before->space);
     equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));
     pressure_    = equilibrium_->pressure;
   }

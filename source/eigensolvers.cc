@@ -458,7 +458,6 @@ namespace squeal
     {
       Stopwatch watch;
       Modes::Seconds seconds;
-
       // At shift 0 the position matrix itself is factorised; a rigid body makes it singular.
       const bool is_disc = region.is_disc(), is_counted_here = !options.counted_elsewhere;
       unsigned int n_rigid = 0, n_expected = 0;
@@ -478,11 +477,10 @@ namespace squeal
       const auto factors = std::make_shared<const Factorization>(
           square == 0 ? problem.Q : shifted, Factorization::Kind::lu,
           "the position matrix (for shift-invert)");
-      const Factorization &factorization = *factors;
       if (!is_counted_here)
         n_expected = options.counted_elsewhere();
       seconds.factorization = watch.lap();
-      const Task task{problem, options, factorization, region, shift, n_expected, n_rigid};
+      const Task task{problem, options, *factors, region, shift, n_expected, n_rigid};
 
       std::string completeness;
       Search found = search_all(task, completeness);
@@ -503,8 +501,8 @@ namespace squeal
       modes.n_solves += found.n_solves;
       modes.n_rigid_body_modes   = n_rigid;
       modes.n_reference          = n_expected + n_rigid;
-      modes.factor_memory_mib    = factorization.memory_mib();
-      modes.predicted_memory_mib = factorization.predicted_memory_mib();
+      modes.factor_memory_mib    = factors->memory_mib();
+      modes.predicted_memory_mib = factors->predicted_memory_mib();
       modes.completeness         = completeness;
       seconds.right              = watch.lap();
       if (found.left.lambda.empty())

@@ -82,13 +82,10 @@ namespace squeal
              (!is_nonlinear(contact.contact_model().friction) || change < 1e-11);
     }
 
-    /// Products with the static tangent, whose parts are not summed.
-    template <int dim>
-    std::function<Block(const Block &)>
-    tangent_product(const std::vector<Term> &body_terms, const Contact<dim> &contact,
-                    const typename Contact<dim>::Pressure &pressure, const bool with_friction)
+    /// Products with the sum of the terms, which is not made.
+    LinearOperator product_with(std::vector<Term> given)
     {
-      return [terms = static_terms(body_terms, contact, pressure, with_friction)](const Block &x)
+      return [terms = std::move(given)](const Block &x)
       {
         Block y(x.row_range(), x.n_columns());
         for (const Term &term : terms)
@@ -101,35 +98,93 @@ namespace squeal
       };
     }
 
-    /// x = X c with X^T (b - A X c) = 0.
-    Block best_combination(const Block &states, const LinearOperator &tangent, const Block &b)
+    std::vector<Term> position_terms(const std::vector<Term> &terms)
     {
-      const Block X        = orthonormalize(states);
+      std::vector<Term> result;
+      std::copy_if(terms.begin(), terms.end(), std::back_inserter(result),
+                   [](const Term &term) { return term.order == 0 && term.matrix && *term.matrix; });
+      return result;
+    }
+
+    double length_of(const Block &x)
+    {
+      return std::sqrt(inner_products(x, x)[0]);
+    }
+
+    // Of a followed state: its last preconditioned residual, relative to its length.
+    constexpr double state_tolerance = 1e-12;
+
+    bool is_of(const StateSpace &space, const std::vector<Term> &body_terms)
+    {
+      return std::equal(
+          space.terms.begin(), space.terms.end(), body_terms.begin(), body_terms.end(),
+          [](const auto &known, const Term &term)
+          { return known.first.lock() == term.matrix && known.second == term.coefficient; });
+    }
+
+    /// Begins anew with a state and the last directions.
+    void renew(StateSpace &space, const Block &state, const std::vector<Term> &body_terms)
+    {
+      constexpr unsigned int most_kept = 7;
+      const unsigned int n = space.basis.n_columns(), n_kept = std::min(n, most_kept);
+      Block vectors = state;
+      if (n_kept > 0)
+        vectors.append(space.basis.columns(n - n_kept, n_kept));
+      space.basis  = orthonormalize(std::move(vectors));
+      space.images = product_with(body_terms)(space.basis);
+      space.terms.clear();
+      for (const Term &term : body_terms)
+        space.terms.emplace_back(term.matrix, term.coefficient);
+    }
+
+    /// Adds what is new in a state.
+    void enlarge(StateSpace &space, const Block &state, const std::vector<Term> &body_terms)
+    {
+      Block added       = state;
+      const double size = length_of(state);
+      for (unsigned int pass = 0; pass < 2; ++pass)
+      {
+        subtract_combination(added, space.basis, inner_products(space.basis, added));
+        const double length = length_of(added);
+        if (pass == 0 && length <= 10 * state_tolerance * size)
+          return;
+        for (unsigned int i = 0; i < added.n_local(); ++i)
+          added.data()[i] /= length;
+      }
+      space.images.append(product_with(body_terms)(added));
+      space.basis.append(added);
+    }
+
+    /// x = X c with X^T (b - A X c) = 0, A the bodies and the contact, and its residual b - A x.
+    Block best_combination(const StateSpace &space, const LinearOperator &contact, const Block &b,
+                           Block &residual)
+    {
+      const Block &X = space.basis;
+      Block images   = contact(X);
+      for (std::size_t i = 0; i < std::size_t(X.n_local()) * X.n_columns(); ++i)
+        images.data()[i] += space.images.data()[i];
       const unsigned int n = X.n_columns();
-      const DenseMatrix c  = squeal::solve(DenseMatrix(n, n, inner_products(X, tangent(X))),
+      const DenseMatrix c  = squeal::solve(DenseMatrix(n, n, inner_products(X, images)),
                                            DenseMatrix(n, 1, inner_products(X, b)));
+      residual             = b;
+      subtract_combination(residual, images, c.values);
       return combine(X, c.values, 1);
     }
 
-    /// Solves A x = b from the given x on with B ~ A^{-1}; false if that does not converge.
+    /// Solves A x = b from the given x with the given residual on, with B ~ A^{-1}; false if that
+    /// does not converge.
     bool correct(const LinearOperator &tangent, const LinearOperator &nearby, const Block &b,
-                 Block &x)
+                 const Block &residual, Block &x)
     {
-      // Preconditioned residuals are relative errors of the state.
-      constexpr double tolerance              = 1e-12;
       constexpr unsigned int most_corrections = 60;
-      Block residual                          = b;
-      const Block product                     = tangent(x);
-      for (unsigned int i = 0; i < b.n_local(); ++i)
-        residual.data()[i] -= product.data()[i];
-      const Block change = nearby(residual);
-      const double size  = std::sqrt(inner_products(x, x)[0]);
+      const Block change                      = nearby(residual);
+      const double size                       = length_of(x);
       for (unsigned int i = 0; i < b.n_local(); ++i)
         x.data()[i] += change.data()[i];
       // What is left after it is a fraction of the change.
-      if (std::sqrt(inner_products(change, change)[0]) <= 10 * tolerance * size)
+      if (length_of(change) <= 10 * state_tolerance * size)
         return true;
-      return bool(gmres(tangent, nearby, b, x, tolerance, most_corrections));
+      return bool(gmres(tangent, nearby, b, x, state_tolerance, most_corrections));
     }
 
     /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts
@@ -195,7 +250,7 @@ namespace squeal
       LinearOperator tangent(const Contact<dim> &contact,
                              const typename Contact<dim>::Pressure &pressure) const override
       {
-        return tangent_product(body_terms, contact, pressure, with_friction);
+        return product_with(static_terms(body_terms, contact, pressure, with_friction));
       }
       bool is_direct() const override
       {
@@ -287,7 +342,6 @@ namespace squeal
         if (settled && accurate)
         {
           check_residual(steps, contact, with_friction, load, result);
-          result.states = result.state;
           return;
         }
         accurate |= settled;
@@ -312,28 +366,50 @@ namespace squeal
 
   template <int dim>
   std::optional<StaticEquilibrium>
-  follow_static_equilibrium(const StaticEquilibrium &before, const LinearOperator &nearby,
+  follow_static_equilibrium(StaticEquilibrium before, const LinearOperator &nearby,
                             const std::vector<Term> &body_terms, Contact<dim> &contact,
                             const bool with_friction, const Block &load)
   {
-    const RowRange &rows                  = before.state.row_range();
-    constexpr unsigned int max_iterations = 10, most_states = 8;
+    const RowRange rows                   = before.state.row_range();
+    constexpr unsigned int max_iterations = 10, most_vectors = 24;
+    const std::vector<Term> of_bodies = position_terms(body_terms);
+    const LinearOperator bodies       = product_with(of_bodies);
     StaticEquilibrium result;
-    result.state    = before.state;
-    result.pressure = before.pressure;
+    result.state      = std::move(before.state);
+    result.pressure   = std::move(before.pressure);
+    result.space      = std::move(before.space);
+    StateSpace &space = result.space;
+    if (space.basis.n_columns() == 0 || space.basis.n_columns() >= most_vectors ||
+        !is_of(space, of_bodies))
+      renew(space, result.state, of_bodies);
     for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
     {
-      const auto tangent = tangent_product(body_terms, contact, result.pressure, with_friction);
-      const Block b      = total_load(contact, result.pressure, with_friction, load);
+      const LinearOperator in_contact =
+          product_with(static_terms({}, contact, result.pressure, with_friction));
+      const LinearOperator tangent = [&](const Block &x)
+      {
+        Block y           = bodies(x);
+        const Block added = in_contact(x);
+        for (std::size_t i = 0; i < std::size_t(y.n_local()) * y.n_columns(); ++i)
+          y.data()[i] += added.data()[i];
+        return y;
+      };
+      const Block b = total_load(contact, result.pressure, with_friction, load);
+      Block residual;
       if (iteration == 0)
-        result.state = best_combination(before.states, tangent, b);
-      if (!correct(tangent, nearby, b, result.state))
+        result.state = best_combination(space, in_contact, b, residual);
+      else
+      {
+        residual            = b;
+        const Block product = tangent(result.state);
+        for (unsigned int i = 0; i < b.n_local(); ++i)
+          residual.data()[i] -= product.data()[i];
+      }
+      if (!correct(tangent, nearby, b, residual, result.state))
         return std::nullopt;
       if (take_step(contact, result, rows.comm))
       {
-        const unsigned int n = before.states.n_columns(), n_kept = std::min(n, most_states - 1);
-        result.states = before.states.columns(n - n_kept, n_kept);
-        result.states.append(result.state);
+        enlarge(space, result.state, of_bodies);
         return result;
       }
       if (!contact.lost_contacts().empty())
@@ -412,8 +488,8 @@ namespace squeal
                                                       Contact<2> &, bool, const Block &, bool,
                                                       const MirrorSymmetry *);
   template std::optional<StaticEquilibrium>
-  follow_static_equilibrium(const StaticEquilibrium &, const LinearOperator &,
-                            const std::vector<Term> &, Contact<2> &, bool, const Block &);
+  follow_static_equilibrium(StaticEquilibrium, const LinearOperator &, const std::vector<Term> &,
+                            Contact<2> &, bool, const Block &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
                                                       Contact<3> &, bool, const Block &, bool,
                                                       const MirrorSymmetry *);
@@ -422,6 +498,6 @@ namespace squeal
   template StaticEquilibrium solve_static_equilibrium(IterativeStatics<3> &, Contact<3> &, bool,
                                                       const Block &);
   template std::optional<StaticEquilibrium>
-  follow_static_equilibrium(const StaticEquilibrium &, const LinearOperator &,
-                            const std::vector<Term> &, Contact<3> &, bool, const Block &);
+  follow_static_equilibrium(StaticEquilibrium, const LinearOperator &, const std::vector<Term> &,
+                            Contact<3> &, bool, const Block &);
 } // namespace squeal

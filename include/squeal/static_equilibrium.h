@@ -5,7 +5,9 @@
 #include <squeal/mirror.h>
 #include <squeal/self_locking.h>
 
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace squeal
@@ -20,13 +22,21 @@ namespace squeal
     unsigned int n_linear;            ///< steps of GMRES; 0: a direct solver
   };
 
+  /// What states that followed one another span, and what the bodies make of it.
+  struct StateSpace
+  {
+    Block basis;  ///< orthonormal
+    Block images; ///< sum of the bodies' position terms times the basis
+    std::vector<std::pair<std::weak_ptr<const Matrix>, double>> terms; ///< these, coefficients
+  };
+
   struct StaticEquilibrium
   {
     Block state; ///< one column, contact pressures in the multipliers' rows
     std::vector<StaticIteration> iterations;
     typename std::vector<std::vector<double>> pressure; ///< Contact::Pressure of the state
     ContactBorder border;                               ///< on demand
-    Block states; ///< the last ones of those that followed one another, this included
+    StateSpace space;                                   ///< of those that followed one another
   };
 
   /// The tangent of the static problem at fixed active set: the body terms of order 0, N, and with
@@ -66,11 +76,11 @@ namespace squeal
 
   /// The same out of the state and the active set of an equilibrium nearby, by GMRES with factors
   /// of a matrix nearby: no factorisation, no matrix but those of the contact. It begins with the
-  /// combination of the last states that satisfies the equations best. Nothing if that does not
+  /// combination of earlier states that satisfies the equations best. Nothing if that does not
   /// converge; @p contact is then to be closed again.
   template <int dim>
   std::optional<StaticEquilibrium>
-  follow_static_equilibrium(const StaticEquilibrium &before, const LinearOperator &nearby,
+  follow_static_equilibrium(StaticEquilibrium before, const LinearOperator &nearby,
                             const std::vector<Term> &body_terms, Contact<dim> &contact,
                             bool with_friction, const Block &load);
 } // namespace squeal

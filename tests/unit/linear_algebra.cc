@@ -5,6 +5,7 @@
 #include <squeal/errors.h>
 #include <squeal/linear_algebra.h>
 
+#include <algorithm>
 #include <random>
 
 using namespace squeal;
@@ -446,4 +447,36 @@ TEST_CASE("linear_algebra: make_matrix stores the announced entries and no more"
     CHECK_THROWS_AS(SQUEAL_PETSC(MatSetValues(full, 1, &row, 2, columns, values, ADD_VALUES)),
                     SolverError);
   }
+}
+
+TEST_CASE("linear_algebra: a list of entries adds what several ranks have in one place")
+{
+  // Each rank has some entries of all rows. Multiples of 1/2: sums are exact.
+  const unsigned int n = 13;
+  const RowRange rows  = even_rows(n);
+  int rank = 0, n_ranks = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &n_ranks);
+  EntryList entries;
+  DenseMatrix expected(n, n);
+  for (int k = 0; k < 150; ++k)
+  {
+    const int row = k * 7 % n, column = k * k % 5 + k % 3;
+    const double value = row == 4 ? 0. : 0.5 * (k % 9 - 4); // nothing in one row
+    expected(row, column) += value;
+    if (k % n_ranks == rank)
+      entries.add(row, column, value);
+  }
+  entries.add(-1, 2, 1.);
+  entries.add(2, -1, 1.);
+  const Matrix matrix = entries.make_matrix(rows);
+  CHECK(largest_difference(replicated(rows, matrix), expected) == 0);
+  const unsigned int n_stored = std::count_if(expected.values.begin(), expected.values.end(),
+                                              [](const double x) { return x != 0; });
+  CHECK(n_stored > 20);
+  CHECK(n_stored < expected.values.size());
+  CHECK(matrix.n_nonzeros() == n_stored);
+  // The list is still there.
+  CHECK(largest_difference(replicated(rows, entries.make_matrix(rows)), expected) == 0);
+  CHECK(EntryList().make_matrix(rows).n_nonzeros() == 0);
 }
