@@ -10,8 +10,9 @@ namespace squeal
   ///     V^T (l^2 M + l P + Q) V y = 0,   x = V y,
   /// are solved one after the other: together in half of the time, with a third of the memory for
   /// factors at a time (tests/benchmark/mirror.py). With several ranks, half of them solves each
-  /// half at the same time, unless factors are to be kept. The whole problem's matrices are not
-  /// summed. Collective.
+  /// half at the same time, unless factors are to be kept; those of the symmetric half, which has
+  /// fewer modes, count the reference modes of both. The whole problem's matrices are not summed.
+  /// Collective.
   /// Backward errors are those of the halves: by how much matrices that stay symmetric would have
   /// to change.
   ///
