@@ -41,7 +41,7 @@ namespace squeal
     unsigned int n, rank_ = 0;
   };
 
-  /// Does what each rank has to do; groups that work apart do not wait for each other's answers. If
-  /// that fails on some ranks, all throw the error of the first of them. Collective.
+  /// Does what each rank has to do; groups that work apart may only wait for what others send in
+  /// any case. If that fails on some ranks, all throw the error of the first of them. Collective.
   void work_apart(MPI_Comm all, const std::function<void()> &work);
 } // namespace squeal
