@@ -382,6 +382,8 @@ namespace squeal
     if (space.basis.n_columns() == 0 || space.basis.n_columns() >= most_vectors ||
         !is_of(space, of_bodies))
       renew(space, result.state, of_bodies);
+    else
+      enlarge(space, result.state, of_bodies);
     for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
     {
       const LinearOperator in_contact =
@@ -408,10 +410,7 @@ namespace squeal
       if (!correct(tangent, nearby, b, residual, result.state))
         return std::nullopt;
       if (take_step(contact, result, rows.comm))
-      {
-        enlarge(space, result.state, of_bodies);
         return result;
-      }
       if (!contact.lost_contacts().empty())
         return std::nullopt;
     }

@@ -36,7 +36,7 @@ namespace squeal
     std::vector<StaticIteration> iterations;
     typename std::vector<std::vector<double>> pressure; ///< Contact::Pressure of the state
     ContactBorder border;                               ///< on demand
-    StateSpace space;                                   ///< of those that followed one another
+    StateSpace space;                                   ///< of those before it, if it followed them
   };
 
   /// The tangent of the static problem at fixed active set: the body terms of order 0, N, and with
