@@ -1,7 +1,5 @@
 #include <squeal/compressed_rows.h>
 
-#include <numeric>
-
 namespace squeal
 {
   SequentialRows::SequentialRows(Mat matrix) : matrix(matrix)
@@ -96,30 +94,22 @@ namespace squeal
   {
     int n_ranks = 0;
     MPI_Comm_size(range.comm, &n_ranks);
-    std::vector<int> from(n_ranks + 1), n_sent(n_ranks), to(n_ranks + 1), n_received(n_ranks);
     if (n_ranks == 1)
       return {0, int(sorted.size())};
     std::vector<unsigned int> ends(n_ranks);
     MPI_Allgather(&range.end, 1, MPI_UNSIGNED, ends.data(), 1, MPI_UNSIGNED, range.comm);
-    for (int rank = 0; rank < n_ranks; ++rank)
+    std::vector<int> n_sent, n_received, begins(n_ranks + 1);
+    auto from = sorted.begin();
+    for (const unsigned int end : ends)
     {
-      const auto end = std::partition_point(sorted.begin(), sorted.end(),
-                                            [&](const Entry &entry)
-                                            { return unsigned(entry.row) < ends[rank]; });
-      from[rank + 1] = end - sorted.begin();
-      n_sent[rank]   = from[rank + 1] - from[rank];
+      const auto next = std::partition_point(
+          from, sorted.end(), [&](const Entry &entry) { return unsigned(entry.row) < end; });
+      n_sent.push_back(next - from);
+      from = next;
     }
-    MPI_Alltoall(n_sent.data(), 1, MPI_INT, n_received.data(), 1, MPI_INT, range.comm);
-    std::partial_sum(n_received.begin(), n_received.end(), to.begin() + 1);
-    std::vector<Entry> received(to.back());
-    MPI_Datatype type = MPI_DATATYPE_NULL;
-    MPI_Type_contiguous(sizeof(Entry), MPI_BYTE, &type);
-    MPI_Type_commit(&type);
-    MPI_Alltoallv(sorted.data(), n_sent.data(), from.data(), type, received.data(),
-                  n_received.data(), to.data(), type, range.comm);
-    MPI_Type_free(&type);
-    sorted = std::move(received);
-    return to;
+    sorted = exchange(sorted, n_sent, n_received, range.comm);
+    std::partial_sum(n_received.begin(), n_received.end(), begins.begin() + 1);
+    return begins;
   }
 
   Matrix EntryList::make_matrix(const RowRange &range) const

@@ -91,42 +91,26 @@ namespace squeal
   } // namespace
 
   template <int dim>
-  const DenseMatrix &ContactKinematics<dim>::jump_along(const unsigned int direction) const
+  const DenseMatrix &
+  ContactKinematics<dim>::along(const unsigned int direction, const DenseMatrix &on_rotor,
+                                const DenseMatrix *const on_pad, DenseMatrix &kept) const
   {
-    DenseMatrix &rows = jumps[direction];
-    if (!rows.values.empty() || direction == dim)
-      return rows;
-    const unsigned int n_nodes = shapes->on_rotor.n_rows;
-    rows                       = DenseMatrix(2 * n_nodes * dim, n_points);
+    if (!kept.values.empty() || direction == dim)
+      return kept;
+    const unsigned int n_nodes = on_rotor.n_rows;
+    kept                       = DenseMatrix(2 * n_nodes * dim, n_points);
     for (unsigned int q = 0; q < n_points; ++q)
     {
-      const Tensor<1, dim> along = direction_of(*shapes, direction, q);
+      const Tensor<1, dim> d = direction_of(*shapes, direction, q);
       for (unsigned int a = 0; a < n_nodes; ++a)
         for (unsigned int c = 0; c < dim; ++c)
         {
-          rows(a * dim + c, q)             = shapes->on_rotor(a, q) * along[c];
-          rows((n_nodes + a) * dim + c, q) = -shapes->on_pad(a, q) * along[c];
+          kept(a * dim + c, q) = on_rotor(a, q) * d[c];
+          if (on_pad)
+            kept((n_nodes + a) * dim + c, q) = -(*on_pad)(a, q) * d[c];
         }
     }
-    return rows;
-  }
-
-  template <int dim>
-  const DenseMatrix &ContactKinematics<dim>::slope_along(const unsigned int direction) const
-  {
-    DenseMatrix &rows = turning_slopes[direction];
-    if (!rows.values.empty() || direction == dim)
-      return rows;
-    const unsigned int n_nodes = shapes->on_rotor.n_rows;
-    rows                       = DenseMatrix(2 * n_nodes * dim, n_points);
-    for (unsigned int q = 0; q < n_points; ++q)
-    {
-      const Tensor<1, dim> along = direction_of(*shapes, direction, q);
-      for (unsigned int a = 0; a < n_nodes; ++a)
-        for (unsigned int c = 0; c < dim; ++c)
-          rows(a * dim + c, q) = shapes->d_phi(a, q) * along[c];
-    }
-    return rows;
+    return kept;
   }
 
   template <int dim>

@@ -19,13 +19,8 @@ namespace squeal
       auto [coefficient, matrix] = contact.shared_friction(pressure);
       terms.push_back({Origin::friction, 0, coefficient, std::move(matrix)});
     }
-    std::copy_if(body_terms.begin(), body_terms.end(), std::back_inserter(terms),
-                 [](const Term &term) { return term.order == 0; });
-    terms.erase(std::remove_if(terms.begin(), terms.end(),
-                               [](const Term &term)
-                               { return !term.matrix || !*term.matrix || term.coefficient == 0; }),
-                terms.end());
-    return terms;
+    terms.insert(terms.end(), body_terms.begin(), body_terms.end());
+    return terms_of_order(terms, 0);
   }
 
   /// The linear problems of one mesh for changing sets of released multipliers R, by the

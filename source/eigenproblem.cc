@@ -13,14 +13,15 @@ namespace squeal
       return !term.matrix || !*term.matrix || term.coefficient == 0;
     }
 
-    std::vector<Term> terms_of_order(const std::vector<Term> &terms, const unsigned int order)
-    {
-      std::vector<Term> result;
-      std::copy_if(terms.begin(), terms.end(), std::back_inserter(result),
-                   [&](const Term &term) { return term.order == order && !is_zero(term); });
-      return result;
-    }
   } // namespace
+
+  std::vector<Term> terms_of_order(const std::vector<Term> &terms, const unsigned int order)
+  {
+    std::vector<Term> result;
+    std::copy_if(terms.begin(), terms.end(), std::back_inserter(result),
+                 [&](const Term &term) { return term.order == order && !is_zero(term); });
+    return result;
+  }
 
   std::vector<Term> EquationsOfMotion::of_order(const unsigned int order) const
   {

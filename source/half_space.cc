@@ -142,24 +142,6 @@ namespace squeal
       std::unique_ptr<const SequentialRows> received_rows;
     };
 
-    /// Sends parts of an array, one after the other and of the given lengths, to the ranks; what
-    /// comes, in their order, and how much from each.
-    std::vector<PetscInt> exchange(const std::vector<PetscInt> &sent,
-                                   const std::vector<int> &lengths, std::vector<int> &expected,
-                                   const MPI_Comm comm)
-    {
-      const unsigned int n_ranks = lengths.size();
-      std::vector<int> to(n_ranks), from(n_ranks);
-      expected.resize(n_ranks);
-      MPI_Alltoall(lengths.data(), 1, MPI_INT, expected.data(), 1, MPI_INT, comm);
-      std::partial_sum(lengths.begin(), lengths.end() - 1, to.begin() + 1);
-      std::partial_sum(expected.begin(), expected.end() - 1, from.begin() + 1);
-      std::vector<PetscInt> received(from.back() + expected.back());
-      MPI_Alltoallv(sent.data(), lengths.data(), to.data(), MPIU_INT, received.data(),
-                    expected.data(), from.data(), MPIU_INT, comm);
-      return received;
-    }
-
     /// Entries that are sent to a rank or come from it, by places in the arrays.
     struct Runs
     {

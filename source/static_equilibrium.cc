@@ -98,12 +98,14 @@ namespace squeal
       };
     }
 
-    std::vector<Term> position_terms(const std::vector<Term> &terms)
+    /// b - A x
+    Block residual_of(const LinearOperator &A, const Block &b, const Block &x)
     {
-      std::vector<Term> result;
-      std::copy_if(terms.begin(), terms.end(), std::back_inserter(result),
-                   [](const Term &term) { return term.order == 0 && term.matrix && *term.matrix; });
-      return result;
+      Block residual      = b;
+      const Block product = A(x);
+      for (unsigned int i = 0; i < b.n_local(); ++i)
+        residual.data()[i] -= product.data()[i];
+      return residual;
     }
 
     double length_of(const Block &x)
@@ -305,11 +307,8 @@ namespace squeal
     {
       constexpr double largest = 1e-6;
       const Block b            = total_load(contact, result.pressure, with_friction, load);
-      Block r                  = steps.tangent(contact, result.pressure)(result.state);
-      for (unsigned int i = 0; i < r.n_local(); ++i)
-        r.data()[i] -= b.data()[i];
-      const double residual = std::sqrt(inner_products(r, r)[0] / inner_products(b, b)[0]);
-      if (!(residual <= largest))
+      const Block residual = residual_of(steps.tangent(contact, result.pressure), b, result.state);
+      if (!(length_of(residual) / length_of(b) <= largest))
         throw SingularMatrix("its equations are not satisfied");
     }
 
@@ -372,8 +371,7 @@ namespace squeal
   {
     const RowRange rows                   = before.state.row_range();
     constexpr unsigned int max_iterations = 10, most_vectors = 24;
-    const std::vector<Term> of_bodies = position_terms(body_terms);
-    const LinearOperator bodies       = product_with(of_bodies);
+    const std::vector<Term> of_bodies = terms_of_order(body_terms, 0);
     StaticEquilibrium result;
     result.state      = std::move(before.state);
     result.pressure   = std::move(before.pressure);
@@ -386,27 +384,16 @@ namespace squeal
       enlarge(space, result.state, of_bodies);
     for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
     {
-      const LinearOperator in_contact =
-          product_with(static_terms({}, contact, result.pressure, with_friction));
-      const LinearOperator tangent = [&](const Block &x)
-      {
-        Block y           = bodies(x);
-        const Block added = in_contact(x);
-        for (std::size_t i = 0; i < std::size_t(y.n_local()) * y.n_columns(); ++i)
-          y.data()[i] += added.data()[i];
-        return y;
-      };
-      const Block b = total_load(contact, result.pressure, with_friction, load);
+      std::vector<Term> terms         = static_terms({}, contact, result.pressure, with_friction);
+      const LinearOperator in_contact = product_with(terms);
+      terms.insert(terms.end(), of_bodies.begin(), of_bodies.end());
+      const LinearOperator tangent = product_with(std::move(terms));
+      const Block b                = total_load(contact, result.pressure, with_friction, load);
       Block residual;
       if (iteration == 0)
         result.state = best_combination(space, in_contact, b, residual);
       else
-      {
-        residual            = b;
-        const Block product = tangent(result.state);
-        for (unsigned int i = 0; i < b.n_local(); ++i)
-          residual.data()[i] -= product.data()[i];
-      }
+        residual = residual_of(tangent, b, result.state);
       if (!correct(tangent, nearby, b, residual, result.state))
         return std::nullopt;
       if (take_step(contact, result, rows.comm))

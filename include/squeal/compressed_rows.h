@@ -5,11 +5,36 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <numeric>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace squeal
 {
+  /// Sends parts of an array, one after the other and of the given lengths, to the ranks; what
+  /// comes, in their order, and how much from each. Collective.
+  template <typename Value>
+  std::vector<Value> exchange(const std::vector<Value> &sent, const std::vector<int> &lengths,
+                              std::vector<int> &expected, const MPI_Comm comm)
+  {
+    static_assert(std::is_trivially_copyable_v<Value>);
+    const unsigned int n_ranks = lengths.size();
+    std::vector<int> to(n_ranks), from(n_ranks);
+    expected.resize(n_ranks);
+    MPI_Alltoall(lengths.data(), 1, MPI_INT, expected.data(), 1, MPI_INT, comm);
+    std::partial_sum(lengths.begin(), lengths.end() - 1, to.begin() + 1);
+    std::partial_sum(expected.begin(), expected.end() - 1, from.begin() + 1);
+    std::vector<Value> received(from.back() + expected.back());
+    MPI_Datatype type = MPI_DATATYPE_NULL;
+    MPI_Type_contiguous(sizeof(Value), MPI_BYTE, &type);
+    MPI_Type_commit(&type);
+    MPI_Alltoallv(sent.data(), lengths.data(), to.data(), type, received.data(), expected.data(),
+                  from.data(), type, comm);
+    MPI_Type_free(&type);
+    return received;
+  }
+
   /// The entries of one row, with several values each, which grow by addition in any order and come
   /// out by ascending column: a bit per column finds them without sorting.
   class RowSums

@@ -260,8 +260,17 @@ namespace squeal
 
   private:
     /// Directions are 0: n, 1: e, 2: b.
-    const DenseMatrix &jump_along(unsigned int direction) const;
-    const DenseMatrix &slope_along(unsigned int direction) const;
+    const DenseMatrix &jump_along(const unsigned int direction) const
+    {
+      return along(direction, shapes->on_rotor, &shapes->on_pad, jumps[direction]);
+    }
+    const DenseMatrix &slope_along(const unsigned int direction) const
+    {
+      return along(direction, shapes->d_phi, nullptr, turning_slopes[direction]);
+    }
+    /// The component of (node, point) values on the rotor minus those on the pad, if any.
+    const DenseMatrix &along(unsigned int direction, const DenseMatrix &on_rotor,
+                             const DenseMatrix *on_pad, DenseMatrix &kept) const;
     mutable std::array<DenseMatrix, 3> jumps, turning_slopes;
   };
 

@@ -50,6 +50,9 @@ namespace squeal
     std::shared_ptr<const Matrix> matrix;
   };
 
+  /// The terms of one order that are not zero.
+  std::vector<Term> terms_of_order(const std::vector<Term> &terms, unsigned int order);
+
   /// (l^2 M + l P + Q) x = 0 with real matrices, M symmetric positive semi-definite. No mesh, no
   /// dimension.
   struct QuadraticEigenproblem
