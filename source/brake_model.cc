@@ -124,6 +124,7 @@ namespace squeal
     terms_.clear();
     contact_.reset();
     equilibrium_.reset();
+    statics.reset();
     bodies.clear();
     spaces_.distribute();
   }
@@ -174,7 +175,10 @@ namespace squeal
       const BodyMatrixChoice choice      = matrices_of(wanted);
       AssembledBody &body                = bodies[m];
       if (!material.is_proportional(body.material))
+      {
+        statics.reset(); // it keeps the matrices
         body = {};
+      }
       // Those that are added must fit to the present ones: of the material of these.
       const bool is_new = !body.matrices.M && !body.matrices.K;
       if (is_new)
@@ -243,7 +247,31 @@ namespace squeal
     log.progress("  static equilibrium");
     const Block load = static_load(prm, spaces_);
     std::optional<StaticEquilibrium> found;
-    if (follows)
+    const auto symmetry = [this]()
+    { return prm.eigenproblem.mirror_symmetry ? mirror_symmetry() : std::nullopt; };
+    // Factors for a sweep that leaves the bodies as they are.
+    if (!nearby)
+      may_keep_statics = true;
+    if (statics && !statics->serves(terms_, *contact_))
+    {
+      statics.reset();
+      may_keep_statics = false;
+    }
+    if (!statics && follows && may_keep_statics && of_state.are(terms_) &&
+        DirectStatics<dim>::may_serve(*contact_))
+      statics = std::make_unique<DirectStatics<dim>>(
+          spaces_.rows, terms_, contact_->contact_model(), prm.terms().friction, symmetry(), false);
+    if (statics && !needs_border)
+    {
+      found = follow_static_equilibrium(*statics, *contact_, prm.terms().friction, load);
+      if (!found)
+      {
+        statics.reset();
+        may_keep_statics = false;
+        close_contact(nullptr);
+      }
+    }
+    else if (follows)
     {
       found = follow_static_equilibrium(std::move(*before), nearby, terms_, *contact_,
                                         prm.terms().friction, load);
@@ -253,15 +281,11 @@ namespace squeal
     if (!found && solver)
       found = solve_static_equilibrium(*solver, *contact_, prm.terms().friction, load);
     else if (!found)
-    {
-      std::optional<MirrorSymmetry> symmetry;
-      if (prm.eigenproblem.mirror_symmetry)
-        symmetry = mirror_symmetry();
       found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load,
-                                       needs_border, symmetry ? &*symmetry : nullptr);
-    }
-    if (before && !follows) // what was known before is a good start of what follows
+                                       needs_border, symmetry());
+    if (before && found->space.basis.n_columns() == 0) // what was known before is a good start of what follows
       found->space = std::move(before->space);
+    of_state     = KnownTerms(terms_);
     equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));
     pressure_    = equilibrium_->pressure;
   }

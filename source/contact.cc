@@ -521,18 +521,25 @@ namespace squeal
   template <int dim>
   unsigned int Contact<dim>::n_active_multipliers() const
   {
-    unsigned int n = 0;
+    return multipliers().size() - released_multipliers().size();
+  }
+
+  template <int dim>
+  std::vector<unsigned int> Contact<dim>::multipliers() const
+  {
+    std::vector<unsigned int> all;
     for (unsigned int row = 0; row < active.size() && model.mortar; ++row)
-      n += is_multiplier[row] && active[row];
-    return n;
+      if (is_multiplier[row])
+        all.push_back(row);
+    return all;
   }
 
   template <int dim>
   std::vector<unsigned int> Contact<dim>::released_multipliers() const
   {
     std::vector<unsigned int> released;
-    for (unsigned int row = 0; row < active.size() && model.mortar; ++row)
-      if (is_multiplier[row] && !active[row])
+    for (const unsigned int row : multipliers())
+      if (!active[row])
         released.push_back(row);
     return released;
   }

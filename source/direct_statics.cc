@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <iterator>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
 
 namespace squeal
 {
@@ -23,17 +25,19 @@ namespace squeal
     return terms_of_order(terms, 0);
   }
 
-  /// The linear problems of one mesh for changing sets of released multipliers R, by the
-  /// factorisation of the problem A without any. Releasing a multiplier replaces its constraint
-  /// by Lambda = 0; the constraint then has a slack s:
-  ///     A x = b + E_R s,   x_R = 0   =>   x = x_0 + Y s,   A x_0 = b,   A Y = E_R,   Y_RR s =
-  ///     -x_0R.
-  /// A new set costs a few solves instead of a factorisation.
+  /// The linear problems of one mesh for changing sets of released multipliers R and changing
+  /// friction c, by the factorisation of the problem A with all multipliers and the friction of
+  /// then. Releasing a multiplier replaces its constraint by Lambda = 0; the constraint then has a
+  /// slack s. With L the multipliers' rows and F Lambda the forces of friction,
+  ///     (A + c F) x = b + E_R s,   x_R = 0
+  ///     =>   x = x_0 - c Y_F Lambda + Y s,   A x_0 = b,   A Y = E_R,   A Y_F = F E_L,
+  ///          (1 + c Y_F,L) Lambda - Y_L s = x_0,L,   Lambda_R = 0.
+  /// A new set, or another friction coefficient, costs a few solves instead of a factorisation.
   class ReleaseSolver
   {
   public:
     ReleaseSolver(const RowRange &rows, Matrix &&matrix)
-        : rows(rows), A(std::move(matrix)),
+        : rows(rows), A(std::move(matrix)), norm(A.infinity_norm()),
           factorization(A, Factorization::Kind::lu, "the stiffness of the static equilibrium"),
           Y(rows, 0)
     {
@@ -53,17 +57,52 @@ namespace squeal
       return solution;
     }
 
-    /// x_0 + Y s.
+    /// The friction matrix F and the rows L of all multipliers.
+    void set_friction(std::shared_ptr<const Matrix> matrix, std::vector<unsigned int> all)
+    {
+      F           = std::move(matrix);
+      multipliers = std::move(all);
+      responses   = DenseMatrix();
+    }
+    bool has_friction() const
+    {
+      return bool(F);
+    }
+
+    /// x with (A + c F) x = b + E_R s and x_R = 0.
+    Block solve(const Block &b, const double c, const std::vector<unsigned int> &released)
+    {
+      if (!is_last(b))
+      {
+        unreleased      = solve(b);
+        right_hand_side = b;
+      }
+      if (c == 0)
+        return release(unreleased, released);
+      if (responses.values.empty())
+        find_responses();
+      // What it leaves of b is due to rounding; it is corrected as often as that is more than in
+      // one multiplication.
+      constexpr double rounding           = 1e-15;
+      constexpr unsigned int most_repeats = 2;
+      Block x                             = solve_changed(b, unreleased, c, released);
+      for (unsigned int repeat = 0; repeat < most_repeats; ++repeat)
+      {
+        const Block residual = residual_of(x, b, c, released);
+        if (largest_of(residual) <= rounding * (norm * largest_of(x) + largest_of(b)))
+          break;
+        const Block correction =
+            solve_changed(residual, factorization.solve(residual), c, released);
+        for (unsigned int i = 0; i < x.n_local(); ++i)
+          x.data()[i] += correction.data()[i];
+      }
+      return x;
+    }
+
+    /// x_0 + Y s with (x_0 + Y s)_R = 0.
     Block release(Block x, const std::vector<unsigned int> &released)
     {
-      std::vector<unsigned int> added;
-      for (const unsigned int row : released)
-        if (std::find(known.begin(), known.end(), row) == known.end())
-          added.push_back(row);
-      if (!added.empty())
-        Y.append(solve(reduced::unit_columns(rows, added)));
-      known.insert(known.end(), added.begin(), added.end());
-
+      find_releases(released);
       // Y_RR and x_0R on all ranks
       const unsigned int n = released.size(), m = x.n_columns();
       std::vector<double> values(n * (n + m));
@@ -75,22 +114,10 @@ namespace squeal
       MPI_Allreduce(MPI_IN_PLACE, values.data(), values.size(), MPI_DOUBLE, MPI_SUM, rows.comm);
       if (n == 0)
         return x;
-      const DenseMatrix slack =
-          squeal::solve(DenseMatrix(n, n, {values.begin(), values.begin() + n * n}),
-                        DenseMatrix(n, m, {values.begin() + n * n, values.end()}));
-      for (unsigned int k = 0; k < m; ++k)
-      {
-        double *const column = x.column(k);
-        for (unsigned int j = 0; j < n; ++j)
-        {
-          const double *const y = Y.column(column_of(released[j]));
-          for (unsigned int i = 0; i < rows.n_local(); ++i)
-            column[i] += slack(j, k) * y[i];
-        }
-        for (const unsigned int row : released) // zero up to rounding: exactly
-          if (rows.contains(row))
-            column[row - rows.begin] = 0;
-      }
+      add_slack(released,
+                squeal::solve(DenseMatrix(n, n, {values.begin(), values.begin() + n * n}),
+                              DenseMatrix(n, m, {values.begin() + n * n, values.end()})),
+                x);
       return x;
     }
 
@@ -100,20 +127,144 @@ namespace squeal
       return std::find(known.begin(), known.end(), row) - known.begin();
     }
 
+    double largest_of(const Block &x) const
+    {
+      double largest = 0;
+      for (unsigned int i = 0; i < x.n_local(); ++i)
+        largest = std::max(largest, std::abs(x.data()[i]));
+      MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, rows.comm);
+      return largest;
+    }
+
+    bool is_last(const Block &b) const
+    {
+      int same = unreleased.n_columns() == 1 && b.n_columns() == 1 &&
+                 std::equal(b.data(), b.data() + b.n_local(), right_hand_side.data());
+      MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, rows.comm);
+      return same;
+    }
+
+    /// Y of the released that it does not have yet.
+    void find_releases(const std::vector<unsigned int> &released)
+    {
+      std::vector<unsigned int> added;
+      for (const unsigned int row : released)
+        if (std::find(known.begin(), known.end(), row) == known.end())
+          added.push_back(row);
+      if (added.empty())
+        return;
+      Y.append(solve(reduced::unit_columns(rows, added)));
+      known.insert(known.end(), added.begin(), added.end());
+    }
+
+    /// Y_F,L, some columns at a time: the other rows of Y_F are not kept.
+    void find_responses()
+    {
+      constexpr unsigned int most_columns = 64;
+      const unsigned int n                = multipliers.size();
+      responses                           = DenseMatrix(n, n);
+      for (unsigned int first = 0; first < n; first += most_columns)
+      {
+        const unsigned int last = std::min(n, first + most_columns);
+        const std::vector<unsigned int> some(multipliers.begin() + first,
+                                             multipliers.begin() + last);
+        const DenseMatrix at_multipliers = reduced::gather_rows(
+            factorization.solve(multiply(*F, reduced::unit_columns(rows, some))), multipliers);
+        for (unsigned int j = first; j < last; ++j)
+          for (unsigned int i = 0; i < n; ++i)
+            responses(i, j) = at_multipliers(j - first, i);
+      }
+    }
+
+    /// The solution up to rounding, given x_0 = A^{-1} b.
+    Block solve_changed(const Block &b, const Block &x_0, const double c,
+                        const std::vector<unsigned int> &released)
+    {
+      find_releases(released);
+      const unsigned int n = multipliers.size(), n_released = released.size();
+      // Columns of 1 + c Y_F,L, of those released -Y_L in their place
+      DenseMatrix equations = responses;
+      for (double &value : equations.values)
+        value *= c;
+      for (unsigned int i = 0; i < n; ++i)
+        equations(i, i) += 1;
+      Block of_released(rows, 0);
+      for (const unsigned int row : released)
+        of_released.append(Y.columns(column_of(row), 1));
+      const DenseMatrix at_multipliers = reduced::gather_rows(of_released, multipliers);
+      std::vector<unsigned int> places;
+      for (unsigned int r = 0; r < n_released; ++r)
+      {
+        places.push_back(std::lower_bound(multipliers.begin(), multipliers.end(), released[r]) -
+                         multipliers.begin());
+        for (unsigned int i = 0; i < n; ++i)
+          equations(i, places[r]) = -at_multipliers(r, i);
+      }
+      DenseMatrix solution = squeal::solve(
+          std::move(equations), transposed(reduced::gather_rows(x_0, multipliers)));
+      DenseMatrix slack(n_released, 1);
+      for (unsigned int r = 0; r < n_released; ++r)
+        std::swap(slack(r, 0), solution(places[r], 0));
+
+      Block pressures(rows, 1);
+      for (unsigned int i = 0; i < n; ++i)
+        if (rows.contains(multipliers[i]))
+          pressures.data()[multipliers[i] - rows.begin] = solution(i, 0);
+      Block forces = multiply(*F, pressures);
+      for (unsigned int i = 0; i < forces.n_local(); ++i)
+        forces.data()[i] = b.data()[i] - c * forces.data()[i];
+      Block x = factorization.solve(forces);
+      add_slack(released, slack, x);
+      return x;
+    }
+
+    /// x += Y s, zero where released.
+    void add_slack(const std::vector<unsigned int> &released, const DenseMatrix &slack,
+                   Block &x) const
+    {
+      for (unsigned int k = 0; k < x.n_columns(); ++k)
+      {
+        double *const column = x.column(k);
+        for (unsigned int j = 0; j < released.size(); ++j)
+          add_multiple(slack(j, k), Y.column(column_of(released[j])), rows.n_local(), column);
+        for (const unsigned int row : released) // zero up to rounding: exactly
+          if (rows.contains(row))
+            column[row - rows.begin] = 0;
+      }
+    }
+
+    /// b - (A + c F) x but for the slack.
+    Block residual_of(const Block &x, const Block &b, const double c,
+                      const std::vector<unsigned int> &released) const
+    {
+      Block residual    = multiply(A, x);
+      const Block of_f = multiply(*F, x);
+      for (unsigned int i = 0; i < residual.n_local(); ++i)
+        residual.data()[i] = b.data()[i] - residual.data()[i] - c * of_f.data()[i];
+      reduced::clear_rows(residual, released);
+      return residual;
+    }
+
     const RowRange rows;
     const Matrix A;
+    const double norm;
     const Factorization factorization;
+    Block unreleased, right_hand_side; ///< x_0 and its b
     Block Y;
     std::vector<unsigned int> known; ///< the rows of Y's columns
+    std::shared_ptr<const Matrix> F;
+    std::vector<unsigned int> multipliers; ///< L, ascending
+    DenseMatrix responses;                 ///< Y_F in the rows L
   };
 
   template <int dim>
   DirectStatics<dim>::DirectStatics(const RowRange &rows, const std::vector<Term> &body_terms,
                                     const ContactModel<dim> &model, const bool with_friction,
-                                    const MirrorSymmetry *symmetry, const bool both_halves)
-      : rows(rows), body_terms(body_terms), with_friction(with_friction), both_halves(both_halves),
-        factor_once(model.mortar && model.friction.kind != FrictionLaw::Kind::expression),
-        symmetry(symmetry)
+                                    std::optional<MirrorSymmetry> given, const bool both_halves)
+      : rows(rows), of_bodies(terms_of_order(body_terms, 0)), with_friction(with_friction),
+        both_halves(both_halves),
+        factor_once(may_serve(model)),
+        symmetry(std::move(given))
   {
   }
 
@@ -149,7 +300,7 @@ namespace squeal
   template <int dim>
   void DirectStatics<dim>::forget_symmetry()
   {
-    symmetry = nullptr;
+    symmetry.reset();
     parts.clear();
   }
 
@@ -171,7 +322,7 @@ namespace squeal
     for (Part &part : parts)
       part.solver.reset();
     const std::vector<std::vector<Term>> sum(
-        1, static_terms(body_terms, contact, pressure, with_friction));
+        1, static_terms(of_bodies, contact, pressure, with_friction));
     if (symmetry && !squeal::is_symmetric(sum, *symmetry))
       forget_symmetry();
     make_parts();
@@ -192,6 +343,73 @@ namespace squeal
                    if (const RowRange &own = rows_of(parts[p], rows); own.comm != MPI_COMM_NULL)
                      parts[p].solver = std::make_unique<ReleaseSolver>(own, std::move(matrices[p]));
                });
+    if (!factor_once)
+      return;
+    base.emplace(Base{contact, 0., {}, {}});
+    if (with_friction)
+      std::tie(base->coefficient, base->slopes) = contact.friction_slopes(pressure);
+    if (base->coefficient == 0)
+      base->slopes.clear();
+  }
+
+  template <int dim>
+  void DirectStatics<dim>::factorise_closed(const Contact<dim> &contact,
+                                            const typename Contact<dim>::Pressure &pressure)
+  {
+    Contact<dim> closed = contact;
+    closed.close();
+    factorise(closed, pressure);
+  }
+
+  template <int dim>
+  bool DirectStatics<dim>::serves(const std::vector<Term> &body_terms,
+                                  const Contact<dim> &contact) const
+  {
+    if (!base || !factor_once || !may_serve(contact) ||
+        !contact.has_constraints_of(base->contact) ||
+        !KnownTerms(of_bodies).are(terms_of_order(body_terms, 0)))
+      return false;
+    if (!with_friction || base->slopes.empty())
+      return true;
+    const auto [coefficient, slopes] = contact.friction_slopes(contact.uniform_pressure(0));
+    int same                         = coefficient == 0 || slopes == base->slopes;
+    MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, rows.comm);
+    return same;
+  }
+
+  /// The friction coefficient less that of the factorisation; where that is not zero, the solver
+  /// has the matrix of friction then.
+  template <int dim>
+  double DirectStatics<dim>::change_of_friction(const Contact<dim> &contact,
+                                                const typename Contact<dim>::Pressure &pressure)
+  {
+    if (!with_friction)
+      return 0;
+    auto [coefficient, slopes] = contact.friction_slopes(pressure);
+    if (coefficient == base->coefficient || base->friction)
+      return coefficient - base->coefficient;
+    if (base->slopes.empty())
+      base->slopes = std::move(slopes);
+    base->contact.set_model(contact.contact_model());
+    base->friction = base->contact.shared_friction(pressure).second;
+    if (symmetry &&
+        !squeal::is_symmetric({{{Origin::friction, 0, 1., base->friction}}}, *symmetry))
+    {
+      forget_symmetry();
+      factorise_closed(contact, pressure);
+      return 0;
+    }
+    Part &part                            = parts.front();
+    std::shared_ptr<const Matrix> matrix  = base->friction;
+    std::vector<unsigned int> multipliers = contact.multipliers();
+    if (part.space)
+    {
+      matrix      = std::make_shared<const Matrix>(part.space->restrict(matrix));
+      multipliers = part.space->restrict(multipliers);
+    }
+    if (part.solver)
+      part.solver->set_friction(std::move(matrix), std::move(multipliers));
+    return coefficient - base->coefficient;
   }
 
   template <int dim>
@@ -199,28 +417,21 @@ namespace squeal
                                   const typename Contact<dim>::Pressure &pressure,
                                   const Block &right_hand_side)
   {
-    constexpr unsigned int most_releases = 400;
-    std::vector<unsigned int> released   = contact.released_multipliers();
+    std::vector<unsigned int> released = contact.released_multipliers();
     if (symmetry &&
         !(squeal::is_symmetric(right_hand_side, *symmetry) && contains_images(released)))
       forget_symmetry();
     if (released.size() > most_releases)
       factor_once = false;
-    const bool is_known = factor_once && !parts.empty();
-    if (!is_known)
-    {
-      if (factor_once && !released.empty())
-      {
-        Contact<dim> closed = contact;
-        closed.close();
-        factorise(closed, pressure);
-      }
-      else
-        factorise(contact, pressure);
-    }
-    Part &part    = parts.front();
-    const Block b = part.space ? part.space->restrict(right_hand_side) : right_hand_side;
     if (!factor_once) // the matrix is that of the active set
+      factorise(contact, pressure);
+    else if (parts.empty())
+      factorise_closed(contact, pressure);
+    const double change = factor_once ? change_of_friction(contact, pressure) : 0;
+
+    const Part &part = parts.front();
+    const Block b    = part.space ? part.space->restrict(right_hand_side) : right_hand_side;
+    if (!factor_once)
       released.clear();
     else if (part.space)
       released = part.space->restrict(released);
@@ -228,11 +439,8 @@ namespace squeal
     work_apart(rows.comm,
                [&]()
                {
-                 if (!part.solver)
-                   return;
-                 if (!is_known)
-                   part.unreleased = part.solver->solve(b);
-                 x = part.solver->release(part.unreleased, released);
+                 if (part.solver)
+                   x = part.solver->solve(b, change, released);
                });
     return part.space ? part.space->expand(x) : x;
   }

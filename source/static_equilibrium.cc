@@ -116,14 +116,6 @@ namespace squeal
     // Of a followed state: its last preconditioned residual, relative to its length.
     constexpr double state_tolerance = 1e-12;
 
-    bool is_of(const StateSpace &space, const std::vector<Term> &body_terms)
-    {
-      return std::equal(
-          space.terms.begin(), space.terms.end(), body_terms.begin(), body_terms.end(),
-          [](const auto &known, const Term &term)
-          { return known.first.lock() == term.matrix && known.second == term.coefficient; });
-    }
-
     /// Begins anew with a state and the last directions.
     void renew(StateSpace &space, const Block &state, const std::vector<Term> &body_terms)
     {
@@ -134,9 +126,7 @@ namespace squeal
         vectors.append(space.basis.columns(n - n_kept, n_kept));
       space.basis  = orthonormalize(std::move(vectors));
       space.images = product_with(body_terms)(space.basis);
-      space.terms.clear();
-      for (const Term &term : body_terms)
-        space.terms.emplace_back(term.matrix, term.coefficient);
+      space.terms  = KnownTerms(body_terms);
     }
 
     /// Adds what is new in a state.
@@ -237,9 +227,8 @@ namespace squeal
     class DirectSteps : public LinearSteps<dim>
     {
     public:
-      DirectSteps(DirectStatics<dim> &solver, const std::vector<Term> &body_terms,
-                  const bool with_friction)
-          : solver(solver), body_terms(body_terms), with_friction(with_friction)
+      DirectSteps(DirectStatics<dim> &solver, const bool with_friction)
+          : solver(solver), with_friction(with_friction)
       {
       }
 
@@ -252,7 +241,7 @@ namespace squeal
       LinearOperator tangent(const Contact<dim> &contact,
                              const typename Contact<dim>::Pressure &pressure) const override
       {
-        return product_with(static_terms(body_terms, contact, pressure, with_friction));
+        return product_with(static_terms(solver.body_terms(), contact, pressure, with_friction));
       }
       bool is_direct() const override
       {
@@ -261,7 +250,6 @@ namespace squeal
 
     private:
       DirectStatics<dim> &solver;
-      const std::vector<Term> &body_terms;
       const bool with_friction;
     };
 
@@ -378,7 +366,7 @@ namespace squeal
     result.space      = std::move(before.space);
     StateSpace &space = result.space;
     if (space.basis.n_columns() == 0 || space.basis.n_columns() >= most_vectors ||
-        !is_of(space, of_bodies))
+        !space.terms.are(of_bodies))
       renew(space, result.state, of_bodies);
     else
       enlarge(space, result.state, of_bodies);
@@ -408,16 +396,16 @@ namespace squeal
   StaticEquilibrium
   solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
                            Contact<dim> &contact, const bool with_friction, const Block &load,
-                           const bool with_border, const MirrorSymmetry *symmetry)
+                           const bool with_border, const std::optional<MirrorSymmetry> &symmetry)
   {
     const Contact<dim> all_closed = contact;
     StaticEquilibrium result;
     std::string failure;
     try
     {
-      DirectStatics<dim> solver(rows, body_terms, contact.contact_model(), with_friction, symmetry,
-                                with_border);
-      DirectSteps<dim> steps(solver, body_terms, with_friction);
+      DirectStatics<dim> solver(rows, body_terms, contact.contact_model(), with_friction,
+                                symmetry, with_border);
+      DirectSteps<dim> steps(solver, with_friction);
       iterate(steps, contact, with_friction, load, result);
       if (with_border)
         result.border =
@@ -440,6 +428,25 @@ namespace squeal
     throw SolverError(failure + (with_friction ? explain_failure(rows, body_terms, all_closed,
                                                                  contact, result.pressure)
                                                : std::string(" Try a finer mesh.")));
+  }
+
+  template <int dim>
+  std::optional<StaticEquilibrium> follow_static_equilibrium(DirectStatics<dim> &solver,
+                                                             Contact<dim> &contact,
+                                                             const bool with_friction,
+                                                             const Block &load)
+  {
+    StaticEquilibrium result;
+    DirectSteps<dim> steps(solver, with_friction);
+    try
+    {
+      iterate(steps, contact, with_friction, load, result);
+    }
+    catch (const SolverError &)
+    {
+      return std::nullopt;
+    }
+    return result;
   }
 
   template <int dim>
@@ -472,13 +479,19 @@ namespace squeal
                                     const Contact<3>::Pressure &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
                                                       Contact<2> &, bool, const Block &, bool,
-                                                      const MirrorSymmetry *);
+                                                      const std::optional<MirrorSymmetry> &);
   template std::optional<StaticEquilibrium>
   follow_static_equilibrium(StaticEquilibrium, const LinearOperator &, const std::vector<Term> &,
                             Contact<2> &, bool, const Block &);
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
                                                       Contact<3> &, bool, const Block &, bool,
-                                                      const MirrorSymmetry *);
+                                                      const std::optional<MirrorSymmetry> &);
+  template std::optional<StaticEquilibrium> follow_static_equilibrium(DirectStatics<2> &,
+                                                                      Contact<2> &, bool,
+                                                                      const Block &);
+  template std::optional<StaticEquilibrium> follow_static_equilibrium(DirectStatics<3> &,
+                                                                      Contact<3> &, bool,
+                                                                      const Block &);
   template StaticEquilibrium solve_static_equilibrium(IterativeStatics<2> &, Contact<2> &, bool,
                                                       const Block &);
   template StaticEquilibrium solve_static_equilibrium(IterativeStatics<3> &, Contact<3> &, bool,

@@ -164,6 +164,10 @@ namespace squeal
     std::vector<AssembledBody> bodies; ///< by material
     std::unique_ptr<Contact<dim>> contact_;
     std::unique_ptr<StaticEquilibrium> equilibrium_;
+    KnownTerms of_state; ///< the bodies' terms of the equilibrium
+    /// For states that follow one another while the bodies stay as they are.
+    std::unique_ptr<DirectStatics<dim>> statics;
+    bool may_keep_statics = true; ///< they have not turned out to be of no use
     typename Contact<dim>::Pressure pressure_;
   };
 } // namespace squeal

@@ -43,6 +43,12 @@ namespace squeal
   public:
     Contact(const Spaces<dim> &spaces, const ContactModel<dim> &model);
 
+    /// Whether N is the same up to the active set.
+    bool has_constraints_of(const Contact &other) const
+    {
+      return constants_of_normal() == other.constants_of_normal();
+    }
+
     /// Multipliers are stored as p = pressure_scale * Lambda and constraint rows are multiplied by
     /// it, so that the rows of the saddle point's constraints are as large as those of the given
     /// stiffness. Call it before assembly.
@@ -77,6 +83,9 @@ namespace squeal
     std::shared_ptr<const Matrix> shared_normal() const;
     std::pair<double, std::shared_ptr<const Matrix>>
     shared_friction(const Pressure &pressure) const;
+    /// The largest |d tau/d p| and, at every point, d tau/d p as its share: shared_friction()'s
+    /// matrix depends on the shares only.
+    std::pair<double, Pressure> friction_slopes(const Pressure &pressure) const;
 
     /// P_R and Q_R: those of the turning direction, int (tau/v) d[[u]].P_perp ..., and those of the
     /// law's slope, int (d tau/d v) (d[[u]].e)(e. ...). Empty where they vanish.
@@ -147,6 +156,8 @@ namespace squeal
     unsigned int n_active_multipliers() const;
     /// The rows of the released multipliers, the same on all ranks.
     std::vector<unsigned int> released_multipliers() const;
+    /// The rows of all multipliers, the same on all ranks; none for penalty.
+    std::vector<unsigned int> multipliers() const;
     /// A number that tells active sets apart.
     std::size_t active_set_hash() const;
 
@@ -233,6 +244,11 @@ namespace squeal
       }
     };
     mutable Kept kept_normal, kept_friction;
+    std::vector<double> constants_of_normal() const
+    {
+      return {double(model.mortar), scale, constraint_stiffness, model.penalty_stiffness,
+              model.compliance};
+    }
     double scale                = 1;
     double constraint_stiffness = 1;
     std::vector<bool> is_multiplier;              ///< by equation

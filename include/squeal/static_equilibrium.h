@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/contact_border.h>
+#include <squeal/direct_statics.h>
 #include <squeal/iterative_statics.h>
 #include <squeal/mirror.h>
 #include <squeal/self_locking.h>
@@ -27,7 +28,7 @@ namespace squeal
   {
     Block basis;  ///< orthonormal
     Block images; ///< sum of the bodies' position terms times the basis
-    std::vector<std::pair<std::weak_ptr<const Matrix>, double>> terms; ///< these, coefficients
+    KnownTerms terms; ///< these
   };
 
   struct StaticEquilibrium
@@ -67,7 +68,8 @@ namespace squeal
   StaticEquilibrium
   solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
                            Contact<dim> &contact, bool with_friction, const Block &load,
-                           bool with_border = false, const MirrorSymmetry *symmetry = nullptr);
+                           bool with_border                              = false,
+                           const std::optional<MirrorSymmetry> &symmetry = std::nullopt);
 
   /// The same with an iterative solver, without factors and without the bodies' matrices.
   template <int dim>
@@ -83,4 +85,11 @@ namespace squeal
   follow_static_equilibrium(StaticEquilibrium before, const LinearOperator &nearby,
                             const std::vector<Term> &body_terms, Contact<dim> &contact,
                             bool with_friction, const Block &load);
+
+  /// The same out of the active set of an equilibrium nearby, by factors that serve it
+  /// (DirectStatics::serves). Nothing if there is none; @p contact is then to be closed again.
+  template <int dim>
+  std::optional<StaticEquilibrium> follow_static_equilibrium(DirectStatics<dim> &solver,
+                                                             Contact<dim> &contact,
+                                                             bool with_friction, const Block &load);
 } // namespace squeal
