@@ -212,7 +212,7 @@ namespace squeal
     const bool computed = prm.contact.steady_pressure == "computed" || !has_pads;
     const bool follows  = nearby && (before || !computed);
     const bool needs_border =
-        !nearby && prm.eigenproblem.error_bars && prm.eigenproblem.is_solved();
+        prm.eigenproblem.error_bars && prm.eigenproblem.is_solved() && !prm.sweep.active();
     std::unique_ptr<IterativeStatics<dim>> solver;
     {
       PhaseTimer::Scope scope(timer, "contact");
@@ -261,7 +261,7 @@ namespace squeal
         DirectStatics<dim>::may_serve(*contact_))
       statics = std::make_unique<DirectStatics<dim>>(
           spaces_.rows, terms_, contact_->contact_model(), prm.terms().friction, symmetry(), false);
-    if (statics && !needs_border)
+    if (statics)
     {
       found = follow_static_equilibrium(*statics, *contact_, prm.terms().friction, load);
       if (!found)

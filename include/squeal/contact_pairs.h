@@ -205,20 +205,39 @@ namespace squeal
     }
 
     /// sum_q c_q left(:, q) right(:, q)^T
-    DenseMatrix product(const DenseMatrix &left, std::vector<double> c,
+    DenseMatrix product(const DenseMatrix &left, const std::vector<double> &c,
                         const DenseMatrix &right) const
     {
-      DenseMatrix scaled(n_points, left.n_rows), transposed(n_points, right.n_rows);
-      for (unsigned int q = 0; q < n_points; ++q)
-      {
-        for (unsigned int i = 0; i < left.n_rows; ++i)
-          scaled(q, i) = c[q] * left(i, q);
-        for (unsigned int i = 0; i < right.n_rows; ++i)
-          transposed(q, i) = right(i, q);
-      }
+      // Directions in or across a flat face have components that vanish.
+      const std::vector<unsigned int> left_rows = rows_of(left), right_rows = rows_of(right);
+      DenseMatrix scaled(n_points, left_rows.size()), transposed(n_points, right_rows.size()),
+          dense(left_rows.size(), right_rows.size());
+      for (unsigned int i = 0; i < left_rows.size(); ++i)
+        for (unsigned int q = 0; q < n_points; ++q)
+          scaled(q, i) = c[q] * left(left_rows[i], q);
+      for (unsigned int i = 0; i < right_rows.size(); ++i)
+        for (unsigned int q = 0; q < n_points; ++q)
+          transposed(q, i) = right(right_rows[i], q);
+      gemm(true, 1, scaled, transposed, 0, dense);
       DenseMatrix result(left.n_rows, right.n_rows);
-      gemm(true, 1, scaled, transposed, 0, result);
+      for (unsigned int j = 0; j < right_rows.size(); ++j)
+        for (unsigned int i = 0; i < left_rows.size(); ++i)
+          result(left_rows[i], right_rows[j]) = dense(i, j);
       return result;
+    }
+
+    /// The rows that do not vanish.
+    static std::vector<unsigned int> rows_of(const DenseMatrix &a)
+    {
+      std::vector<char> is_there(a.n_rows);
+      for (unsigned int q = 0; q < a.n_columns; ++q)
+        for (unsigned int i = 0; i < a.n_rows; ++i)
+          is_there[i] |= a(i, q) != 0;
+      std::vector<unsigned int> rows;
+      for (unsigned int i = 0; i < a.n_rows; ++i)
+        if (is_there[i])
+          rows.push_back(i);
+      return rows;
     }
 
     /// The local multipliers out of a replicated vector.
