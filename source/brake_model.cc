@@ -250,8 +250,12 @@ namespace squeal
     const auto symmetry = [this]()
     { return prm.eigenproblem.mirror_symmetry ? mirror_symmetry() : std::nullopt; };
     // Factors for a sweep that leaves the bodies as they are.
+    // What is solved in full must not depend on what came before.
     if (!nearby)
+    {
+      statics.reset();
       may_keep_statics = true;
+    }
     if (statics && !statics->serves(terms_, *contact_))
     {
       statics.reset();

@@ -157,15 +157,6 @@ namespace squeal
     counted_key = reference_key();
   }
 
-  bool ModeFollower::prepare(const Parameters::All &parameters)
-  {
-    if (!reduced.is_anchored())
-      return false;
-    assemble_model(parameters, reduced.inverse());
-    const Stopwatch stopwatch(seconds_.projection);
-    return reduced.prepare(model->terms());
-  }
-
   std::vector<ModeRow> ModeFollower::analyse(const Modes &modes) const
   {
     if (is_whole(modes))

@@ -296,12 +296,18 @@ namespace squeal
     return modes;
   }
 
-  bool ReducedHalves::prepare(const std::vector<Term> &terms)
+  bool ReducedHalves::is_crowded() const
   {
-    return restrict(terms) &&
-           std::all_of(parts.begin(), parts.end(),
-                       [](Part &part)
-                       { return part.n_modes == 0 || part.reduced.prepare(part.terms); });
+    return std::any_of(parts.begin(), parts.end(),
+                       [](const Part &part) { return part.reduced.is_crowded(); });
+  }
+
+  void ReducedHalves::restart()
+  {
+    sizes.clear();
+    for (Part &part : parts)
+      if (part.reduced.is_crowded())
+        part.reduced.restart();
   }
 
   QuadraticEigenproblem ReducedHalves::problem() const

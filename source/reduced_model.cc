@@ -89,6 +89,41 @@ namespace squeal
     return combine(space, coefficients, coefficients.size() / n);
   }
 
+  void ReducedModel::begin(Block of_right, Block of_left)
+  {
+    right = left = Block(rows, 0);
+    peak_rows.clear();
+    // Unit vectors, and the row where each is largest
+    for (Block *block : {&of_right, &of_left})
+    {
+      const std::vector<double> squares = inner_products(*block, *block);
+      const unsigned int n              = block->n_columns() / 2;
+      std::vector<double> factors(2 * n);
+      for (unsigned int j = 0; j < 2 * n; ++j)
+      {
+        const unsigned int re = j % n, im = re + n;
+        factors[j] = 1 / std::sqrt(squares[re * (2 * n + 1)] + squares[im * (2 * n + 1)]);
+        struct
+        {
+          double value = 0;
+          int row      = 0;
+        } largest;
+        for (unsigned int i = 0; i < block->n_local(); ++i)
+          if (const double value = std::abs(block->column(j)[i]); value > largest.value)
+          {
+            largest.value = value;
+            largest.row   = rows.begin + i;
+          }
+        MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, rows.comm);
+        peak_rows.push_back(largest.row);
+      }
+      scale_columns(*block, factors);
+    }
+    append(of_right, 0.3);
+    test_by(of_left);
+    append(std::move(of_right), smallest);
+  }
+
   void ReducedModel::anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
                             const Modes &modes)
   {
@@ -107,41 +142,8 @@ namespace squeal
     compliant           = problem.compliant;
     has_constraints     = problem.n_constraints > 0;
     anchor_terms        = terms;
-    right = left = Block(rows, 0);
-
-    // The modes' displacements, scaled to unit length, and the row where each is largest
-    const auto displacements_of = [&](Block block)
-    {
-      clear_pressures(n_local_constraints, block);
-      const std::vector<double> squares = inner_products(block, block);
-      std::vector<double> factors(2 * n_disc);
-      for (unsigned int j = 0; j < 2 * n_disc; ++j)
-      {
-        const unsigned int re = j % n_disc, im = re + n_disc;
-        factors[j] = 1 / std::sqrt(squares[re * (2 * n_disc + 1)] + squares[im * (2 * n_disc + 1)]);
-        struct
-        {
-          double value = 0;
-          int row      = 0;
-        } largest;
-        for (unsigned int i = 0; i < block.n_local(); ++i)
-          if (const double value = std::abs(block.column(j)[i]); value > largest.value)
-          {
-            largest.value = value;
-            largest.row   = rows.begin + i;
-          }
-        MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, rows.comm);
-        peak_rows.push_back(largest.row);
-      }
-      scale_columns(block, factors);
-      return block;
-    };
-    const Block of_right = displacements_of(modes.disc_right),
-                of_left  = displacements_of(modes.disc_left);
-    append(of_right, 0.3);
     // The left vectors were given as Q^T y = 0, y = conj(z): the same span.
-    test_by(of_left);
-    append(of_right, smallest);
+    begin(displacements(modes.disc_right), displacements(modes.disc_left));
     // The search knows the modes beyond the disc roughly; corrections find them slowly.
     Block of_search = modes.search_space;
     clear_pressures(n_local_constraints, of_search);
@@ -251,12 +253,40 @@ namespace squeal
                   rows.comm);
     for (const unsigned int row : interface_rows)
       is_constraint.push_back(constrained[row]);
-    images.assign(fixed.size(), Block(rows, 0));
-    at_rows.resize(fixed.size());
-    for (auto &of_form : projected)
-      of_form.resize(fixed.size());
-    projected[petrov].assign(fixed.size(), DenseMatrix(left.n_columns(), 0));
+    forget_images();
     return !fixed.empty() && 2 * interface_rows.size() < rows.size;
+  }
+
+  void ReducedModel::forget_images()
+  {
+    n_imaged = 0;
+    images.assign(fixed.size(), Block(rows, 0));
+    at_rows.assign(fixed.size(), {});
+    for (auto &of_form : projected)
+      of_form.assign(fixed.size(), {});
+    projected[petrov].assign(fixed.size(), DenseMatrix(left.n_columns(), 0));
+    right_change = DenseMatrix();
+    last_right = last_left = {};
+  }
+
+  /// The coordinates of before last solutions stand for other vectors afterwards.
+  void ReducedModel::restart()
+  {
+    const auto whole = [&](const Solutions &solutions, const bool of_left)
+    {
+      Block block = expanded(to_block(with_rows(solutions.re, dimension())), of_left);
+      block.append(expanded(to_block(with_rows(solutions.im, dimension())), of_left));
+      return block;
+    };
+    std::vector<Block> of_right;
+    for (const auto &[x, y] : recent)
+      of_right.push_back(whole(x, false));
+    begin(of_right.front(), whole(recent.front().second, true));
+    for (unsigned int k = 1; k < of_right.size(); ++k)
+      append(std::move(of_right[k]), 1e-9);
+    recent.clear();
+    opened.clear();
+    forget_images();
   }
 
   bool ReducedModel::gather_changing(const std::vector<Term> &terms)
@@ -318,18 +348,37 @@ namespace squeal
     return known;
   }
 
-  /// The responses of the anchor to a gap where contacts have opened since.
-  void ReducedModel::add_openings()
+  std::vector<unsigned int> ReducedModel::open_contacts() const
   {
-    std::vector<unsigned int> added;
     std::vector<char> couples(interface_rows.size());
     const Entries &entries = changing[0];
     for (std::size_t k = 0; k < entries.values.size(); ++k)
       if (is_constraint[entries.rows[k]] && !is_constraint[entries.columns[k]])
         couples[entries.rows[k]] = 1;
+    std::vector<unsigned int> open;
     for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      if (is_constraint[r] && !couples[r] && !std::count(opened.begin(), opened.end(), r))
-        added.push_back(r);
+      if (is_constraint[r] && !couples[r])
+        open.push_back(r);
+    return open;
+  }
+
+  /// The responses of the anchor to a gap where contacts have opened since.
+  void ReducedModel::add_openings()
+  {
+    const auto without = [](std::vector<unsigned int> list, const std::vector<unsigned int> &known)
+    {
+      list.erase(std::remove_if(list.begin(), list.end(),
+                                [&](const unsigned int r)
+                                { return std::count(known.begin(), known.end(), r) > 0; }),
+                 list.end());
+      return list;
+    };
+    // V has the gaps of those that were open before; where one is added, theirs change by
+    // themselves.
+    const std::vector<unsigned int> open = open_contacts();
+    if (without(open, open_before).empty())
+      return;
+    const std::vector<unsigned int> added = without(open, opened);
     if (added.empty() || compliant || !has_constraints)
       return;
     opened.insert(opened.end(), added.begin(), added.end());
@@ -390,6 +439,23 @@ namespace squeal
     return result;
   }
 
+  ReducedModel::Solutions ReducedModel::chosen(const Solutions &solutions,
+                                               const std::vector<unsigned int> &which)
+  {
+    Solutions result;
+    result.re = result.im = DenseMatrix(solutions.re.n_rows, which.size());
+    for (unsigned int k = 0; k < which.size(); ++k)
+    {
+      result.lambda.push_back(solutions.lambda[which[k]]);
+      for (unsigned int i = 0; i < solutions.re.n_rows; ++i)
+      {
+        result.re(i, k) = solutions.re(i, which[k]);
+        result.im(i, k) = solutions.im(i, which[k]);
+      }
+    }
+    return result;
+  }
+
   /// Solves the projected problem and certifies the pairs; gives their residuals. The last pairs
   /// are where to start from.
   Block ReducedModel::solve_projected(Solutions &x, Solutions &y)
@@ -412,9 +478,9 @@ namespace squeal
     return result;
   }
 
-  std::optional<Modes> ReducedModel::solve(const std::vector<Term> &terms,
-                                           const double largest_error)
+  std::optional<Modes> ReducedModel::solve(const std::vector<Term> &terms)
   {
+    const double largest_error = accepted_error();
     if (!is_anchored())
       return std::nullopt;
     if (fixed.empty() && !find_fixed(terms))
@@ -442,6 +508,11 @@ namespace squeal
       if (best.size() == n_disc && lacking.empty())
       {
         project_tests();
+        constexpr unsigned int most_recent = 3;
+        open_before = open_contacts();
+        recent.insert(recent.begin(), {chosen(x, best), chosen(y, best)});
+        if (recent.size() > most_recent)
+          recent.pop_back();
         return make_modes(x, y, best);
       }
       // Contacts that have closed since the anchor are beyond the bases.
@@ -539,26 +610,26 @@ namespace squeal
 
   // Coordinates.
 
+  Block ReducedModel::expanded(const Block &c, const bool of_left) const
+  {
+    const unsigned int m = dimension(), n = c.n_columns(), n_left = of_left ? left.n_columns() : 0;
+    // W differs from V in its first columns
+    std::vector<double> of_v(c.data(), c.data() + std::size_t(m) * n), of_w;
+    for (unsigned int k = 0; k < n; ++k)
+      for (unsigned int i = 0; i < n_left; ++i)
+      {
+        of_w.push_back(-c.column(k)[i]); // it is subtracted
+        of_v[i + std::size_t(k) * m] = 0;
+      }
+    Block sum = combine(right, of_v, n);
+    if (n_left > 0)
+      subtract_combination(sum, left, of_w);
+    return sum;
+  }
+
   Modes ReducedModel::expand(const Modes &modes) const
   {
-    Modes result        = pad(modes);
-    const auto expanded = [&](const Block &c, const bool of_left)
-    {
-      const unsigned int m = dimension(), n = c.n_columns(),
-                         n_left = of_left ? left.n_columns() : 0;
-      // W differs from V in its first columns
-      std::vector<double> of_v(c.data(), c.data() + std::size_t(m) * n), of_w;
-      for (unsigned int k = 0; k < n; ++k)
-        for (unsigned int i = 0; i < n_left; ++i)
-        {
-          of_w.push_back(-c.column(k)[i]); // it is subtracted
-          of_v[i + std::size_t(k) * m] = 0;
-        }
-      Block sum = combine(right, of_v, n);
-      if (n_left > 0)
-        subtract_combination(sum, left, of_w);
-      return sum;
-    };
+    Modes result   = pad(modes);
     result.re      = expanded(result.re, false);
     result.im      = expanded(result.im, false);
     result.left_re = expanded(result.left_re, true);

@@ -146,10 +146,17 @@ namespace squeal
     log.line(text);
   }
 
-  void Sweep::settle(const BranchPoint &point)
+  void Sweep::settle(BranchPoint &point)
   {
     if (!follower.is_whole(point.modes))
+    {
+      if (follower.is_crowded())
+      {
+        point.modes = follower.whole(point.modes);
+        follower.restart();
+      }
       return;
+    }
     if (keeps_mesh)
       follower.anchor(parameters_at(point.value), point.modes);
     MPI_Barrier(comm);
@@ -163,20 +170,6 @@ namespace squeal
     if (rank == 0)
       save_numbers(state_file(), state);
     MPI_Barrier(comm);
-  }
-
-  void Sweep::prepare(const unsigned int first)
-  {
-    const std::vector<double> points = file.parameters().sweep.points();
-    const unsigned int n             = points.size() - first;
-    // Measured: with fewer values it is cheaper to make the basis richer value by value.
-    constexpr unsigned int fewest = 20;
-    if (!keeps_mesh || n < fewest)
-      return;
-    // From near to far, so that each sample is nearly known from those before
-    for (const double share : {0.1, 0.3})
-      if (!follower.prepare(parameters_at(points[first + std::lround(share * (n - 1))])))
-        break;
   }
 
   bool Sweep::resume(BranchPoint &last, unsigned int &n_done)
@@ -205,7 +198,6 @@ namespace squeal
     if (keeps_mesh)
       follower.anchor(parameters_at(last.value), last.modes);
     n_done = std::find(points.begin(), points.end(), last.value) - points.begin() + 1;
-    prepare(n_done);
     cut_files(directory, tables, {state->begin() + 2, state->begin() + n_head}, comm);
     log.line("Resumed after " + std::to_string(n_done) + " of " + std::to_string(points.size()) +
              " values: " + parameter + " = " + number(last.value) + ".");
@@ -257,8 +249,6 @@ namespace squeal
       }
       write(last);
       settle(last);
-      if (follower.is_whole(last.modes))
-        prepare(k + 1);
     }
     log.line("  " + std::to_string(follower.n_full_solutions()) + " full solutions for " +
              std::to_string(points.size() - n_done) + " values" +

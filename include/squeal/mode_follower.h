@@ -28,9 +28,16 @@ namespace squeal
     /// Makes a full solution for these parameters the anchor. Modes in coordinates become invalid.
     void anchor(const Parameters::All &parameters, const Modes &modes);
 
-    /// Makes the basis of the anchor rich enough for the parameters from the anchor to these.
-    /// Returns whether it could: else they are too far away.
-    bool prepare(const Parameters::All &parameters);
+    /// Whether the bases of the projection have become so large that it is time for restart().
+    bool is_crowded() const
+    {
+      return reduced.is_crowded();
+    }
+    /// Bases of the last solutions only. Modes in coordinates become invalid.
+    void restart()
+    {
+      reduced.restart();
+    }
 
     /// Of the anchor: part of the state of a run that is to be resumed.
     std::vector<double> varying_terms() const

@@ -53,7 +53,8 @@ namespace squeal
 
     /// As those of ReducedModel.
     std::optional<Modes> solve(const std::vector<Term> &terms);
-    bool prepare(const std::vector<Term> &terms);
+    bool is_crowded() const;
+    void restart();
     QuadraticEigenproblem problem() const;
     ReducedModel::RayleighForms rayleigh_forms(const Modes &modes) const;
     std::vector<Term> project(const std::vector<Term> &terms) const;

@@ -54,16 +54,16 @@ namespace squeal
     /// The modes of other terms as coordinates in V and W (blocks of MPI_COMM_SELF), with upper
     /// bounds of their backward errors. Nothing if these are not below the tolerance or the number
     /// of modes near the window has changed: then solve the whole problem.
-    std::optional<Modes> solve(const std::vector<Term> &terms)
+    std::optional<Modes> solve(const std::vector<Term> &terms);
+
+    /// Whether V has become so large that it should restart(). (Measured: with 22 modes.)
+    bool is_crowded() const
     {
-      return solve(terms, accepted_error());
+      return dimension() > 100 + 4 * n_disc && !recent.empty();
     }
-    /// Makes V so rich that terms between these and others for which this was done need no more:
-    /// solves them more accurately than needed. Returns whether it could.
-    bool prepare(const std::vector<Term> &terms)
-    {
-      return bool(solve(terms, 0.5 * accepted_error()));
-    }
+    /// Makes V and W anew of what the last solutions span: the parameters' path is smooth, and what
+    /// has been learnt far back on it is of no more use. Modes in coordinates become invalid.
+    void restart();
 
     /// W^T M V, W^T P V, W^T Q V of the last solution: the form in which left and right coordinates
     /// are orthogonal.
@@ -158,6 +158,10 @@ namespace squeal
       return 100 + 12 * n_disc;
     }
     Block displacements(Block block) const;
+    /// V and W of modes' displacements, each Re and Im.
+    void begin(Block of_right, Block of_left);
+    /// V c, or W c.
+    Block expanded(const Block &c, bool of_left) const;
     /// Enlarges V by what the columns add to it, except for principal components of a size up to
     /// @p smallest.
     void append(Block added, double smallest);
@@ -169,7 +173,10 @@ namespace squeal
     static Members members_of(const std::vector<Term> &terms);
     static const Member *find(const Members &members, const Member &member);
     bool find_fixed(const std::vector<Term> &terms);
+    void forget_images();
     bool gather_changing(const std::vector<Term> &terms);
+    /// Interface rows of constraints that couple to nothing.
+    std::vector<unsigned int> open_contacts() const;
     void clean(Block &added) const;
     void add_images();
     void satisfy_constraints();
@@ -224,7 +231,7 @@ namespace squeal
                                       double largest_error) const;
     /// Q_0^{-1} Q(l) x of some, Re and Im.
     Block corrections(const Block &residuals, const std::vector<unsigned int> &which) const;
-    std::optional<Modes> solve(const std::vector<Term> &terms, double largest_error);
+    static Solutions chosen(const Solutions &solutions, const std::vector<unsigned int> &which);
     void add_openings();
     Block solve_projected(Solutions &x, Solutions &y);
     /// The pairs with the smallest errors, as many as the anchor has in the disc.
@@ -251,7 +258,8 @@ namespace squeal
     std::vector<char> is_constraint; ///< by interface row
     bool compliant = false, has_constraints = false;
     Constraints left_constraints, right_constraints; ///< of the present terms
-    std::vector<unsigned int> opened;  ///< interface rows of the openings in the bases
+    std::vector<unsigned int> opened;  ///< interface rows whose openings' responses are in V
+    std::vector<unsigned int> open_before; ///< open_contacts() of the last solution
     std::array<Entries, 3> changing;   ///< by order
     Block right;                       ///< V, orthonormal displacements
     Block left;                        ///< the first columns of W; the others are those of V
@@ -273,5 +281,6 @@ namespace squeal
     std::array<std::array<DenseMatrix, 3>, 3> operators; ///< by form and order
     DenseMatrix left_pressures, right_pressures;         ///< of a compliant contact
     Solutions last_right, last_left;
+    std::vector<std::pair<Solutions, Solutions>> recent; ///< those accepted, the last one first
   };
 } // namespace squeal

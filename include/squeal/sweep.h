@@ -53,10 +53,9 @@ namespace squeal
     BranchPoint advance_on_new_mesh(const BranchPoint &from, double value);
     void write(const BranchPoint &point);
     bool resume(BranchPoint &last, unsigned int &n_done);
-    /// Makes a new anchor's basis rich enough for the values from @p first on, as far as it can.
-    void prepare(unsigned int first);
-    /// Makes a point that was solved fully the new anchor, and saves it.
-    void settle(const BranchPoint &point);
+    /// Makes a point that was solved fully the new anchor, and saves it. After a projection it
+    /// keeps the bases small.
+    void settle(BranchPoint &point);
 
     void find_critical_values(const BranchPoint &from, const BranchPoint &to);
     /// Onsets and ends at a point itself, whose operators are the present ones: Re l = 0 there up
