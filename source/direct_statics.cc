@@ -3,6 +3,7 @@
 #include <squeal/reduced_tools.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <stdexcept>
 #include <tuple>
@@ -77,26 +78,31 @@ namespace squeal
         unreleased      = solve(b);
         right_hand_side = b;
       }
-      if (c == 0)
-        return release(unreleased, released);
-      if (responses.values.empty())
+      if (c != 0 && responses.values.empty())
         find_responses();
-      // What it leaves of b is due to rounding; it is corrected as often as that is more than in
-      // one multiplication.
+      Block x = c == 0 ? release(unreleased, released) : solve_changed(b, unreleased, c, released);
+      Block residual = residual_of(x, b, c, released);
+      // What another friction leaves of b is due to rounding; it is corrected as often as that is
+      // more than in one multiplication.
       constexpr double rounding           = 1e-15;
       constexpr unsigned int most_repeats = 2;
-      Block x                             = solve_changed(b, unreleased, c, released);
-      for (unsigned int repeat = 0; repeat < most_repeats; ++repeat)
+      for (unsigned int repeat = 0; repeat < most_repeats && c != 0; ++repeat)
       {
-        const Block residual = residual_of(x, b, c, released);
         if (largest_of(residual) <= rounding * (norm * largest_of(x) + largest_of(b)))
           break;
         const Block correction =
             solve_changed(residual, factorization.solve(residual), c, released);
         for (unsigned int i = 0; i < x.n_local(); ++i)
           x.data()[i] += correction.data()[i];
+        residual = residual_of(x, b, c, released);
       }
+      residual_ = std::sqrt(inner_products(residual, residual)[0] / inner_products(b, b)[0]);
       return x;
+    }
+    /// |b - (A + c F) x - E_R s| / |b| of the last solution.
+    double relative_residual() const
+    {
+      return residual_;
     }
 
     /// x_0 + Y s with (x_0 + Y s)_R = 0.
@@ -237,10 +243,10 @@ namespace squeal
     Block residual_of(const Block &x, const Block &b, const double c,
                       const std::vector<unsigned int> &released) const
     {
-      Block residual    = multiply(A, x);
-      const Block of_f = multiply(*F, x);
+      Block residual    = b;
+      const Block of_a = multiply(A, x), of_f = c == 0 ? Block(rows, 1) : multiply(*F, x);
       for (unsigned int i = 0; i < residual.n_local(); ++i)
-        residual.data()[i] = b.data()[i] - residual.data()[i] - c * of_f.data()[i];
+        residual.data()[i] -= of_a.data()[i] + c * of_f.data()[i];
       reduced::clear_rows(residual, released);
       return residual;
     }
@@ -249,6 +255,7 @@ namespace squeal
     const Matrix A;
     const double norm;
     const Factorization factorization;
+    double residual_ = 0;
     Block unreleased, right_hand_side; ///< x_0 and its b
     Block Y;
     std::vector<unsigned int> known; ///< the rows of Y's columns
@@ -443,6 +450,18 @@ namespace squeal
                    x = part.solver->solve(b, change, released);
                });
     return part.space ? part.space->expand(x) : x;
+  }
+
+  template <int dim>
+  double DirectStatics<dim>::relative_residual() const
+  {
+    const Part &part = parts.front();
+    double residual  = part.solver ? part.solver->relative_residual() : 0;
+    // Not a number stays one.
+    MPI_Allreduce(MPI_IN_PLACE, &residual, 1, MPI_DOUBLE, MPI_SUM, rows.comm);
+    int n_ranks = part.solver ? 1 : 0;
+    MPI_Allreduce(MPI_IN_PLACE, &n_ranks, 1, MPI_INT, MPI_SUM, rows.comm);
+    return residual / n_ranks;
   }
 
   /// With S the reflection, solutions of A x = b and A x' = S b are

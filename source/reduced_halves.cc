@@ -302,12 +302,44 @@ namespace squeal
                        [](const Part &part) { return part.reduced.is_crowded(); });
   }
 
-  void ReducedHalves::restart()
+  Modes ReducedHalves::restart(const Modes &modes)
   {
-    sizes.clear();
-    for (Part &part : parts)
-      if (part.reduced.is_crowded())
-        part.reduced.restart();
+    if (parts.size() == 1)
+    {
+      const Modes whole = parts.front().reduced.expand(modes);
+      parts.front().reduced.restart();
+      return parts.front().reduced.coordinates(whole);
+    }
+    const std::vector<unsigned int> before = sizes_of(modes);
+    std::vector<Modes> halves;
+    std::vector<unsigned int> now, firsts = {0};
+    for (unsigned int h = 0; h < parts.size(); ++h)
+    {
+      ReducedModel &reduced = parts[h].reduced;
+      halves.push_back(extract(modes, h, before));
+      if (reduced.is_crowded())
+      {
+        const Modes whole = reduced.expand(halves[h]);
+        reduced.restart();
+        halves[h] = reduced.coordinates(whole);
+      }
+      now.push_back(reduced.dimension());
+      firsts.push_back(firsts.back() + now.back());
+    }
+    sizes              = {};
+    sizes[dimension()] = now;
+    Modes result       = modes;
+    for (Block Modes::*block : vectors)
+    {
+      result.*block = Block(reduced::small_rows(dimension()), modes.lambda.size());
+      for (unsigned int h = 0; h < parts.size(); ++h)
+      {
+        const std::vector<unsigned int> numbers = modes_of(modes, parts[h]);
+        for (unsigned int k = 0; k < numbers.size(); ++k)
+          insert((halves[h].*block).columns(k, 1), firsts[h], numbers[k], result.*block);
+      }
+    }
+    return result;
   }
 
   QuadraticEigenproblem ReducedHalves::problem() const

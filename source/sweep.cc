@@ -151,10 +151,7 @@ namespace squeal
     if (!follower.is_whole(point.modes))
     {
       if (follower.is_crowded())
-      {
-        point.modes = follower.whole(point.modes);
-        follower.restart();
-      }
+        point.modes = follower.restart(point.modes);
       return;
     }
     if (keeps_mesh)

@@ -87,6 +87,9 @@ namespace squeal
     Block solve(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
                 const Block &right_hand_side);
 
+    /// |b - A x| / |b| of the last solution: large where A is singular.
+    double relative_residual() const;
+
     /// Solutions of the last linear problem for other right sides, one for each of the given
     /// multipliers' rows. If multipliers are mirror images of each other, so are their right sides.
     Block solve_columns(const Contact<dim> &contact, const Block &right_hand_sides,

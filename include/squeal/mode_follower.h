@@ -33,10 +33,11 @@ namespace squeal
     {
       return reduced.is_crowded();
     }
-    /// Bases of the last solutions only. Modes in coordinates become invalid.
-    void restart()
+    /// Bases of the last solutions only. Modes in coordinates become invalid, but for these of the
+    /// last solution, which are given in the new ones.
+    Modes restart(const Modes &modes)
     {
-      reduced.restart();
+      return reduced.restart(modes);
     }
 
     /// Of the anchor: part of the state of a run that is to be resumed.

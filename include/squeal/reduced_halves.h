@@ -54,7 +54,8 @@ namespace squeal
     /// As those of ReducedModel.
     std::optional<Modes> solve(const std::vector<Term> &terms);
     bool is_crowded() const;
-    void restart();
+    /// Gives these modes of the last solution in the new coordinates.
+    Modes restart(const Modes &modes);
     QuadraticEigenproblem problem() const;
     ReducedModel::RayleighForms rayleigh_forms(const Modes &modes) const;
     std::vector<Term> project(const std::vector<Term> &terms) const;

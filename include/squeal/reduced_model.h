@@ -82,6 +82,8 @@ namespace squeal
 
     /// Modes in coordinates of now or of before the last enrichment as whole vectors.
     Modes expand(const Modes &modes) const;
+    /// Coordinates of whole vectors of the span, as of modes before restart().
+    Modes coordinates(const Modes &whole) const;
     /// Coordinates of before an enrichment with zeros for what was added.
     Modes pad(const Modes &modes) const;
     static bool is_reduced(const Modes &modes, const RowRange &rows)
