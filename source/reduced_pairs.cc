@@ -298,9 +298,9 @@ namespace squeal
       subtract_combination(result, images[i], c);
     }
     const auto inside = residuals_at_interface(solutions);
-    for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      if (rows.contains(interface_rows[r]))
-        for (unsigned int k = 0; k < 2 * n; ++k)
+    for (unsigned int k = 0; k < 2 * n; ++k)
+      for (unsigned int r = 0; r < interface_rows.size(); ++r)
+        if (rows.contains(interface_rows[r]))
           result.column(k)[interface_rows[r] - rows.begin] = inside[k / n](k % n, r);
     return result;
   }
@@ -321,9 +321,17 @@ namespace squeal
     gemm(true, 1, solutions.im, right_change, 0, violation[1]);
     std::vector<double> largest(n);
     for (unsigned int j = 0; j < n; ++j)
+    {
+      const double *const re = residuals.column(j), *const im = residuals.column(n + j);
+      double square = 0, sum = 0;
       for (unsigned int i = 0; i < residuals.n_local(); ++i)
-        largest[j] =
-            std::max(largest[j], std::hypot(residuals.column(j)[i], residuals.column(n + j)[i]));
+      {
+        const double of_row = re[i] * re[i] + im[i] * im[i];
+        square              = std::max(square, of_row);
+        sum += of_row; // a maximum passes over what is not a number
+      }
+      largest[j] = std::isfinite(sum) ? std::sqrt(square) : HUGE_VAL;
+    }
     MPI_Allreduce(MPI_IN_PLACE, largest.data(), n, MPI_DOUBLE, MPI_MAX, rows.comm);
     solutions.errors.assign(n, 0.);
     for (unsigned int j = 0; j < n; ++j)
@@ -331,7 +339,9 @@ namespace squeal
       // In the infinity norm; |x| is at least the largest of some rows.
       double peak = 0, change = 0;
       for (unsigned int r = 0; r < interface_rows.size(); ++r)
-        change = std::max(change, std::hypot(violation[0](j, r), violation[1](j, r)));
+        change = std::max(change, violation[0](j, r) * violation[0](j, r) +
+                                      violation[1](j, r) * violation[1](j, r));
+      change = std::sqrt(change);
       for (unsigned int r = 0; r < peak_rows.size(); ++r)
         peak = std::max(peak, std::hypot(re(j, r), im(j, r)));
       const double l = std::abs(solutions.lambda[j]);

@@ -22,9 +22,9 @@ namespace squeal
     {
       const RowRange &range = block.row_range();
       DenseMatrix result(block.n_columns(), wanted.size());
-      for (unsigned int r = 0; r < wanted.size(); ++r)
-        if (range.contains(wanted[r]))
-          for (unsigned int j = 0; j < block.n_columns(); ++j)
+      for (unsigned int j = 0; j < block.n_columns(); ++j) // columns are what lies together
+        for (unsigned int r = 0; r < wanted.size(); ++r)
+          if (range.contains(wanted[r]))
             result(j, r) = block.column(j)[wanted[r] - range.begin];
       MPI_Allreduce(MPI_IN_PLACE, result.values.data(), result.values.size(), MPI_DOUBLE, MPI_SUM,
                     range.comm);
@@ -44,9 +44,9 @@ namespace squeal
     inline void clear_rows(Block &block, const std::vector<unsigned int> &cleared)
     {
       const RowRange &range = block.row_range();
-      for (const unsigned int row : cleared)
-        if (range.contains(row))
-          for (unsigned int j = 0; j < block.n_columns(); ++j)
+      for (unsigned int j = 0; j < block.n_columns(); ++j)
+        for (const unsigned int row : cleared)
+          if (range.contains(row))
             block.column(j)[row - range.begin] = 0;
     }
 
