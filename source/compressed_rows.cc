@@ -1,5 +1,7 @@
 #include <squeal/compressed_rows.h>
 
+#include <stdexcept>
+
 namespace squeal
 {
   SequentialRows::SequentialRows(Mat matrix) : matrix(matrix)
@@ -172,5 +174,58 @@ namespace squeal
       result.end_row();
     }
     return make_matrix(rows, std::move(result));
+  }
+
+  void RepeatedEntries::find_places()
+  {
+    for (const auto &[place, value] : recorded)
+      keys.push_back(place);
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    keys.shrink_to_fit();
+    sums.assign(keys.size(), 0.);
+    places.reserve(recorded.size());
+    for (const auto &[place, value] : recorded)
+    {
+      places.push_back(std::lower_bound(keys.begin(), keys.end(), place) - keys.begin());
+      sums[places.back()] += value;
+    }
+    recorded = {};
+    n_added  = places.size();
+  }
+
+  Matrix RepeatedEntries::make_matrix(const RowRange &range)
+  {
+    if (n_made == 1)
+      find_places();
+    if (n_added != places.size())
+      throw std::logic_error("RepeatedEntries: not the entries of before.");
+    ++n_made;
+    n_added     = 0;
+    int n_ranks = 0;
+    MPI_Comm_size(range.comm, &n_ranks);
+    Matrix matrix;
+    if (n_made > 1 && n_ranks == 1)
+    {
+      CompressedRows rows;
+      rows.reserve(keys.size());
+      std::size_t k = 0;
+      for (std::uint64_t row = 0; row < range.size; ++row)
+      {
+        for (; k < keys.size() && row_of(keys[k]) == row; ++k)
+          rows.add(column_of(keys[k]), sums[k]);
+        rows.end_row();
+      }
+      matrix = squeal::make_matrix(range, std::move(rows));
+    }
+    else
+    {
+      for (std::size_t k = 0; k < keys.size(); ++k)
+        once.add(row_of(keys[k]), column_of(keys[k]), sums[k]);
+      matrix = once.make_matrix(range);
+      once   = {};
+    }
+    std::fill(sums.begin(), sums.end(), 0.);
+    return matrix;
   }
 } // namespace squeal

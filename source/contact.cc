@@ -175,9 +175,12 @@ namespace squeal
   typename Contact<dim>::FrictionDamping
   Contact<dim>::friction_damping(const Pressure &pressure) const
   {
-    EntryList P, Q, P_falling, Q_falling;
+    EntryList P_falling, Q_falling;
+    if (!turning_entries)
+      turning_entries = std::make_shared<std::array<RepeatedEntries, 2>>();
+    auto &[P, Q] = *turning_entries;
     for_each_pair(
-        [&](const unsigned int i, const Kinematics &k)
+        [&, &P = P, &Q = Q](const unsigned int i, const Kinematics &k)
         {
           std::vector<double> turning(k.n_points), slope(k.n_points);
           for (unsigned int q = 0; q < k.n_points; ++q)
@@ -197,8 +200,8 @@ namespace squeal
           };
           if (dim == 3) // P_perp = b b^T
           {
-            k.add(P, k.product(k.b(), turning, k.b()));
-            k.add(Q, k.product(k.b(), times_omega(turning), k.b_phi()));
+            k.add_product(P, k.b(), turning, k.b());
+            k.add_product(Q, k.b(), times_omega(turning), k.b_phi());
           }
           if (!model.friction.is_flat())
           {

@@ -196,4 +196,48 @@ namespace squeal
   /// The matrix with these rows on this rank, columns numbered globally. On one rank it keeps the
   /// arrays and does not copy them. Collective.
   Matrix make_matrix(const RowRange &range, CompressedRows rows);
+
+  /// Entries of a matrix that is made again and again: of the same places in the same order, with
+  /// other values. The third time the places need not be looked for any more. Zeros are not stored.
+  class RepeatedEntries
+  {
+  public:
+    /// Entries with a negative row or column are skipped.
+    void add(const int row, const int column, const double value)
+    {
+      if (row < 0 || column < 0)
+        return;
+      if (n_made == 0)
+        once.add(row, column, value);
+      else if (n_made == 1)
+        recorded.push_back({key(row, column), value});
+      else
+        sums[places.at(n_added++)] += value; // more entries than before throw std::out_of_range
+    }
+    /// Collective. The next matrix begins empty.
+    Matrix make_matrix(const RowRange &range);
+
+  private:
+    static std::uint64_t key(const std::uint64_t row, const std::uint64_t column)
+    {
+      return row << 32 | column;
+    }
+    static unsigned int row_of(const std::uint64_t key)
+    {
+      return key >> 32;
+    }
+    static unsigned int column_of(const std::uint64_t key)
+    {
+      return key & 0xffffffffu;
+    }
+    void find_places();
+
+    unsigned int n_made = 0;
+    EntryList once;
+    std::vector<std::pair<std::uint64_t, double>> recorded;
+    std::vector<std::uint64_t> keys;   ///< of the distinct places, ascending
+    std::vector<unsigned int> places;  ///< of each entry, among them
+    std::vector<double> sums;          ///< by place
+    std::size_t n_added = 0;
+  };
 } // namespace squeal

@@ -244,6 +244,8 @@ namespace squeal
       }
     };
     mutable Kept kept_normal, kept_friction;
+    /// P and Q of the turning direction, which every value of a sweep asks for.
+    mutable std::shared_ptr<std::array<RepeatedEntries, 2>> turning_entries;
     std::vector<double> constants_of_normal() const
     {
       return {double(model.mortar), scale, constraint_stiffness, model.penalty_stiffness,

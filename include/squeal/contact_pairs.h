@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/compressed_rows.h>
 #include <squeal/dense.h>
 #include <squeal/mortar.h>
 #include <squeal/spaces.h>
@@ -208,17 +209,8 @@ namespace squeal
     DenseMatrix product(const DenseMatrix &left, const std::vector<double> &c,
                         const DenseMatrix &right) const
     {
-      // Directions in or across a flat face have components that vanish.
       const std::vector<unsigned int> left_rows = rows_of(left), right_rows = rows_of(right);
-      DenseMatrix scaled(n_points, left_rows.size()), transposed(n_points, right_rows.size()),
-          dense(left_rows.size(), right_rows.size());
-      for (unsigned int i = 0; i < left_rows.size(); ++i)
-        for (unsigned int q = 0; q < n_points; ++q)
-          scaled(q, i) = c[q] * left(left_rows[i], q);
-      for (unsigned int i = 0; i < right_rows.size(); ++i)
-        for (unsigned int q = 0; q < n_points; ++q)
-          transposed(q, i) = right(right_rows[i], q);
-      gemm(true, 1, scaled, transposed, 0, dense);
+      const DenseMatrix dense = product(left, left_rows, c, right, right_rows);
       DenseMatrix result(left.n_rows, right.n_rows);
       for (unsigned int j = 0; j < right_rows.size(); ++j)
         for (unsigned int i = 0; i < left_rows.size(); ++i)
@@ -226,18 +218,18 @@ namespace squeal
       return result;
     }
 
-    /// The rows that do not vanish.
-    static std::vector<unsigned int> rows_of(const DenseMatrix &a)
+    /// Distributes that product over displacements x displacements, the same places whatever c is.
+    void add_product(RepeatedEntries &entries, const DenseMatrix &left,
+                     const std::vector<double> &c, const DenseMatrix &right) const
     {
-      std::vector<char> is_there(a.n_rows);
-      for (unsigned int q = 0; q < a.n_columns; ++q)
-        for (unsigned int i = 0; i < a.n_rows; ++i)
-          is_there[i] |= a(i, q) != 0;
-      std::vector<unsigned int> rows;
-      for (unsigned int i = 0; i < a.n_rows; ++i)
-        if (is_there[i])
-          rows.push_back(i);
-      return rows;
+      const std::vector<unsigned int> left_rows = rows_of(left), right_rows = rows_of(right);
+      const DenseMatrix local = product(left, left_rows, c, right, right_rows);
+      for (unsigned int j = 0; j < right_rows.size(); ++j)
+        for (const FreeNode<dim> &column : node(right_rows[j] / dim))
+          for (unsigned int i = 0; i < left_rows.size(); ++i)
+            for (const FreeNode<dim> &row : node(left_rows[i] / dim))
+              entries.add(row.equations[left_rows[i] % dim], column.equations[right_rows[j] % dim],
+                          row.weight * column.weight * local(i, j));
     }
 
     /// The local multipliers out of a replicated vector.
@@ -279,6 +271,41 @@ namespace squeal
 
   private:
     /// Directions are 0: n, 1: e, 2: b.
+    /// The rows that do not vanish: directions in or across a flat face have such components.
+    static std::vector<unsigned int> rows_of(const DenseMatrix &a)
+    {
+      std::vector<char> is_there(a.n_rows);
+      for (unsigned int q = 0; q < a.n_columns; ++q)
+        for (unsigned int i = 0; i < a.n_rows; ++i)
+          is_there[i] |= a(i, q) != 0;
+      std::vector<unsigned int> rows;
+      for (unsigned int i = 0; i < a.n_rows; ++i)
+        if (is_there[i])
+          rows.push_back(i);
+      return rows;
+    }
+    /// Of the product those rows and columns only.
+    DenseMatrix product(const DenseMatrix &left, const std::vector<unsigned int> &left_rows,
+                        const std::vector<double> &c, const DenseMatrix &right,
+                        const std::vector<unsigned int> &right_rows) const
+    {
+      DenseMatrix scaled(n_points, left_rows.size()), transposed(n_points, right_rows.size()),
+          result(left_rows.size(), right_rows.size());
+      for (unsigned int i = 0; i < left_rows.size(); ++i)
+        for (unsigned int q = 0; q < n_points; ++q)
+          scaled(q, i) = c[q] * left(left_rows[i], q);
+      for (unsigned int i = 0; i < right_rows.size(); ++i)
+        for (unsigned int q = 0; q < n_points; ++q)
+          transposed(q, i) = right(right_rows[i], q);
+      gemm(true, 1, scaled, transposed, 0, result);
+      return result;
+    }
+    /// Rotor nodes, then pad nodes.
+    const std::vector<FreeNode<dim>> &node(const unsigned int a) const
+    {
+      const unsigned int n_rotor = rotor->nodes.size();
+      return a < n_rotor ? rotor->nodes[a] : pad->nodes[a - n_rotor];
+    }
     const DenseMatrix &jump_along(const unsigned int direction) const
     {
       return along(direction, shapes->on_rotor, &shapes->on_pad, jumps[direction]);
