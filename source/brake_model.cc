@@ -287,7 +287,8 @@ namespace squeal
     else if (!found)
       found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load,
                                        needs_border, symmetry());
-    if (before && found->space.basis.n_columns() == 0) // what was known before is a good start of what follows
+    if (before && found->space.basis.n_columns() ==
+                      0) // what was known before is a good start of what follows
       found->space = std::move(before->space);
     of_state     = KnownTerms(terms_);
     equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));

@@ -84,7 +84,7 @@ namespace squeal
       Block residual = residual_of(x, b, c, released);
       // What another friction leaves of b is due to rounding; it is corrected as often as that is
       // more than in one multiplication.
-      constexpr double rounding           = 1e-15;
+      constexpr double rounding           = 1e-14;
       constexpr unsigned int most_repeats = 2;
       for (unsigned int repeat = 0; repeat < most_repeats && c != 0; ++repeat)
       {
@@ -206,8 +206,8 @@ namespace squeal
         for (unsigned int i = 0; i < n; ++i)
           equations(i, places[r]) = -at_multipliers(r, i);
       }
-      DenseMatrix solution = squeal::solve(
-          std::move(equations), transposed(reduced::gather_rows(x_0, multipliers)));
+      DenseMatrix solution =
+          squeal::solve(std::move(equations), transposed(reduced::gather_rows(x_0, multipliers)));
       DenseMatrix slack(n_released, 1);
       for (unsigned int r = 0; r < n_released; ++r)
         std::swap(slack(r, 0), solution(places[r], 0));
@@ -243,7 +243,7 @@ namespace squeal
     Block residual_of(const Block &x, const Block &b, const double c,
                       const std::vector<unsigned int> &released) const
     {
-      Block residual    = b;
+      Block residual   = b;
       const Block of_a = multiply(A, x), of_f = c == 0 ? Block(rows, 1) : multiply(*F, x);
       for (unsigned int i = 0; i < residual.n_local(); ++i)
         residual.data()[i] -= of_a.data()[i] + c * of_f.data()[i];
@@ -269,9 +269,7 @@ namespace squeal
                                     const ContactModel<dim> &model, const bool with_friction,
                                     std::optional<MirrorSymmetry> given, const bool both_halves)
       : rows(rows), of_bodies(terms_of_order(body_terms, 0)), with_friction(with_friction),
-        both_halves(both_halves),
-        factor_once(may_serve(model)),
-        symmetry(std::move(given))
+        both_halves(both_halves), factor_once(may_serve(model)), symmetry(std::move(given))
   {
   }
 
@@ -399,8 +397,7 @@ namespace squeal
       base->slopes = std::move(slopes);
     base->contact.set_model(contact.contact_model());
     base->friction = base->contact.shared_friction(pressure).second;
-    if (symmetry &&
-        !squeal::is_symmetric({{{Origin::friction, 0, 1., base->friction}}}, *symmetry))
+    if (symmetry && !squeal::is_symmetric({{{Origin::friction, 0, 1., base->friction}}}, *symmetry))
     {
       forget_symmetry();
       factorise_closed(contact, pressure);

@@ -508,7 +508,7 @@ namespace squeal
       {
         project_tests();
         constexpr unsigned int most_recent = 3;
-        open_before = open_contacts();
+        open_before                        = open_contacts();
         recent.insert(recent.begin(), {chosen(x, best), chosen(y, best)});
         if (recent.size() > most_recent)
           recent.pop_back();

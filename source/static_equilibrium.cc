@@ -405,8 +405,8 @@ namespace squeal
     std::string failure;
     try
     {
-      DirectStatics<dim> solver(rows, body_terms, contact.contact_model(), with_friction,
-                                symmetry, with_border);
+      DirectStatics<dim> solver(rows, body_terms, contact.contact_model(), with_friction, symmetry,
+                                with_border);
       DirectSteps<dim> steps(solver, with_friction);
       iterate(steps, contact, with_friction, load, result);
       if (with_border)
@@ -433,10 +433,9 @@ namespace squeal
   }
 
   template <int dim>
-  std::optional<StaticEquilibrium> follow_static_equilibrium(DirectStatics<dim> &solver,
-                                                             Contact<dim> &contact,
-                                                             const bool with_friction,
-                                                             const Block &load)
+  std::optional<StaticEquilibrium>
+  follow_static_equilibrium(DirectStatics<dim> &solver, Contact<dim> &contact,
+                            const bool with_friction, const Block &load)
   {
     StaticEquilibrium result;
     DirectSteps<dim> steps(solver, with_friction);
@@ -488,12 +487,10 @@ namespace squeal
   template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
                                                       Contact<3> &, bool, const Block &, bool,
                                                       const std::optional<MirrorSymmetry> &);
-  template std::optional<StaticEquilibrium> follow_static_equilibrium(DirectStatics<2> &,
-                                                                      Contact<2> &, bool,
-                                                                      const Block &);
-  template std::optional<StaticEquilibrium> follow_static_equilibrium(DirectStatics<3> &,
-                                                                      Contact<3> &, bool,
-                                                                      const Block &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(DirectStatics<2> &, Contact<2> &, bool, const Block &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(DirectStatics<3> &, Contact<3> &, bool, const Block &);
   template StaticEquilibrium solve_static_equilibrium(IterativeStatics<2> &, Contact<2> &, bool,
                                                       const Block &);
   template StaticEquilibrium solve_static_equilibrium(IterativeStatics<3> &, Contact<3> &, bool,

@@ -249,7 +249,8 @@ namespace squeal
     }
     log.line("  " + std::to_string(follower.n_full_solutions()) + " full solutions for " +
              std::to_string(points.size() - n_done) + " values" +
-             (critical_csv ? " and the critical ones." : "."));
+             (critical_csv ? " and the critical ones" : "") + "; bases were restarted " +
+             std::to_string(follower.n_restarts()) + " times.");
     const ModeFollower::Seconds &seconds = follower.seconds();
     char text[160];
     std::snprintf(text, sizeof(text),

@@ -6,6 +6,7 @@ near it the growth rate follows the square root, Re l = c sqrt(mu - mu_c).
 """
 
 import math
+import re
 import unittest
 
 import squeal_testing as st
@@ -73,6 +74,23 @@ class Sweeps(st.TestCase):
                 last = float(values.split(",")[1])
                 own = [st.eigenvalue(r) for r in st.read_table(directory / "sweep.csv") if r["parameter"] == last]
                 self.assertSameModes(own, self.eigenvalues({**settings, name: last}), 1e-8)
+
+    def test_long(self):
+        """Pads that lift off on the way: bases are restarted, and what follows is as good as a run of its own."""
+        settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 5000,
+                    "Eigenproblem/Error bars": "false"}
+        directory = self.analyse({**settings, "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1 : 0.6 : 101"})
+        log = (directory / "log.txt").read_text()
+        full, values, restarts = map(int, re.search(
+            r"(\d+) full solutions for (\d+) values; bases were restarted (\d+) times", log).groups())
+        self.assertEqual(values, 101)
+        self.assertLess(full, 12)
+        self.assertGreater(restarts, 1)
+        rows = st.read_table(directory / "sweep.csv")
+        for value in [0.35, 0.6]:
+            own = [st.eigenvalue(row) for row in rows if abs(row["parameter"] - value) < 1e-12]
+            self.assertSameModes(own, self.eigenvalues({**settings, FRICTION: value}), 1e-8)
+        self.assertLess(max(row["backward_error"] for row in rows), 1e-8)
 
     def test_ranks(self):
         """One and two ranks: the same branches and eigenvalues."""

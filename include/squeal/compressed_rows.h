@@ -235,9 +235,9 @@ namespace squeal
     unsigned int n_made = 0;
     EntryList once;
     std::vector<std::pair<std::uint64_t, double>> recorded;
-    std::vector<std::uint64_t> keys;   ///< of the distinct places, ascending
-    std::vector<unsigned int> places;  ///< of each entry, among them
-    std::vector<double> sums;          ///< by place
+    std::vector<std::uint64_t> keys;  ///< of the distinct places, ascending
+    std::vector<unsigned int> places; ///< of each entry, among them
+    std::vector<double> sums;         ///< by place
     std::size_t n_added = 0;
   };
 } // namespace squeal

@@ -37,7 +37,12 @@ namespace squeal
     /// last solution, which are given in the new ones.
     Modes restart(const Modes &modes)
     {
+      ++n_restarts_;
       return reduced.restart(modes);
+    }
+    unsigned int n_restarts() const
+    {
+      return n_restarts_;
     }
 
     /// Of the anchor: part of the state of a run that is to be resumed.
@@ -105,7 +110,7 @@ namespace squeal
     ReducedHalves reduced;
     std::optional<std::optional<MirrorSymmetry>> symmetry; ///< of the model, once asked for
     RowRange whole_rows;
-    unsigned int n_full = 0;
+    unsigned int n_full = 0, n_restarts_ = 0;
     Seconds seconds_;
     mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
     bool is_as_solved = false; ///< whether nothing was assembled since the last full solution

@@ -260,17 +260,17 @@ namespace squeal
     std::vector<char> is_constraint; ///< by interface row
     bool compliant = false, has_constraints = false;
     Constraints left_constraints, right_constraints; ///< of the present terms
-    std::vector<unsigned int> opened;  ///< interface rows whose openings' responses are in V
+    std::vector<unsigned int> opened;      ///< interface rows whose openings' responses are in V
     std::vector<unsigned int> open_before; ///< open_contacts() of the last solution
-    std::array<Entries, 3> changing;   ///< by order
-    Block right;                       ///< V, orthonormal displacements
-    Block left;                        ///< the first columns of W; the others are those of V
-    DenseMatrix right_rows, left_rows; ///< of V and W in the interface: a column a row
-    DenseMatrix left_balance;          ///< - (C C^T)^{-1} C V of the left constraints
-    DenseMatrix left_change;           ///< what makes W satisfy the present constraints
-    DenseMatrix left_moved;            ///< left_rows + left_change
-    DenseMatrix right_change;          ///< the same for V: not zero where contacts have closed
-    DenseMatrix kernel;                ///< Z, orthonormal, of coordinates; empty: all
+    std::array<Entries, 3> changing;       ///< by order
+    Block right;                           ///< V, orthonormal displacements
+    Block left;                            ///< the first columns of W; the others are those of V
+    DenseMatrix right_rows, left_rows;     ///< of V and W in the interface: a column a row
+    DenseMatrix left_balance;              ///< - (C C^T)^{-1} C V of the left constraints
+    DenseMatrix left_change;               ///< what makes W satisfy the present constraints
+    DenseMatrix left_moved;                ///< left_rows + left_change
+    DenseMatrix right_change;              ///< the same for V: not zero where contacts have closed
+    DenseMatrix kernel;                    ///< Z, orthonormal, of coordinates; empty: all
     std::array<DenseMatrix, 3> small_problem; ///< Z^T W^T A V Z by order
     unsigned int n_imaged = 0;                ///< columns with images
 

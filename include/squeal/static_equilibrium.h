@@ -26,8 +26,8 @@ namespace squeal
   /// What states that followed one another span, and what the bodies make of it.
   struct StateSpace
   {
-    Block basis;  ///< orthonormal
-    Block images; ///< sum of the bodies' position terms times the basis
+    Block basis;      ///< orthonormal
+    Block images;     ///< sum of the bodies' position terms times the basis
     KnownTerms terms; ///< these
   };
 

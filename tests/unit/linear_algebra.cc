@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <squeal/compressed_rows.h>
 #include <squeal/errors.h>
 #include <squeal/linear_algebra.h>
 
@@ -479,4 +480,33 @@ TEST_CASE("linear_algebra: a list of entries adds what several ranks have in one
   // The list is still there.
   CHECK(largest_difference(replicated(rows, entries.make_matrix(rows)), expected) == 0);
   CHECK(EntryList().make_matrix(rows).n_nonzeros() == 0);
+}
+
+TEST_CASE("linear_algebra: repeated entries are those of a list, each time anew")
+{
+  const unsigned int n = 11;
+  const RowRange rows  = even_rows(n);
+  int rank = 0, n_ranks = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &n_ranks);
+  RepeatedEntries repeated;
+  for (unsigned int time = 0; time < 5; ++time)
+  {
+    CAPTURE(time);
+    EntryList list;
+    const auto add = [&](const int row, const int column, const double value)
+    {
+      repeated.add(row, column, value);
+      list.add(row, column, value);
+    };
+    for (int k = rank; k < 90; k += n_ranks)
+      add(k * 5 % n, k * k % 7, time == 3 && k % 2 == 0 ? 0. : 0.5 * ((k + time) % 9 - 4));
+    add(-1, 2, 1.);
+    add(2, -1, 1.);
+    const Matrix matrix = repeated.make_matrix(rows), expected = list.make_matrix(rows);
+    CHECK(largest_difference(replicated(rows, matrix), replicated(rows, expected)) == 0);
+    CHECK(matrix.n_nonzeros() == expected.n_nonzeros());
+  }
+  // Fewer entries than before, or more
+  CHECK_THROWS_AS(repeated.make_matrix(rows), std::logic_error);
 }

@@ -175,6 +175,80 @@ TEST_CASE("unilateral_contact: complementarity and balance of forces, brake")
     check_partly_open(geometry, sliding<3>(mortar, 1e14), 2);
 }
 
+TEST_CASE("unilateral_contact: one factorisation serves other friction, loads and contacts")
+{
+  const Geometry<3> geometry = make_brake(brake("both", "1 + 25*y"));
+  Spaces<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
+  spaces.distribute();
+  const BodyMatrices rotor      = assemble_body(spaces, {rotor_body}, rotor_material, false);
+  const BodyMatrices pad        = assemble_body(spaces, pads_of(geometry), pad_material, false);
+  const std::vector<Term> terms = {{Origin::elasticity, 0, 1., rotor.K},
+                                   {Origin::elasticity, 0, 1., pad.K},
+                                   {Origin::inertia, 2, 1., pad.M}};
+  const double stiffness        = std::max(rotor.K->infinity_norm(), pad.K->infinity_norm());
+  const auto model              = [](const double mu)
+  {
+    ContactModel<3> result      = sliding<3>(true, 1e14);
+    result.friction.coefficient = mu;
+    return result;
+  };
+  const Block load = assemble_pressure_load(spaces);
+  Block uneven     = load; // no longer its own mirror image
+  for (unsigned int i = 0; i < uneven.n_local(); ++i)
+    uneven.data()[i] *= 1 + 1e-3 * ((spaces.rows.begin + i) % 7);
+
+  for (const bool by_halves : {true, false})
+    for (const double first : {0., 0.3})
+    {
+      CAPTURE(by_halves);
+      CAPTURE(first);
+      Contact<3> contact(spaces, model(first));
+      contact.scale_constraints(stiffness);
+      DirectStatics<3> statics(spaces.rows, terms, model(first), true,
+                               by_halves ? find_mirror_symmetry(spaces) : std::nullopt, false);
+      CHECK(!statics.serves(terms, contact)); // nothing is factorised yet
+      unsigned int n_sets = 0;
+      std::vector<unsigned int> before;
+      for (const auto &[mu, force] : std::vector<std::pair<double, const Block *>>{
+               {first, &load}, {0.5, &load}, {0.1, &load}, {0., &load}, {0.4, &uneven}})
+      {
+        CAPTURE(mu);
+        contact.set_model(model(mu));
+        const auto followed = follow_static_equilibrium(statics, contact, true, *force);
+        REQUIRE(followed);
+        CHECK(statics.serves(terms, contact));
+        Contact<3> fresh(spaces, model(mu));
+        fresh.scale_constraints(stiffness);
+        const StaticEquilibrium alone =
+            solve_static_equilibrium(spaces.rows, terms, fresh, true, *force);
+        CHECK(contact.released_multipliers() == fresh.released_multipliers());
+        n_sets += contact.released_multipliers() != before;
+        before            = contact.released_multipliers();
+        double difference = 0;
+        for (unsigned int i = 0; i < alone.state.n_local(); ++i)
+          difference =
+              std::max(difference, std::abs(alone.state.data()[i] - followed->state.data()[i]));
+        difference = Utilities::MPI::max(difference, MPI_COMM_WORLD);
+        CHECK(difference <= 1e-10 * largest_entry(alone.state));
+        CHECK(statics.relative_residual() <= 1e-11);
+      }
+      CHECK(n_sets > 2);
+
+      // Other bodies, another constraint, another distribution of friction
+      std::vector<Term> stiffer = terms;
+      stiffer[0].coefficient    = 1.1;
+      CHECK(!statics.serves(stiffer, contact));
+      Contact<3> scaled = contact;
+      scaled.scale_constraints(2 * stiffness);
+      CHECK(!statics.serves(terms, scaled));
+      Contact<3> falling            = contact;
+      ContactModel<3> falling_model = model(0.4);
+      falling_model.friction.kind   = FrictionLaw::Kind::falling;
+      falling.set_model(falling_model);
+      CHECK(!statics.serves(terms, falling));
+    }
+}
+
 namespace
 {
   /// The same geometry with an even load and one whose mean is the same: resultants agree, the
