@@ -507,8 +507,12 @@ namespace squeal
       if (best.size() == n_disc && lacking.empty())
       {
         project_tests();
-        constexpr unsigned int most_recent = 3;
-        open_before                        = open_contacts();
+        if (std::vector<unsigned int> open = open_contacts(); open != open_before)
+        {
+          open_before = std::move(open);
+          n_steady    = 0;
+        }
+        ++n_steady;
         recent.insert(recent.begin(), {chosen(x, best), chosen(y, best)});
         if (recent.size() > most_recent)
           recent.pop_back();

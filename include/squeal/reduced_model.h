@@ -59,7 +59,9 @@ namespace squeal
     /// Whether V has become so large that it should restart(). (Measured: with 22 modes.)
     bool is_crowded() const
     {
-      return dimension() > 100 + 4 * n_disc && !recent.empty();
+      // Solutions with the same contacts tell more of those to come.
+      const bool is_steady = n_steady >= most_recent;
+      return !recent.empty() && dimension() > (is_steady ? 100 + 4 * n_disc : 150 + 7 * n_disc);
     }
     /// Makes V and W anew of what the last solutions span: the parameters' path is smooth, and what
     /// has been learnt far back on it is of no more use. Modes in coordinates become invalid.
@@ -283,6 +285,8 @@ namespace squeal
     std::array<std::array<DenseMatrix, 3>, 3> operators; ///< by form and order
     DenseMatrix left_pressures, right_pressures;         ///< of a compliant contact
     Solutions last_right, last_left;
+    static constexpr unsigned int most_recent = 3;
     std::vector<std::pair<Solutions, Solutions>> recent; ///< those accepted, the last one first
+    unsigned int n_steady = 0; ///< solutions accepted since contacts opened or closed
   };
 } // namespace squeal
