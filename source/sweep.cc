@@ -403,11 +403,12 @@ namespace squeal
     {
       double value;
       Complex lambda, derivative;
+      double uncertainty; ///< of lambda
     };
     const Complex first      = from.modes.lambda[index_of(from, branch)],
                   last       = to.modes.lambda[index_of(to, branch)],
                   chord      = (last - first) / (to.value - from.value);
-    std::vector<Known> known = {{from.value, first, chord}, {to.value, last, chord}};
+    std::vector<Known> known = {{from.value, first, chord, 0}, {to.value, last, chord, 0}};
     const auto function      = [&](const double p)
     {
       const auto nearest = std::min_element(known.begin(), known.end(),
@@ -417,7 +418,8 @@ namespace squeal
       const Evaluation at =
           evaluate(p, {nearest->lambda + nearest->derivative * (p - nearest->value)});
       known.push_back(
-          {p, at.lambda[0], std::isfinite(at.derivative[0].real()) ? at.derivative[0] : chord});
+          {p, at.lambda[0], std::isfinite(at.derivative[0].real()) ? at.derivative[0] : chord,
+           at.uncertainty});
       return std::make_pair(at.lambda[0].real(), at.derivative[0].real());
     };
     const Root root = find_root(from.value, first.real(), to.value, last.real(), function);
@@ -425,7 +427,11 @@ namespace squeal
     result.kind       = first.real() < 0 ? "onset" : "end";
     result.branch     = branch;
     result.value      = root.value;
-    result.accuracy   = root.accuracy;
+    // That of the search, and what the eigenvalue's own error moves it by.
+    const Known &at_root  = known.back();
+    const double slope    = std::abs(at_root.derivative.real());
+    const double of_value = slope > 0 ? at_root.uncertainty / slope : 0;
+    result.accuracy       = root.accuracy + of_value;
     result.iterations = root.iterations;
     result.lambda     = known.back().lambda;
     return result;
