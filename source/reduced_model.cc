@@ -14,7 +14,7 @@ namespace squeal
   {
     constexpr double smallest =
         2e-10; ///< parts of unit vectors below this are left out of the bases
-    constexpr unsigned int most_corrections = 6;
+    constexpr unsigned int most_corrections = 10;
   } // namespace
 
   // Bases.
@@ -372,22 +372,29 @@ namespace squeal
                  list.end());
       return list;
     };
-    // V has the gaps of those that were open before; where one is added, theirs change by
-    // themselves.
-    const std::vector<unsigned int> open = open_contacts();
-    if (without(open, open_before).empty())
+    if (compliant || !has_constraints)
       return;
-    const std::vector<unsigned int> added = without(open, opened);
-    if (added.empty() || compliant || !has_constraints)
-      return;
+    const std::vector<unsigned int> added  = without(open_contacts(), opened),
+                                    newly  = without(added, open_before),
+                                    before = without(added, newly);
     opened.insert(opened.end(), added.begin(), added.end());
+    // V has modes with the gaps of those that were open before, but these go on to change, each by
+    // itself: corrections by the anchor's factors, for which they are closed, do not.
+    add_responses(before, 1);
+    add_responses(newly, 4);
+  }
+
+  void ReducedModel::add_responses(const std::vector<unsigned int> &added,
+                                   const unsigned int n_summands)
+  {
+    if (added.empty())
+      return;
     std::vector<unsigned int> added_rows;
     for (const unsigned int r : added)
       added_rows.push_back(interface_rows[r]);
     // The response at l, (l^2 M + Q)^{-1} e = Q^{-1} e - l^2 Q^{-1} M Q^{-1} e + ...; the modes,
     // which make this series slow, are in V.
-    constexpr unsigned int n_summands = 4;
-    Block forces                      = unit_columns(rows, added_rows);
+    Block forces = unit_columns(rows, added_rows);
     for (unsigned int k = 0; k < n_summands; ++k)
     {
       Block responses                   = displacements(factors->solve(forces));
@@ -466,7 +473,23 @@ namespace squeal
     x = last_right;
     y = last_left;
     if (x.lambda.empty() || !improve(x, y))
+    {
       solve_densely(x, y);
+      // Dense pairs have rounding errors of stiff vectors, and may be more than there are modes.
+      if (x.lambda.size() > n_disc)
+      {
+        certify(residuals(x), x);
+        const std::vector<unsigned int> best = best_pairs(x);
+        x                                    = chosen(x, best);
+        y                                    = chosen(y, best);
+      }
+      Solutions polished_x = x, polished_y = y;
+      if (improve(polished_x, polished_y))
+      {
+        x = std::move(polished_x);
+        y = std::move(polished_y);
+      }
+    }
     Block result = residuals(x);
     certify(result, x);
     if (x.lambda.size() == n_disc)

@@ -417,23 +417,23 @@ namespace squeal
                                             });
       const Evaluation at =
           evaluate(p, {nearest->lambda + nearest->derivative * (p - nearest->value)});
-      known.push_back(
-          {p, at.lambda[0], std::isfinite(at.derivative[0].real()) ? at.derivative[0] : chord,
-           at.uncertainty});
+      known.push_back({p, at.lambda[0],
+                       std::isfinite(at.derivative[0].real()) ? at.derivative[0] : chord,
+                       at.uncertainty});
       return std::make_pair(at.lambda[0].real(), at.derivative[0].real());
     };
     const Root root = find_root(from.value, first.real(), to.value, last.real(), function);
     Critical result;
-    result.kind       = first.real() < 0 ? "onset" : "end";
-    result.branch     = branch;
-    result.value      = root.value;
+    result.kind   = first.real() < 0 ? "onset" : "end";
+    result.branch = branch;
+    result.value  = root.value;
     // That of the search, and what the eigenvalue's own error moves it by.
     const Known &at_root  = known.back();
     const double slope    = std::abs(at_root.derivative.real());
     const double of_value = slope > 0 ? at_root.uncertainty / slope : 0;
     result.accuracy       = root.accuracy + of_value;
-    result.iterations = root.iterations;
-    result.lambda     = known.back().lambda;
+    result.iterations     = root.iterations;
+    result.lambda         = known.back().lambda;
     return result;
   }
 

@@ -159,7 +159,7 @@ namespace squeal
     /// only a sweep with this number.)
     unsigned int largest_dimension() const
     {
-      return 100 + 12 * n_disc;
+      return 200 + 12 * n_disc;
     }
     Block displacements(Block block) const;
     /// V and W of modes' displacements, each Re and Im.
@@ -237,6 +237,8 @@ namespace squeal
     Block corrections(const Block &residuals, const std::vector<unsigned int> &which) const;
     static Solutions chosen(const Solutions &solutions, const std::vector<unsigned int> &which);
     void add_openings();
+    /// The first summands of the responses to gaps at these interface rows.
+    void add_responses(const std::vector<unsigned int> &added, unsigned int n_summands);
     Block solve_projected(Solutions &x, Solutions &y);
     /// The pairs with the smallest errors, as many as the anchor has in the disc.
     std::vector<unsigned int> best_pairs(const Solutions &solutions) const;
