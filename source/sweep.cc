@@ -1,6 +1,7 @@
 #include <squeal/sweep.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -58,10 +59,12 @@ namespace squeal
     follower.set_model(*own_model);
   }
 
-  bool Sweep::solve(const double value, const BranchPoint *before, BranchPoint &point)
+  bool Sweep::solve(const double value, const BranchPoint *before, BranchPoint &point,
+                    const bool fully)
   {
-    point.value  = value;
-    point.modes  = follower.solve(parameters_at(value));
+    point.value = value;
+    point.modes =
+        fully ? follower.solve_fully(parameters_at(value)) : follower.solve(parameters_at(value));
     point.rows   = follower.analyse(point.modes);
     bool certain = true;
     if (before)
@@ -75,7 +78,7 @@ namespace squeal
     if (!keeps_mesh)
       return advance_on_new_mesh(from, value);
     BranchPoint to;
-    const bool certain = solve(value, &from, to);
+    const bool certain = solve(value, &from, to, n_halvings == 0 && is_state_old());
     if (!certain && n_halvings < max_halvings)
     {
       const BranchPoint middle = advance(from, (from.value + value) / 2, n_halvings + 1);
@@ -166,7 +169,16 @@ namespace squeal
     MPI_Comm_rank(comm, &rank);
     if (rank == 0)
       save_numbers(state_file(), state);
+    last_saved = std::chrono::steady_clock::now();
     MPI_Barrier(comm);
+  }
+
+  bool Sweep::is_state_old() const
+  {
+    constexpr std::chrono::minutes longest(15);
+    int is_old = std::chrono::steady_clock::now() - last_saved > longest;
+    MPI_Bcast(&is_old, 1, MPI_INT, 0, comm);
+    return is_old;
   }
 
   bool Sweep::resume(BranchPoint &last, unsigned int &n_done)

@@ -6,6 +6,7 @@
 #include <squeal/output.h>
 #include <squeal/parameter_file.h>
 
+#include <chrono>
 #include <memory>
 
 namespace squeal
@@ -46,7 +47,10 @@ namespace squeal
     const Parameters::All &parameters_at(double value);
     /// Modes, rows and branches at a value; those of @p before, if any, go on. Returns whether they
     /// do without doubt.
-    bool solve(double value, const BranchPoint *before, BranchPoint &point);
+    bool solve(double value, const BranchPoint *before, BranchPoint &point, bool fully = false);
+    /// Whether so much time has passed since the state was saved that the next value should be
+    /// solved in full, from which alone a sweep can be resumed.
+    bool is_state_old() const;
     void make_mesh(double value);
     /// From a point to a value: branches continued, critical values in between located.
     BranchPoint advance(const BranchPoint &from, double value, unsigned int n_halvings);
@@ -99,5 +103,6 @@ namespace squeal
     Log &log;
     ModeFollower follower;
     std::unique_ptr<Table> sweep_csv, critical_csv;
+    std::chrono::steady_clock::time_point last_saved = std::chrono::steady_clock::now();
   };
 } // namespace squeal
