@@ -249,8 +249,8 @@ namespace squeal
     std::optional<StaticEquilibrium> found;
     const auto symmetry = [this]()
     { return prm.eigenproblem.mirror_symmetry ? mirror_symmetry() : std::nullopt; };
-    // Factors for a sweep that leaves the bodies as they are.
-    // What is solved in full must not depend on what came before.
+    // Factors for a sweep that leaves the bodies as they are. What is solved in full must not
+    // depend on what came before.
     if (!nearby)
     {
       statics.reset();
@@ -287,8 +287,8 @@ namespace squeal
     else if (!found)
       found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load,
                                        needs_border, symmetry());
-    if (before && found->space.basis.n_columns() ==
-                      0) // what was known before is a good start of what follows
+    // What was known before is a good start of what follows.
+    if (before && found->space.basis.n_columns() == 0)
       found->space = std::move(before->space);
     of_state     = KnownTerms(terms_);
     equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));

@@ -65,10 +65,6 @@ namespace squeal
       multipliers = std::move(all);
       responses   = DenseMatrix();
     }
-    bool has_friction() const
-    {
-      return bool(F);
-    }
 
     /// x with (A + c F) x = b + E_R s and x_R = 0.
     Block solve(const Block &b, const double c, const std::vector<unsigned int> &released)

@@ -136,9 +136,9 @@ namespace squeal
     /// What factors for all active sets were made with.
     struct Base
     {
-      Contact<dim> contact; ///< all closed
-      double coefficient;   ///< of Contact::friction_slopes(), and these; none: no friction yet
-      typename Contact<dim>::Pressure slopes;
+      Contact<dim> contact;                   ///< all closed
+      double coefficient;                     ///< of Contact::friction_slopes()
+      typename Contact<dim>::Pressure slopes; ///< likewise; none: without friction so far
       std::shared_ptr<const Matrix> friction; ///< once another coefficient needs it
     };
     std::optional<Base> base;
