@@ -439,7 +439,7 @@ namespace squeal
     result.kind   = first.real() < 0 ? "onset" : "end";
     result.branch = branch;
     result.value  = root.value;
-    // That of the search, and what the eigenvalue's own error moves it by.
+    // That of the search, and what the estimated error of the eigenvalue itself moves it by.
     const Known &at_root  = known.back();
     const double slope    = std::abs(at_root.derivative.real());
     const double of_value = slope > 0 ? at_root.uncertainty / slope : 0;
