@@ -190,17 +190,14 @@ namespace squeal
         value *= c;
       for (unsigned int i = 0; i < n; ++i)
         equations(i, i) += 1;
-      Block of_released(rows, 0);
-      for (const unsigned int row : released)
-        of_released.append(Y.columns(column_of(row), 1));
-      const DenseMatrix at_multipliers = reduced::gather_rows(of_released, multipliers);
+      const DenseMatrix at_multipliers = reduced::gather_rows(Y, multipliers);
       std::vector<unsigned int> places;
       for (unsigned int r = 0; r < n_released; ++r)
       {
         places.push_back(std::lower_bound(multipliers.begin(), multipliers.end(), released[r]) -
                          multipliers.begin());
         for (unsigned int i = 0; i < n; ++i)
-          equations(i, places[r]) = -at_multipliers(r, i);
+          equations(i, places[r]) = -at_multipliers(column_of(released[r]), i);
       }
       DenseMatrix solution =
           squeal::solve(std::move(equations), transposed(reduced::gather_rows(x_0, multipliers)));

@@ -28,27 +28,21 @@ namespace squeal
                 const Complex l = x.lambda[which[a]], k = x.lambda[which[b]];
                 return std::make_pair(l.imag(), l.real()) < std::make_pair(k.imag(), k.real());
               });
-    DenseMatrix re(m, order.size()), im = re, left_re = re, left_im = re;
-    Pairs of_left;
-    const std::vector<double> left_errors(order.size(), std::nan("")); // not computed
-    for (unsigned int k = 0; k < order.size(); ++k)
+    std::vector<unsigned int> numbers;
+    for (const unsigned int k : order)
     {
-      const unsigned int i = which[order[k]];
-      modes.lambda.push_back(x.lambda[i]);
-      modes.backward_error.push_back(x.errors[i]);
-      of_left.lambda.push_back(y.lambda[i]);
-      for (unsigned int r = 0; r < m; ++r)
-      {
-        re(r, k)      = x.re(r, i);
-        im(r, k)      = x.im(r, i);
-        left_re(r, k) = y.re(r, i);
-        left_im(r, k) = y.im(r, i);
-      }
+      numbers.push_back(which[k]);
+      modes.backward_error.push_back(x.errors[which[k]]);
     }
-    modes.re           = to_block(re);
-    modes.im           = to_block(im);
-    of_left.re         = to_block(left_re);
-    of_left.im         = to_block(left_im);
+    const Solutions of_window = chosen(x, numbers), left_of_window = chosen(y, numbers);
+    const std::vector<double> left_errors(numbers.size(), std::nan("")); // not computed
+    modes.lambda = of_window.lambda;
+    modes.re     = to_block(of_window.re);
+    modes.im     = to_block(of_window.im);
+    Pairs of_left;
+    of_left.lambda     = left_of_window.lambda;
+    of_left.re         = to_block(left_of_window.re);
+    of_left.im         = to_block(left_of_window.im);
     modes.completeness = "followed by projection on " + std::to_string(m) + " vectors";
     attach_left_vectors(problem(), std::move(of_left), left_errors, modes);
     normalise(modes);

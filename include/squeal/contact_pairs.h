@@ -196,13 +196,9 @@ namespace squeal
     template <typename Function>
     void for_nodes(const Function &function) const
     {
-      const unsigned int n_rotor = rotor->nodes.size();
-      for (unsigned int a = 0; a < n_rotor; ++a)
-        for (const FreeNode<dim> &node : rotor->nodes[a])
-          function(a, node);
-      for (unsigned int a = 0; a < pad->nodes.size(); ++a)
-        for (const FreeNode<dim> &node : pad->nodes[a])
-          function(n_rotor + a, node);
+      for (unsigned int a = 0; a < rotor->nodes.size() + pad->nodes.size(); ++a)
+        for (const FreeNode<dim> &free : node(a))
+          function(a, free);
     }
 
     /// sum_q c_q left(:, q) right(:, q)^T
@@ -270,7 +266,6 @@ namespace squeal
     }
 
   private:
-    /// Directions are 0: n, 1: e, 2: b.
     /// The rows that do not vanish: directions in or across a flat face have such components.
     static std::vector<unsigned int> rows_of(const DenseMatrix &a)
     {
@@ -306,6 +301,7 @@ namespace squeal
       const unsigned int n_rotor = rotor->nodes.size();
       return a < n_rotor ? rotor->nodes[a] : pad->nodes[a - n_rotor];
     }
+    /// Directions are 0: n, 1: e, 2: b.
     const DenseMatrix &jump_along(const unsigned int direction) const
     {
       return along(direction, shapes->on_rotor, &shapes->on_pad, jumps[direction]);
