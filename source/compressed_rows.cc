@@ -19,17 +19,36 @@ namespace squeal
     MatRestoreRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done);
   }
 
+  namespace
+  {
+    /// What PETSc stores of this rank's rows: the columns of this rank and, if there are ranks,
+    /// those of others, which have numbers of their own.
+    struct Parts
+    {
+      Mat own = nullptr, coupled = nullptr;
+      const PetscInt *coupled_columns = nullptr;
+    };
+
+    Parts parts_of(const Mat matrix)
+    {
+      PetscBool is_parallel = PETSC_FALSE;
+      SQUEAL_PETSC(
+          PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix), MATMPIAIJ, &is_parallel));
+      Parts parts{matrix};
+      if (is_parallel)
+        SQUEAL_PETSC(
+            MatMPIAIJGetSeqAIJ(matrix, &parts.own, &parts.coupled, &parts.coupled_columns));
+      return parts;
+    }
+  } // namespace
+
   LocalRows::LocalRows(Mat matrix, const RowRange &range) : begin(range.begin)
   {
-    PetscBool is_parallel = PETSC_FALSE;
-    SQUEAL_PETSC(
-        PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix), MATMPIAIJ, &is_parallel));
-    Mat of_own = matrix, of_others = nullptr;
-    if (is_parallel)
-      SQUEAL_PETSC(MatMPIAIJGetSeqAIJ(matrix, &of_own, &of_others, &coupled_columns));
-    own = std::make_unique<const SequentialRows>(of_own);
-    if (of_others)
-      coupled = std::make_unique<const SequentialRows>(of_others);
+    const Parts parts = parts_of(matrix);
+    own               = std::make_unique<const SequentialRows>(parts.own);
+    if (parts.coupled)
+      coupled = std::make_unique<const SequentialRows>(parts.coupled);
+    coupled_columns = parts.coupled_columns;
   }
 
   Matrix make_matrix(const RowRange &range, CompressedRows rows)
@@ -174,6 +193,40 @@ namespace squeal
       result.end_row();
     }
     return make_matrix(rows, std::move(result));
+  }
+
+  bool add_in_place(const RowRange &range, const double c, const Matrix &a, const Matrix &to)
+  {
+    const LocalRows added(a, range);
+    const Parts parts = parts_of(to);
+    std::vector<double> row_of_a(range.size);
+    std::size_t n_met = 0;
+    for (const Mat part : {parts.own, parts.coupled})
+    {
+      if (!part)
+        continue;
+      const SequentialRows rows(part);
+      PetscScalar *values = nullptr;
+      SQUEAL_PETSC(MatSeqAIJGetArray(part, &values));
+      for (PetscInt row = 0; row < rows.n_rows; ++row)
+      {
+        added.for_entries(range.begin + row, [&](const PetscInt column, const PetscScalar value)
+                          { row_of_a[column] = c * value; });
+        for (PetscInt k = rows.begins[row]; k < rows.begins[row + 1]; ++k)
+        {
+          const PetscInt column = part == parts.own ? range.begin + rows.columns[k]
+                                                    : parts.coupled_columns[rows.columns[k]];
+          n_met += row_of_a[column] != 0;
+          values[k] += row_of_a[column];
+        }
+        added.for_entries(range.begin + row,
+                          [&](const PetscInt column, PetscScalar) { row_of_a[column] = 0; });
+      }
+      SQUEAL_PETSC(MatSeqAIJRestoreArray(part, &values));
+    }
+    int has_all_places = n_met == added.n_entries();
+    MPI_Allreduce(MPI_IN_PLACE, &has_all_places, 1, MPI_INT, MPI_MIN, range.comm);
+    return has_all_places;
   }
 
   void RepeatedEntries::find_places()

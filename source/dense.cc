@@ -245,4 +245,12 @@ namespace squeal
     }
     return pairs;
   }
+
+  std::complex<double> nearest_root(const std::complex<double> a, const std::complex<double> b,
+                                    const std::complex<double> c, const std::complex<double> given)
+  {
+    const std::complex<double> root = std::sqrt(b * b - 4. * a * c), one = (-b + root) / (2. * a),
+                               other = (-b - root) / (2. * a);
+    return std::abs(one - given) < std::abs(other - given) ? one : other;
+  }
 } // namespace squeal

@@ -99,22 +99,4 @@ namespace squeal
       return make_shifted_reference(omega);
     return sum_of(rows, {{1., reference ? reference : Q}, {-omega * omega, M}});
   }
-
-  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const double omega)
-  {
-    return count_reference_modes(problem, problem.shifted_reference(omega));
-  }
-
-  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const Matrix &shifted)
-  {
-    const Factorization factorization(shifted, Factorization::Kind::ldlt,
-                                      "the shifted reference problem (for counting its modes)");
-    const auto inertia = factorization.inertia();
-    if (inertia.negative < problem.n_constraints)
-      throw SolverError("The inertia count of the reference problem gave " +
-                        std::to_string(inertia.negative) + " negative eigenvalues, less than the " +
-                        std::to_string(problem.n_constraints) +
-                        " of the contact constraints: the constraints are linearly dependent.");
-    return inertia.negative - problem.n_constraints;
-  }
 } // namespace squeal

@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <ctime>
-#include <map>
 #include <optional>
 #include <sstream>
 
@@ -199,10 +198,6 @@ namespace squeal
       }
 
     protected:
-      /// The number of reference modes below a frequency, counted again only if the reference
-      /// problem is another one: the products with a fixed vector tell.
-      unsigned int count_reference(const QuadraticEigenproblem &problem, double omega) const;
-
       struct Task
       {
         const QuadraticEigenproblem &problem;
@@ -256,12 +251,7 @@ namespace squeal
       /// Searches twice if the inertia does not confirm the number found.
       Search search_all(const Task &task, std::string &completeness) const;
 
-      struct Count
-      {
-        std::vector<double> fingerprint; ///< of Q_ref - omega^2 M
-        unsigned int n_modes = 0;
-      };
-      mutable std::map<double, Count> counted; ///< by omega
+      mutable RememberedCounts count_reference;
     };
 
     /// SLEPc's PEP: single vectors.
@@ -463,9 +453,13 @@ namespace squeal
       unsigned int n_rigid = 0, n_expected = 0;
       if (is_counted_here)
       {
-        n_rigid                    = is_disc ? count_rigid_body_modes(problem, options) : 0;
-        const unsigned int n_below = is_disc ? n_rigid : count_reference(problem, region.lower());
-        n_expected                 = count_reference(problem, region.upper()) - n_below;
+        std::vector<double> ends = {region.upper()};
+        if (!is_disc || problem.may_move_rigidly)
+          ends.insert(ends.begin(),
+                      is_disc ? rigid_body_limit(options.max_imaginary) : region.lower());
+        const std::vector<unsigned int> n_below = count_reference(problem, ends);
+        n_rigid    = is_disc && n_below.size() > 1 ? n_below.front() : 0;
+        n_expected = n_below.back() - (n_below.size() > 1 ? n_below.front() : 0);
       }
       const double shift  = is_disc ? shift_of(options, n_rigid > 0) : 0,
                    square = is_disc ? shift * shift : region.square;
@@ -523,20 +517,6 @@ namespace squeal
       modes = in_window(problem, options, std::move(modes));
       normalise(problem, modes);
       return modes;
-    }
-
-    unsigned int ShiftInvertSolver::count_reference(const QuadraticEigenproblem &problem,
-                                                    const double omega) const
-    {
-      const Block vector                    = scattered_vector(problem.rows);
-      const Matrix shifted                  = problem.shifted_reference(omega);
-      const Block product                   = multiply(shifted, vector);
-      const std::vector<double> fingerprint = {inner_products(product, product)[0],
-                                               inner_products(product, vector)[0]};
-      Count &known                          = counted[omega];
-      if (fingerprint != known.fingerprint)
-        known = {fingerprint, count_reference_modes(problem, shifted)};
-      return known.n_modes;
     }
 
     /// LAPACK on the whole problem; the oracle of the other solvers.

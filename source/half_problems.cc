@@ -2,6 +2,7 @@
 #include <squeal/half_space.h>
 #include <squeal/memory.h>
 #include <squeal/rank_group.h>
+#include <squeal/reference_count.h>
 
 #include <algorithm>
 #include <array>

@@ -269,11 +269,40 @@ namespace squeal
   }
 
   Factorization::Factorization(const Matrix &matrix, const Kind kind, const std::string &what)
-      : what(what)
+      : lu(kind == Kind::lu), what(what)
   {
-    const bool lu = kind == Kind::lu;
+    check_numbers(matrix);
+    SQUEAL_PETSC(MatFactorInfoInitialize(&info));
     if (!lu)
       SQUEAL_PETSC(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE));
+    SQUEAL_PETSC(
+        MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
+    try
+    {
+      if (!lu)
+        SQUEAL_PETSC(MatMumpsSetIcntl(mat, 24, 1)); // null pivots are counted, as an inertia needs
+      check_interruption();
+      analyse(matrix);
+      factorise(matrix);
+    }
+    catch (...)
+    {
+      MatDestroy(&mat);
+      throw;
+    }
+  }
+
+  void Factorization::renew(const Matrix &matrix)
+  {
+    check_numbers(matrix);
+    if (!lu)
+      SQUEAL_PETSC(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE));
+    check_interruption();
+    factorise(matrix);
+  }
+
+  void Factorization::check_numbers(const Matrix &matrix) const
+  {
     // MUMPS takes such numbers for a lack of memory. The sum of squares finds what is no number,
     // but may be infinite where all numbers are finite.
     PetscReal squares = 0;
@@ -283,52 +312,9 @@ namespace squeal
           "Cannot factorise " + what +
           ": its numbers are too large to compute with. Check the orders of magnitude of lengths, "
           "materials, matrices, Operation/Angular velocity and Eigenproblem/Maximum frequency.");
-    MatFactorInfo info;
-    SQUEAL_PETSC(MatFactorInfoInitialize(&info));
-    SQUEAL_PETSC(
-        MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
-    try
-    {
-      if (!lu)
-        SQUEAL_PETSC(MatMumpsSetIcntl(mat, 24, 1)); // null pivots are counted, as an inertia needs
-      check_interruption();
-      analyse(matrix, lu, info);
-      // Room for delayed pivots, percent. It is reserved but rarely used, so that the prediction is
-      // made without.
-      SQUEAL_PETSC(MatMumpsSetIcntl(mat, 14, 50));
-      if (lu)
-        SQUEAL_PETSC(MatLUFactorNumeric(mat, matrix, &info));
-      else
-        SQUEAL_PETSC(MatCholeskyFactorNumeric(mat, matrix, &info));
-      MatFactorError error;
-      SQUEAL_PETSC(MatFactorGetError(mat, &error));
-      if (error != MAT_FACTOR_NOERROR)
-      {
-        PetscInt code = 0, detail = 0;
-        MatMumpsGetInfog(mat, 1, &code);
-        MatMumpsGetInfog(mat, 2, &detail);
-        std::string advice = "see the MUMPS manual.";
-        if (error == MAT_FACTOR_OUTMEMORY)
-          advice = "out of memory: use a coarser mesh or a machine with more memory.";
-        else if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
-          advice = "the matrix is singular: if a body is free to move, set Eigenproblem/Shift, for "
-                   "example to 0.1.";
-        const std::string message = "MUMPS cannot factorise " + what +
-                                    " (INFOG(1) = " + std::to_string(code) +
-                                    ", INFOG(2) = " + std::to_string(detail) + "): " + advice;
-        if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
-          throw SingularMatrix(message);
-        throw SolverError(message);
-      }
-    }
-    catch (...)
-    {
-      MatDestroy(&mat);
-      throw;
-    }
   }
 
-  void Factorization::analyse(const Matrix &matrix, const bool lu, MatFactorInfo &info)
+  void Factorization::analyse(const Matrix &matrix)
   {
     if (lu)
       SQUEAL_PETSC(MatLUFactorSymbolic(mat, matrix, nullptr, nullptr, &info));
@@ -337,6 +323,36 @@ namespace squeal
     MPI_Comm comm = MPI_COMM_NULL;
     SQUEAL_PETSC(PetscObjectGetComm(PetscObject(Mat(matrix)), &comm));
     check_memory(comm);
+    // Room for delayed pivots, percent. It is reserved but rarely used, so that the prediction is
+    // made without.
+    SQUEAL_PETSC(MatMumpsSetIcntl(mat, 14, 50));
+  }
+
+  void Factorization::factorise(const Matrix &matrix)
+  {
+    if (lu)
+      SQUEAL_PETSC(MatLUFactorNumeric(mat, matrix, &info));
+    else
+      SQUEAL_PETSC(MatCholeskyFactorNumeric(mat, matrix, &info));
+    MatFactorError error;
+    SQUEAL_PETSC(MatFactorGetError(mat, &error));
+    if (error == MAT_FACTOR_NOERROR)
+      return;
+    PetscInt code = 0, detail = 0;
+    MatMumpsGetInfog(mat, 1, &code);
+    MatMumpsGetInfog(mat, 2, &detail);
+    std::string advice = "see the MUMPS manual.";
+    if (error == MAT_FACTOR_OUTMEMORY)
+      advice = "out of memory: use a coarser mesh or a machine with more memory.";
+    else if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
+      advice = "the matrix is singular: if a body is free to move, set Eigenproblem/Shift, for "
+               "example to 0.1.";
+    const std::string message = "MUMPS cannot factorise " + what +
+                                " (INFOG(1) = " + std::to_string(code) +
+                                ", INFOG(2) = " + std::to_string(detail) + "): " + advice;
+    if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
+      throw SingularMatrix(message);
+    throw SolverError(message);
   }
 
   void Factorization::check_memory(const MPI_Comm comm)

@@ -55,14 +55,6 @@ namespace squeal
       }
       return sum;
     }
-
-    /// The root of a l^2 + b l + c near a given one.
-    Complex nearest_root(const Complex a, const Complex b, const Complex c, const Complex given)
-    {
-      const Complex root = std::sqrt(b * b - 4. * a * c), one = (-b + root) / (2. * a),
-                    other = (-b - root) / (2. * a);
-      return std::abs(one - given) < std::abs(other - given) ? one : other;
-    }
   } // namespace
 
   void ReducedModel::solve_densely(Solutions &x, Solutions &y) const

@@ -1,3 +1,4 @@
+#include <squeal/compressed_rows.h>
 #include <squeal/dense.h>
 #include <squeal/reduced_tools.h>
 #include <squeal/reference_count.h>
@@ -34,6 +35,78 @@ namespace squeal
     constexpr double rounding = 1e-13;
     return inner_products(difference, difference)[0] <=
            rounding * rounding * inner_products(q_x, q_x)[0];
+  }
+
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const double omega)
+  {
+    return count_reference_modes(problem, problem.shifted_reference(omega));
+  }
+
+  namespace
+  {
+    Factorization factors_for_counting(const Matrix &shifted)
+    {
+      return {shifted, Factorization::Kind::ldlt,
+              "the shifted reference problem (for counting its modes)"};
+    }
+
+    unsigned int n_reference_modes(const QuadraticEigenproblem &problem,
+                                   const Factorization &factorization)
+    {
+      const unsigned int n_negative = factorization.inertia().negative;
+      if (n_negative < problem.n_constraints)
+        throw SolverError("The inertia count of the reference problem gave " +
+                          std::to_string(n_negative) + " negative eigenvalues, less than the " +
+                          std::to_string(problem.n_constraints) +
+                          " of the contact constraints: the constraints are linearly dependent.");
+      return n_negative - problem.n_constraints;
+    }
+  } // namespace
+
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const Matrix &shifted)
+  {
+    return n_reference_modes(problem, factors_for_counting(shifted));
+  }
+
+  std::vector<unsigned int> count_reference_modes(const QuadraticEigenproblem &problem,
+                                                  const std::vector<double> &omegas, Matrix shifted)
+  {
+    Factorization factorization       = factors_for_counting(shifted);
+    std::vector<unsigned int> numbers = {n_reference_modes(problem, factorization)};
+    for (unsigned int k = 1; k < omegas.size(); ++k)
+    {
+      const double before = omegas[k - 1] * omegas[k - 1], now = omegas[k] * omegas[k];
+      if (add_in_place(problem.rows, before - now, problem.M, shifted))
+      {
+        factorization.renew(shifted);
+        numbers.push_back(n_reference_modes(problem, factorization));
+      }
+      else
+      {
+        // Stiffness and inertia had cancelled somewhere.
+        shifted = problem.shifted_reference(omegas[k]);
+        numbers.push_back(count_reference_modes(problem, shifted));
+      }
+    }
+    return numbers;
+  }
+
+  std::vector<unsigned int> RememberedCounts::operator()(const QuadraticEigenproblem &problem,
+                                                         const std::vector<double> &omegas)
+  {
+    const Block vector = scattered_vector(problem.rows);
+    Matrix shifted     = problem.shifted_reference(omegas.front());
+    std::vector<double> fingerprint;
+    for (const Matrix *matrix : {&std::as_const(shifted), &problem.M})
+    {
+      const Block product = multiply(*matrix, vector);
+      for (const Block *other : {&product, &vector})
+        fingerprint.push_back(inner_products(product, *other)[0]);
+    }
+    Count &known = counted[omegas];
+    if (fingerprint != known.fingerprint)
+      known = {fingerprint, count_reference_modes(problem, omegas, std::move(shifted))};
+    return known.n_modes;
   }
 
   std::vector<unsigned int> ReferenceCount::open_contacts(const Matrix &contact) const

@@ -69,20 +69,22 @@ namespace squeal
     {
     public:
       Side(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
-           const WindowSearchOptions &options)
-          : shift_invert(shift_invert), problem(problem),
-            options(options), basis{Block(problem.rows, 0), Block(problem.rows, 0),
-                                    Block(problem.rows, 0), Block(problem.rows, 0)},
+           const WindowSearchOptions &options, const double slack)
+          : shift_invert(shift_invert), problem(problem), options(options),
+            slack(slack), basis{Block(problem.rows, 0), Block(problem.rows, 0),
+                                Block(problem.rows, 0), Block(problem.rows, 0)},
             tests(problem.rows, 0)
       {
       }
 
-      /// Enlarges the basis from F^{-1} M x on until the corrections of all pairs of the region are
-      /// short enough, of the wanted ones |t| <= @p wanted_bound |x|.
-      void run(const Block &x, double wanted_bound, double slack,
-               const std::function<void(const std::string &)> &progress);
+      /// Begins with F^{-1} M x.
+      void start(const Block &x);
+      /// Begins with the left vectors Z d of the other side's projected problem, whose images
+      /// F^T Z d = M U d are known: a step nearer than the others' start.
+      void start(const Side &other);
 
-      /// More steps, with smaller bounds.
+      /// Enlarges the basis until the corrections of all pairs of the region are short enough, of
+      /// the wanted ones |t| <= @p wanted_bound |x|.
       void improve(double wanted_bound, const std::function<void(const std::string &)> &progress);
 
       /// All eigenvalues of the region.
@@ -96,8 +98,8 @@ namespace squeal
       }
 
     private:
-      /// The Ritz pairs of the region and a little further.
-      void find_ritz_pairs();
+      /// The Ritz pairs of the region and a little further, or the left ones.
+      RitzPairs ritz_pairs(bool of_left) const;
       /// Those that need a correction. Of modes that are not wanted only the place must be known:
       /// once their corrections were small, they rest until they move.
       std::vector<unsigned int> moving_pairs() const;
@@ -126,12 +128,13 @@ namespace squeal
       const ShiftInvert shift_invert;
       const QuadraticEigenproblem &problem;
       const WindowSearchOptions &options;
+      const double slack;
       Images basis;
       Block tests;         ///< Z = F^{-T} M U
       DenseMatrix m, p, f; ///< Z^T M U, Z^T P U, Z^T F U
       RitzPairs ritz;
       std::vector<Complex> at_rest;
-      double wanted_bound = 0, slack = 0;
+      double wanted_bound = 0;
       unsigned int solves = 0, step = 0;
     };
 
@@ -326,22 +329,21 @@ namespace squeal
       form = std::move(all);
     }
 
-    void Side::find_ritz_pairs()
+    RitzPairs Side::ritz_pairs(const bool of_left) const
     {
-      const unsigned int n = n_columns();
-      grow(m, tests, basis.m, n);
-      grow(p, tests, basis.p, n);
-      grow(f, tests, basis.g, n);
-      DenseMatrix q = f;
+      const auto oriented = [&](const DenseMatrix &a) { return of_left ? transposed(a) : a; };
+      DenseMatrix q       = f;
       for (std::size_t k = 0; k < q.values.size(); ++k)
         q.values[k] -= options.region.square * m.values[k];
-      ritz = {};
-      for (DensePair &pair : quadratic_eigenpairs(m, p, q, 0, std::sqrt(-options.region.square)))
+      RitzPairs result;
+      for (DensePair &pair : quadratic_eigenpairs(oriented(m), oriented(p), oriented(q), 0,
+                                                  std::sqrt(-options.region.square)))
         if (pair.lambda.imag() > 0 && options.region.distance(pair.lambda) <= 1.05)
         {
-          ritz.lambda.push_back(pair.lambda);
-          ritz.coefficients.push_back(std::move(pair.vector));
+          result.lambda.push_back(pair.lambda);
+          result.coefficients.push_back(std::move(pair.vector));
         }
+      return result;
     }
 
     std::vector<unsigned int> Side::moving_pairs() const
@@ -388,15 +390,21 @@ namespace squeal
       return pairs;
     }
 
-    void Side::run(const Block &x, const double bound, const double window_slack,
-                   const std::function<void(const std::string &)> &progress)
+    void Side::start(const Block &x)
     {
-      slack   = window_slack;
       Block g = multiply(problem.M, x);
       Block y = shift_invert.solve(g);
       solves += g.n_columns();
       expand(std::move(y), std::move(g));
-      improve(bound, progress);
+    }
+
+    void Side::start(const Side &other)
+    {
+      const RitzPairs pairs = other.ritz_pairs(true);
+      const std::vector<double> columns =
+          real_columns(pairs, other.n_columns(), [](const Complex &) { return 1.; });
+      const unsigned int n = 2 * pairs.lambda.size();
+      expand(combine(other.tests, columns, n), combine(other.basis.m, columns, n));
     }
 
     void Side::improve(const double new_bound,
@@ -407,7 +415,11 @@ namespace squeal
       double worst                     = 0;
       for (; step < max_steps; ++step)
       {
-        find_ritz_pairs();
+        const unsigned int n = n_columns();
+        grow(m, tests, basis.m, n);
+        grow(p, tests, basis.p, n);
+        grow(f, tests, basis.g, n);
+        ritz                          = ritz_pairs(false);
         const RitzPairs moving        = select(ritz, moving_pairs());
         const Corrections corrections = correct(moving);
         std::vector<unsigned int> open;
@@ -437,6 +449,34 @@ namespace squeal
       throw SolverError(message.str());
     }
 
+    /// Makes l of both the root near it of y^T (l^2 M + l P + Q) x = 0, whose error is of the
+    /// second order: the product of the vectors' errors.
+    void refine_eigenvalues(const QuadraticEigenproblem &problem, Pairs &right, Pairs &left)
+    {
+      const unsigned int n = right.lambda.size();
+      const auto forms     = [&](const Matrix &matrix)
+      {
+        const Block a_re = multiply(matrix, right.re), a_im = multiply(matrix, right.im);
+        const std::vector<double> re_re = inner_products(left.re, a_re),
+                                  im_im = inner_products(left.im, a_im),
+                                  re_im = inner_products(left.re, a_im),
+                                  im_re = inner_products(left.im, a_re);
+        std::vector<Complex> result;
+        for (unsigned int j = 0, k = 0; j < n; ++j, k += n + 1)
+          result.emplace_back(re_re[k] - im_im[k], re_im[k] + im_re[k]);
+        return result;
+      };
+      const std::vector<Complex> m = forms(problem.M), p = forms(problem.P), q = forms(problem.Q);
+      for (unsigned int j = 0; j < n; ++j)
+      {
+        // Of a multiple eigenvalue a left vector may belong to another right one.
+        constexpr double much = 1e-5;
+        const Complex before = right.lambda[j], l = nearest_root(m[j], p[j], q[j], before);
+        if (std::abs(l - before) <= much * std::abs(before))
+          right.lambda[j] = left.lambda[j] = l;
+      }
+    }
+
     /// The eigenvectors without velocity terms, orthonormalised, and the right-hand sides solved.
     Block start_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
                         const WindowSearchOptions &options,
@@ -446,7 +486,7 @@ namespace squeal
       BlockSearchOptions krylov;
       krylov.region        = options.region;
       krylov.max_imaginary = options.max_imaginary;
-      krylov.tolerance     = 1e-4;
+      krylov.tolerance     = 1e-2; // velocity terms change the vectors by as much
       krylov.n_expected    = options.n_expected;
       krylov.seed          = options.seed;
       krylov.reach         = 2; // neighbours of the region, to which P couples
@@ -467,23 +507,24 @@ namespace squeal
   {
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
     const double square                 = options.region.square;
-    Side right(problem, ShiftInvert::of_square(factorization, square), options),
-        left(adjoint, ShiftInvert::of_square(factorization, square, true), options);
+    // What is at the window's ends must be on the same side for both; the caller cuts.
+    Side right(problem, ShiftInvert::of_square(factorization, square), options, 1e-5),
+        left(adjoint, ShiftInvert::of_square(factorization, square, true), options, 1e-4);
     WindowSearch result;
     const Block x = start_vectors(problem, ShiftInvert::of_square(factorization, square), options,
                                   progress, result.n_solves);
-    // Left vectors may be less accurate: their eigenvalues are known. At the window's ends these
-    // need not be on the same side.
-    constexpr double right_bound = 1e-8, left_bound = 1e-6, left_slack = 1e-4;
-    double bound = right_bound;
-    right.run(x, options.only_count ? 1e-2 : bound, 0, progress);
+    right.start(x);
     if (options.only_count)
     {
+      right.improve(1e-2, progress);
       result.lambda = right.eigenvalues();
       result.n_solves += right.n_solves();
       return result;
     }
-    left.run(x, left_bound, left_slack, progress);
+    double bound = 1e-6;
+    right.improve(bound, progress);
+    left.start(right);
+    left.improve(bound, progress);
     const auto errors_of = [](const QuadraticEigenproblem &p, const Pairs &pairs)
     { return BackwardError(p)(pairs.lambda, pairs.re, pairs.im).errors; };
     const auto is_accurate = [&](const std::vector<double> &errors)
@@ -493,15 +534,8 @@ namespace squeal
     };
     for (;; bound /= 10)
     {
-      result.lambda         = right.eigenvalues();
-      result.right          = right.wanted_pairs();
-      result.backward_error = errors_of(problem, result.right);
-      if (is_accurate(result.backward_error))
-        break;
-      right.improve(bound / 10, progress);
-    }
-    for (bound = left_bound;; bound /= 10)
-    {
+      result.lambda     = right.eigenvalues();
+      result.right      = right.wanted_pairs();
       const Pairs found = left.wanted_pairs();
       if (found.lambda.size() < result.right.lambda.size())
         throw SolverError("The transposed problem has " + std::to_string(found.lambda.size()) +
@@ -509,9 +543,12 @@ namespace squeal
                           std::to_string(result.right.lambda.size()) +
                           ": left vectors are missing. Try Eigenproblem/Solver = krylov.");
       result.left = squeal::select(found, nearest_partners(result.right.lambda, found.lambda));
+      refine_eigenvalues(problem, result.right, result.left);
+      result.backward_error      = errors_of(problem, result.right);
       result.left_backward_error = errors_of(adjoint, result.left);
-      if (is_accurate(result.left_backward_error))
+      if (is_accurate(result.backward_error) && is_accurate(result.left_backward_error))
         break;
+      right.improve(bound / 10, progress);
       left.improve(bound / 10, progress);
     }
     result.n_solves += right.n_solves() + left.n_solves();

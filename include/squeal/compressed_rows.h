@@ -197,6 +197,10 @@ namespace squeal
   /// arrays and does not copy them. Collective.
   Matrix make_matrix(const RowRange &range, CompressedRows rows);
 
+  /// to := to + c A in the places that it has. If A has others on some rank, false: then what has
+  /// become of the matrix is of no use. Collective.
+  bool add_in_place(const RowRange &range, double c, const Matrix &a, const Matrix &to);
+
   /// Entries of a matrix that is made again and again: of the same places in the same order, with
   /// other values. The third time the places need not be looked for any more. Zeros are not stored.
   class RepeatedEntries

@@ -93,4 +93,8 @@ namespace squeal
   /// are left out. LAPACK dgeev. Throws SolverError.
   std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
                                               const DenseMatrix &q, double shift, double scale);
+
+  /// The root of a l^2 + b l + c near a given one.
+  std::complex<double> nearest_root(std::complex<double> a, std::complex<double> b,
+                                    std::complex<double> c, std::complex<double> given);
 } // namespace squeal

@@ -119,11 +119,4 @@ namespace squeal
   Matrix sum_of_terms(const RowRange &rows, const std::vector<Term> &terms);
   /// The same of those of one order.
   Matrix sum_of(const RowRange &rows, const std::vector<Term> &terms, unsigned int order);
-
-  /// The number of eigenfrequencies below @p omega of the conservative reference problem, by the
-  /// inertia of an LDL^T factorisation of Q_ref - omega^2 M (Sylvester): negative pivots minus one
-  /// per constraint.
-  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, double omega);
-  /// The same with the given Q_ref - omega^2 M.
-  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const Matrix &shifted);
 } // namespace squeal

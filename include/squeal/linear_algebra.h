@@ -236,6 +236,9 @@ namespace squeal
     Factorization(const Factorization &)            = delete;
     Factorization &operator=(const Factorization &) = delete;
 
+    /// Becomes that of another matrix with the same pattern, whose analysis serves again.
+    void renew(const Matrix &matrix);
+
     /// A^{-1} B.
     Block solve(const Block &right_hand_sides) const;
     /// A^{-T} B.
@@ -259,12 +262,17 @@ namespace squeal
     }
 
   private:
-    void analyse(const Matrix &matrix, bool lu, MatFactorInfo &info);
+    /// Throws SolverError if there are numbers too large to compute with.
+    void check_numbers(const Matrix &matrix) const;
+    void analyse(const Matrix &matrix);
+    void factorise(const Matrix &matrix);
     /// Throws SolverError if the machine lacks the memory that the analysis predicts.
     void check_memory(MPI_Comm comm);
 
     Mat mat = nullptr;
-    std::string what;
+    MatFactorInfo info{};
+    const bool lu;
+    const std::string what;
     double predicted_mib = 0;
   };
 } // namespace squeal

@@ -2,6 +2,7 @@
 
 #include <squeal/eigenproblem.h>
 
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -13,6 +14,36 @@ namespace squeal
   /// Whether the inertia of the reference counts the problem's own modes: there is no P, and Q is
   /// the reference up to rounding. Collective.
   bool is_own_reference(const QuadraticEigenproblem &problem);
+
+  /// The number of eigenfrequencies below @p omega of the conservative reference problem, by the
+  /// inertia of an LDL^T factorisation of Q_ref - omega^2 M (Sylvester): negative pivots minus one
+  /// per constraint.
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, double omega);
+  /// The same with the given Q_ref - omega^2 M.
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const Matrix &shifted);
+  /// The same for several frequencies, with one sum of the matrices and one analysis of their
+  /// pattern: @p shifted is Q_ref - omegas[0]^2 M.
+  std::vector<unsigned int> count_reference_modes(const QuadraticEigenproblem &problem,
+                                                  const std::vector<double> &omegas,
+                                                  Matrix shifted);
+
+  /// count_reference_modes() with a memory: counts again only if the reference problem is another
+  /// one, which the products with a fixed vector tell.
+  class RememberedCounts
+  {
+  public:
+    /// The numbers of modes below each of the @p omegas. Throws SolverError. Collective.
+    std::vector<unsigned int> operator()(const QuadraticEigenproblem &problem,
+                                         const std::vector<double> &omegas);
+
+  private:
+    struct Count
+    {
+      std::vector<double> fingerprint; ///< of Q_ref - omega^2 M and M
+      std::vector<unsigned int> n_modes;
+    };
+    std::map<std::vector<double>, Count> counted; ///< by the omegas
+  };
 
   /// Counts the modes of reference problems by inertia (count_reference_modes()), of several that
   /// differ in which contacts are open, with one factorisation.

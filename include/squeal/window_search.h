@@ -35,8 +35,10 @@ namespace squeal
   ///        t = -F^{-1} Q(l) x,   x = U c,
   ///    enlarge U until they are short (block Davidson). With Z = F^{-T} M U this is Galerkin's
   ///    method for F^{-1} Q(l), which unlike one for Q(l) has no spurious eigenvalues near w.
-  ///    Left vectors likewise with F^T, from the same start. Each step gains a factor 10 or more:
-  ///    what P couples to outside of the space is damped by about |l P| / |F|.
+  ///    Left vectors likewise with F^T, from the left vectors Z d of the projected problem. Each
+  ///    step gains a factor 10 or more: what P couples to outside of the space is damped by about
+  ///    |l P| / |F|.
+  /// 3. The root of y^T (l^2 M + l P + Q) x = 0 is accurate to the product of both vectors' errors.
   ///
   /// Contact pressures are no part of U: F^{-1} makes displacements that satisfy the constraints,
   /// and Z makes pressures drop out. A correction is solved for by itself, so that it satisfies the

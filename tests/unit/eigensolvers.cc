@@ -5,6 +5,7 @@
 #include <squeal/eigensolvers.h>
 #include <squeal/errors.h>
 #include <squeal/reduced_model.h>
+#include <squeal/reference_count.h>
 
 using namespace squeal;
 using namespace squeal::tests;

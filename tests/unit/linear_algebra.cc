@@ -119,6 +119,28 @@ TEST_CASE("linear_algebra: sum_of adds on the union of the patterns")
   CHECK(sum.n_nonzeros() == 27);
 }
 
+TEST_CASE("linear_algebra: a matrix is added in the places that another one has")
+{
+  // Numbers are small multiples of 1/2: exact. On several ranks the antidiagonal is others'
+  // columns.
+  const unsigned int n = 11;
+  const RowRange rows  = even_rows(n);
+  const auto a = bidiagonal(n), b = antidiagonal(n);
+  const Matrix A = matrix_of(rows, a), B = matrix_of(rows, b),
+               sum = sum_of(rows, {{1., A}, {1., B}});
+  CHECK(add_in_place(rows, -3, B, sum));
+  CHECK(add_in_place(rows, 0.5, A, sum));
+  CHECK(largest_difference(replicated(rows, sum),
+                           expected_sum(n, {{1.5, a, false}, {-2., b, false}})) == 0);
+  CHECK(sum.n_nonzeros() == 27);
+  // What becomes zero stays a place.
+  CHECK(add_in_place(rows, 2, B, sum));
+  CHECK(largest_difference(replicated(rows, sum), expected_sum(n, {{1.5, a, false}})) == 0);
+  CHECK(sum.n_nonzeros() == 27);
+  // Some ranks may have no row of B that A has no place for: none says that it fits.
+  CHECK_FALSE(add_in_place(rows, 1, B, A));
+}
+
 TEST_CASE("linear_algebra: empty summands and empty sums")
 {
   const RowRange rows = even_rows(5);
@@ -378,6 +400,44 @@ TEST_CASE("linear_algebra: inertia of a tridiagonal and of a saddle-point matrix
                                     "a saddle point");
   CHECK(factorization.inertia().negative == 7);
   CHECK(factorization.inertia().positive == 13);
+}
+
+TEST_CASE("linear_algebra: factors are renewed for other numbers in the same places")
+{
+  const unsigned int n = 50;
+  const RowRange rows  = even_rows(n);
+  const Matrix A       = matrix_of(rows, convection(n));
+  Factorization factorization(A, Factorization::Kind::lu, "a test matrix");
+  const Block x = block_of(rows, 4, scattered);
+  SQUEAL_PETSC(MatScale(A, -0.25));
+  std::vector<Entry> diagonal;
+  for (unsigned int i = 0; i < n; ++i)
+    diagonal.push_back({i, i, -3.});
+  REQUIRE(add_in_place(rows, 1, matrix_of(rows, diagonal), A));
+  factorization.renew(A);
+  CHECK(largest_difference(replicated(factorization.solve(multiply(A, x))), replicated(x)) <=
+        1e-14);
+
+  // Second differences minus s, eigenvalues 2 - 2 cos(j pi/20) - s: those with j < 20/3 are below
+  // s = 1, those with j < 10 below s = 2.
+  const RowRange few = even_rows(19);
+  std::vector<Entry> chain, ones;
+  for (unsigned int i = 0; i < 19; ++i)
+  {
+    chain.push_back({i, i, 2. - 1.});
+    ones.push_back({i, i, 1.});
+    if (i > 0)
+      chain.push_back({i, i - 1, -1.});
+    if (i < 18)
+      chain.push_back({i, i + 1, -1.});
+  }
+  const Matrix shifted = matrix_of(few, chain);
+  Factorization symmetric(shifted, Factorization::Kind::ldlt, "a chain");
+  CHECK(symmetric.inertia().negative == 6);
+  REQUIRE(add_in_place(few, -0.99, matrix_of(few, ones), shifted));
+  symmetric.renew(shifted);
+  CHECK(symmetric.inertia().negative == 9);
+  CHECK(symmetric.inertia().positive == 10);
 }
 
 TEST_CASE("linear_algebra: inertia counts zeros of a singular matrix")

@@ -35,7 +35,59 @@ namespace
     add_chain(n_masses);
     return count;
   }
+
+  /// l^2 m + chain; m(i) is the mass of place i.
+  template <typename MassOf>
+  QuadraticEigenproblem chain_with(const MassOf &mass_of)
+  {
+    QuadraticEigenproblem problem;
+    problem.rows = even_rows(n_masses);
+    std::vector<Entry> mass, stiffness;
+    for (unsigned int i = 0; i < n_masses; ++i)
+    {
+      mass.push_back({i, i, mass_of(i)});
+      stiffness.push_back({i, i, 2});
+      if (i > 0)
+      {
+        stiffness.push_back({i, i - 1, -1});
+        stiffness.push_back({i - 1, i, -1});
+      }
+    }
+    problem.M = matrix_of(problem.rows, mass);
+    problem.Q = matrix_of(problem.rows, stiffness);
+    return problem;
+  }
 } // namespace
+
+TEST_CASE("reference count: several frequencies, with one matrix")
+{
+  const QuadraticEigenproblem problem = chain_with([](unsigned int) { return 1.; }),
+                              heavier = chain_with([](unsigned int) { return 4.; });
+  const std::vector<double> omegas    = {0.3, 1.9, 0.8, 0.3};
+  const auto exact                    = [&](const double mass)
+  {
+    std::vector<unsigned int> numbers;
+    for (const double w : omegas)
+    {
+      numbers.push_back(0);
+      for (unsigned int j = 1; j <= n_masses; ++j)
+        numbers.back() += 2 * std::sin(j * M_PI / (2 * (n_masses + 1))) < std::sqrt(mass) * w;
+    }
+    return numbers;
+  };
+  CHECK(count_reference_modes(problem, omegas, problem.shifted_reference(0.3)) == exact(1));
+  RememberedCounts counts;
+  CHECK(counts(problem, omegas) == exact(1));
+  CHECK(counts(heavier, omegas) == exact(4));
+  CHECK(counts(problem, omegas) == exact(1));
+
+  // 2 - 1^2 2 = 0 on a third of the diagonal is not stored, and missing for the next frequency.
+  const QuadraticEigenproblem cancelling =
+      chain_with([](const unsigned int i) { return i % 3 == 0 ? 2. : 1.; });
+  CHECK(count_reference_modes(cancelling, {1., 1.5}, cancelling.shifted_reference(1.)) ==
+        std::vector<unsigned int>{count_reference_modes(cancelling, 1.),
+                                  count_reference_modes(cancelling, 1.5)});
+}
 
 TEST_CASE("reference count: contacts open and close")
 {
