@@ -23,7 +23,7 @@ namespace squeal
 
   HalfSpace::HalfSpace(const MirrorSymmetry &symmetry, const bool symmetric, const RankGroup *group)
       : whole(symmetry.rows), is_shared(group != nullptr), images(symmetry.image),
-        columns(whole.size, none), entries(whole.size, 0.), is_second(whole.size, false)
+        places(whole.size)
   {
     const double parity = symmetric ? 1 : -1;
     // One row of each pair stands for both: the lower or the higher one in turn, since one side may
@@ -76,14 +76,9 @@ namespace squeal
     for (unsigned int n = 0; n < all.size(); ++n)
     {
       const unsigned int row = all[n], image = symmetry.image[row];
-      columns[row] = n;
-      entries[row] = image == row ? 1. : std::sqrt(0.5);
+      places[row] = {n, false, image == row ? 1. : std::sqrt(0.5)};
       if (image != row)
-      {
-        is_second[image] = true;
-        columns[image]   = n;
-        entries[image]   = parity * symmetry.sign[row] * entries[row];
-      }
+        places[image] = {n, true, parity * symmetry.sign[row] * places[row].entry};
     }
   }
 
@@ -225,7 +220,7 @@ namespace squeal
     result.begins.assign(rows.n_local() + 1, 0);
     for (unsigned int n = 0; n < own_representatives.size(); ++n)
     {
-      const PetscInt row = columns[own_representatives[n]], first = sent.begins[n],
+      const PetscInt row = places[own_representatives[n]].column, first = sent.begins[n],
                      length = sent.begins[n + 1] - first;
       const int receiver    = std::upper_bound(ends.begin(), ends.end(), row) - ends.begin();
       if (receiver == this_rank)
@@ -256,17 +251,19 @@ namespace squeal
       for (const std::size_t last = k + n_expected[rank]; k < last; k += 2)
         incoming[rank].add(result.begins[heads[k] - rows.begin], heads[k + 1]);
 
-    transfer(sent, outgoing, result, incoming, whole.comm,
-             [&]()
-             {
-               for (const unsigned int n : staying)
-               {
-                 const PetscInt first = sent.begins[n], length = sent.begins[n + 1] - first,
-                                place = result.begins[columns[own_representatives[n]] - rows.begin];
-                 std::copy_n(sent.columns.data() + first, length, result.columns.data() + place);
-                 std::copy_n(sent.values.data() + first, length, result.values.data() + place);
-               }
-             });
+    transfer(
+        sent, outgoing, result, incoming, whole.comm,
+        [&]()
+        {
+          for (const unsigned int n : staying)
+          {
+            const PetscInt first = sent.begins[n], length = sent.begins[n + 1] - first,
+                           place =
+                               result.begins[places[own_representatives[n]].column - rows.begin];
+            std::copy_n(sent.columns.data() + first, length, result.columns.data() + place);
+            std::copy_n(sent.values.data() + first, length, result.values.data() + place);
+          }
+        });
     return result;
   }
 
@@ -292,16 +289,6 @@ namespace squeal
         n_entries[of_sum.first] += all_rows.back()->n_own_entries();
     }
 
-    struct Place
-    {
-      unsigned int column;
-      bool is_second;
-      double entry;
-    };
-    std::vector<Place> places(whole.size); // side by side: they are wanted together
-    for (unsigned int k = 0; k < whole.size; ++k)
-      places[k] = {columns[k], is_second[k], entries[k]};
-
     // Of each column and sum the two brackets above.
     RowSums row_sums(rows.size, 2 * sums.size());
     std::vector<CompressedRows> results(sums.size());
@@ -310,7 +297,7 @@ namespace squeal
       results[s].reserve(n_entries[s] / 2);
     const auto add_row = [&](const unsigned int row, const bool is_image)
     {
-      const double of_row = entries[row];
+      const double of_row = places[row].entry;
       for (unsigned int f = 0; f < all_factors.size(); ++f)
       {
         // Nearly all matrices belong to one sum.
@@ -468,7 +455,8 @@ namespace squeal
       for (unsigned int j = 0; j < representatives.size(); ++j)
       {
         const unsigned int i = representatives[j], image = images[i];
-        y.column(k)[j] = entries[i] * all[i] + (image == i ? 0. : entries[image] * all[image]);
+        y.column(k)[j] =
+            places[i].entry * all[i] + (image == i ? 0. : places[image].entry * all[image]);
       }
     }
     return y;
@@ -479,8 +467,8 @@ namespace squeal
   {
     std::vector<unsigned int> result;
     for (const unsigned int row : rows_of_whole)
-      if (columns[row] != none)
-        result.push_back(columns[row]);
+      if (places[row].column != none)
+        result.push_back(places[row].column);
     std::sort(result.begin(), result.end());
     result.erase(std::unique(result.begin(), result.end()), result.end());
     return result;
@@ -507,8 +495,8 @@ namespace squeal
     {
       const std::vector<double> all = replicate_half(y.column(k));
       for (unsigned int row = whole.begin; row < whole.end; ++row)
-        if (columns[row] != none)
-          x.column(k)[row - whole.begin] = entries[row] * all[columns[row]];
+        if (const Place &place = places[row]; place.column != none)
+          x.column(k)[row - whole.begin] = place.entry * all[place.column];
     }
     return x;
   }

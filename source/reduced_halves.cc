@@ -202,19 +202,27 @@ namespace squeal
         added.push_back(term);
     if (!are_symmetric(added))
       return false;
+    // New ones at once: rows are walked through once for all.
+    std::vector<std::vector<Term>> alone;
+    for (const Term &term : added)
+      if (std::none_of(alone.begin(), alone.end(),
+                       [&](const std::vector<Term> &other)
+                       { return other.front().matrix == term.matrix; }))
+        alone.push_back({{term.origin, 0, 1., term.matrix}});
     for (Part &part : parts)
     {
+      std::vector<Matrix> halves = part.space->restrict(alone);
       std::map<std::shared_ptr<const Matrix>, std::shared_ptr<const Matrix>> present;
+      for (unsigned int k = 0; k < alone.size(); ++k)
+        present[alone[k].front().matrix] = std::make_shared<const Matrix>(std::move(halves[k]));
       part.terms.clear();
       for (const Term &term : terms)
       {
         if (!term.matrix || !*term.matrix)
           continue;
         std::shared_ptr<const Matrix> &half = present[term.matrix];
-        if (const auto known = part.restricted.find(term.matrix); known != part.restricted.end())
-          half = known->second;
-        else if (!half)
-          half = std::make_shared<const Matrix>(part.space->restrict(term.matrix));
+        if (!half)
+          half = part.restricted.at(term.matrix);
         part.terms.push_back({term.origin, term.order, term.coefficient, half});
       }
       part.restricted = std::move(present);

@@ -57,19 +57,29 @@ namespace squeal
     Block added = right.columns(n_imaged, n_new);
     clean(added);
     std::copy_n(added.data(), std::size_t(rows.n_local()) * n_new, right.column(n_imaged));
-    for (unsigned int i = 0; i < n_fixed; ++i)
+    // Rows of a block as columns, with those of new ones below
+    const auto with_rows_of = [&](const DenseMatrix &known, const Block &block)
     {
-      Block image              = multiply(*fixed[i].matrix, added);
-      const DenseMatrix of_new = gather_rows(image, interface_rows);
+      const DenseMatrix of_new = gather_rows(block, interface_rows);
       DenseMatrix all(n_all, interface_rows.size());
       for (unsigned int r = 0; r < interface_rows.size(); ++r)
-        for (unsigned int j = 0; j < n_all; ++j)
-          all(j, r) = j < n_imaged ? at_rows[i](j, r) : of_new(j - n_imaged, r);
-      at_rows[i] = std::move(all);
+      {
+        if (n_imaged > 0)
+          std::copy_n(&known.values[std::size_t(r) * n_imaged], n_imaged,
+                      &all.values[std::size_t(r) * n_all]);
+        std::copy_n(&of_new.values[std::size_t(r) * n_new], n_new,
+                    &all.values[std::size_t(r) * n_all + n_imaged]);
+      }
+      return all;
+    };
+    for (unsigned int i = 0; i < n_fixed; ++i)
+    {
+      Block image = multiply(*fixed[i].matrix, added);
+      at_rows[i]  = with_rows_of(at_rows[i], image);
       clear_rows(image, interface_rows);
       images[i].append(image);
     }
-    right_rows                = gather_rows(right, interface_rows);
+    right_rows                = with_rows_of(right_rows, added);
     left_rows                 = with_top(right_rows, gather_rows(left, interface_rows));
     peaks                     = gather_rows(right, peak_rows);
     const unsigned int n_left = left.n_columns();
@@ -118,29 +128,48 @@ namespace squeal
   bool ReducedModel::find_constraints(const bool of_left, Constraints &constraints) const
   {
     Constraints result;
-    result.by_row.resize(interface_rows.size());
-    std::vector<int> number(interface_rows.size(), -1);
+    const unsigned int n_rows = interface_rows.size();
+    std::vector<int> number(n_rows, -1);
     const Entries &entries = changing[0];
-    for (std::size_t k = 0; k < entries.values.size(); ++k)
+    const auto for_all     = [&](const auto &visit)
     {
-      const int constraint = of_left ? entries.columns[k] : entries.rows[k],
-                row        = of_left ? entries.rows[k] : entries.columns[k];
-      if (!is_constraint[constraint] || is_constraint[row] || entries.values[k] == 0)
-        continue;
-      if (number[constraint] < 0)
+      for (std::size_t k = 0; k < entries.values.size(); ++k)
       {
-        number[constraint] = result.rows.size();
-        result.rows.push_back(constraint);
+        const int constraint = of_left ? entries.columns[k] : entries.rows[k],
+                  row        = of_left ? entries.rows[k] : entries.columns[k];
+        if (is_constraint[constraint] && !is_constraint[row] && entries.values[k] != 0)
+          visit(constraint, row, entries.values[k]);
       }
-      result.by_row[row].emplace_back(number[constraint], entries.values[k]);
-    }
-    if (result.rows == constraints.rows && result.by_row == constraints.by_row)
+    };
+    result.begins.assign(n_rows + 1, 0);
+    for_all(
+        [&](const int constraint, const int row, double)
+        {
+          ++result.begins[row + 1];
+          if (number[constraint] < 0)
+          {
+            number[constraint] = result.rows.size();
+            result.rows.push_back(constraint);
+          }
+        });
+    std::partial_sum(result.begins.begin(), result.begins.end(), result.begins.begin());
+    result.entries.resize(result.begins.back());
+    std::vector<unsigned int> next = result.begins;
+    for_all(
+        [&](const int constraint, const int row, const double value) {
+          result.entries[next[row]++] = {number[constraint], value};
+        });
+    if (result.rows == constraints.rows && result.begins == constraints.begins &&
+        result.entries == constraints.entries)
       return false;
     DenseMatrix squares(result.rows.size(), result.rows.size());
-    for (const auto &row : result.by_row)
-      for (const auto &[k, value] : row)
-        for (const auto &[i, other] : row)
-          squares(i, k) += value * other;
+    for (unsigned int row = 0; row < n_rows; ++row)
+      result.for_entries(row,
+                         [&](const unsigned int k, const double value)
+                         {
+                           result.for_entries(row, [&](const unsigned int i, const double other)
+                                              { squares(i, k) += value * other; });
+                         });
     result.squares = PositiveFactors(std::move(squares));
     constraints    = std::move(result);
     return true;
@@ -151,9 +180,12 @@ namespace squeal
     const unsigned int m = at_rows.n_rows;
     DenseMatrix result(m, c.rows.size());
     for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      for (const auto &[k, value] : c.by_row[r])
-        add_multiple(value, &at_rows.values[std::size_t(r) * m], m,
-                     &result.values[std::size_t(k) * m]);
+      c.for_entries(r,
+                    [&](const unsigned int k, const double value)
+                    {
+                      add_multiple(value, &at_rows.values[std::size_t(r) * m], m,
+                                   &result.values[std::size_t(k) * m]);
+                    });
     return result;
   }
 
@@ -171,9 +203,12 @@ namespace squeal
     const unsigned int m = pressures.n_rows;
     DenseMatrix result(m, interface_rows.size());
     for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      for (const auto &[k, value] : c.by_row[r])
-        add_multiple(value, &pressures.values[std::size_t(k) * m], m,
-                     &result.values[std::size_t(r) * m]);
+      c.for_entries(r,
+                    [&](const unsigned int k, const double value)
+                    {
+                      add_multiple(value, &pressures.values[std::size_t(k) * m], m,
+                                   &result.values[std::size_t(r) * m]);
+                    });
     return result;
   }
 
@@ -437,46 +472,49 @@ namespace squeal
     return result;
   }
 
+  namespace
+  {
+    /// x^H A x of each column of x.
+    std::vector<std::complex<double>> forms_of(const DenseMatrix &a, const DenseMatrix &re,
+                                               const DenseMatrix &im)
+    {
+      DenseMatrix a_re(a.n_rows, re.n_columns), a_im = a_re;
+      gemm(false, 1, a, re, 0, a_re);
+      gemm(false, 1, a, im, 0, a_im);
+      std::vector<std::complex<double>> sums(re.n_columns);
+      for (unsigned int j = 0; j < re.n_columns; ++j)
+        for (unsigned int i = 0; i < a.n_rows; ++i)
+          sums[j] += std::complex<double>(re(i, j), -im(i, j)) *
+                     std::complex<double>(a_re(i, j), a_im(i, j));
+      return sums;
+    }
+  } // namespace
+
   ReducedModel::RayleighForms ReducedModel::rayleigh_forms(const Modes &modes) const
   {
-    RayleighForms forms;
-    // (N + mu T) Lambda of the modes
     const unsigned int n = modes.lambda.size();
     const auto small     = [&](const Block &block) {
       return DenseMatrix(dimension(), n, {block.data(), block.data() + dimension() * n});
     };
     const DenseMatrix x_re = small(modes.re), x_im = small(modes.im);
-    std::array<DenseMatrix, 2> forces = forces_at_interface(modes.lambda, x_re, x_im);
+    RayleighForms forms;
+    forms.of_p = operators[of_right][1].values.empty()
+                     ? std::vector<Complex>(n)
+                     : forms_of(operators[of_right][1], x_re, x_im);
+    forms.of_q = forms_of(operators[of_right][0], x_re, x_im);
+    if (!has_constraints || compliant)
+      return forms;
+    // (N + mu T) Lambda of the modes
     DenseMatrix at_rows_re(n, interface_rows.size()), at_rows_im = at_rows_re;
-    const bool holds_pressures = has_constraints && !compliant;
-    if (holds_pressures)
-    {
-      for (DenseMatrix &part : forces)
-        part = shortest_change(left_constraints, part);
-      gemm(true, 1, x_re, right_rows, 0, at_rows_re);
-      gemm(true, 1, x_im, right_rows, 0, at_rows_im);
-    }
-    for (unsigned int j = 0; j < modes.lambda.size(); ++j)
-    {
-      const auto form = [&](const DenseMatrix &a)
-      {
-        Complex sum = 0;
-        for (unsigned int k = 0; k < a.n_columns; ++k)
-        {
-          Complex row = 0;
-          for (unsigned int i = 0; i < a.n_rows; ++i)
-            row += Complex(modes.re.column(j)[i], -modes.im.column(j)[i]) * a(i, k);
-          sum += row * Complex(modes.re.column(j)[k], modes.im.column(j)[k]);
-        }
-        return sum;
-      };
-      forms.of_p.push_back(form(operators[of_right][1]));
-      Complex of_q = form(operators[of_right][0]);
-      for (unsigned int r = 0; r < interface_rows.size() && holds_pressures; ++r)
-        of_q += Complex(at_rows_re(j, r), -at_rows_im(j, r)) *
-                Complex(forces[0](j, r), forces[1](j, r));
-      forms.of_q.push_back(of_q);
-    }
+    gemm(true, 1, x_re, right_rows, 0, at_rows_re);
+    gemm(true, 1, x_im, right_rows, 0, at_rows_im);
+    std::array<DenseMatrix, 2> forces = forces_at_interface(modes.lambda, x_re, x_im);
+    for (DenseMatrix &part : forces)
+      part = shortest_change(left_constraints, part);
+    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      for (unsigned int j = 0; j < n; ++j)
+        forms.of_q[j] += Complex(at_rows_re(j, r), -at_rows_im(j, r)) *
+                         Complex(forces[0](j, r), forces[1](j, r));
     return forms;
   }
 } // namespace squeal

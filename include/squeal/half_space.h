@@ -86,11 +86,14 @@ namespace squeal
     const bool is_shared;                   ///< by a group of ranks
     const std::vector<unsigned int> images; ///< of the rows of the whole
     RowRange rows;
-    /// By global row of the whole: the only column of V with an entry there, or none, and the
-    /// entry.
-    std::vector<unsigned int> columns;
-    std::vector<double> entries;
-    std::vector<bool> is_second; ///< of a pair, the row that another one stands for
+    /// Of a row of the whole the only column of V with an entry there, or none, and the entry.
+    struct Place
+    {
+      unsigned int column = none;
+      bool is_second      = false; ///< of a pair, the row that another one stands for
+      double entry        = 0;
+    };
+    std::vector<Place> places; ///< by global row, side by side: they are wanted together
     /// By own row of the half: the row i of the whole that it stands for, and whether that is of a
     /// pressure.
     std::vector<unsigned int> representatives;

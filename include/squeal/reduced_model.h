@@ -141,9 +141,18 @@ namespace squeal
     /// C, the constraints of the displacements, in the interface rows.
     struct Constraints
     {
-      std::vector<std::vector<std::pair<unsigned int, double>>> by_row; ///< (constraint, value)
+      /// (constraint, value), by interface row; where those of each begin, and the end
+      std::vector<std::pair<unsigned int, double>> entries;
+      std::vector<unsigned int> begins;
       std::vector<unsigned int> rows;   ///< by constraint, in the interface
       reduced::PositiveFactors squares; ///< of C C^T
+
+      template <typename Visit>
+      void for_entries(const unsigned int row, const Visit &visit) const
+      {
+        for (unsigned int e = begins[row]; e < begins[row + 1]; ++e)
+          visit(entries[e].first, entries[e].second);
+      }
     };
 
     double radius() const
