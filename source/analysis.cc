@@ -133,10 +133,10 @@ namespace squeal
       rows  = analyse(parts, modes, cycle, prm.eigenproblem.tolerance);
     }
     return_freed_memory();
-    const std::clock_t before = std::clock();
+    Stopwatch watch;
     estimate(rows);
     return_freed_memory();
-    const double of_bars = double(std::clock() - before) / CLOCKS_PER_SEC;
+    const double of_bars = watch.lap();
     if (!modes_csv) // sweeps and maps need no such tables
     {
       modes_csv         = table("modes.csv", modes_header);
@@ -235,11 +235,7 @@ namespace squeal
                                        std::to_string(dofs), std::to_string(multipliers)};
     for (const std::string &phase : phase_names)
       fields.push_back(number(timer.seconds(phase)));
-    // Of all ranks and threads: what other programs on the machine take is not in it.
-    const std::clock_t now = std::clock();
-    fields.push_back(
-        number(Utilities::MPI::sum(double(now - processor_start) / CLOCKS_PER_SEC, comm)));
-    processor_start     = now;
+    fields.push_back(number(Utilities::MPI::sum(of_cycle.lap(), comm)));
     const double memory = peak_memory_mib(comm);
     fields.push_back(number(timer.total()));
     fields.push_back(number(memory));

@@ -84,7 +84,7 @@ namespace squeal
       constexpr unsigned int most_repeats = 2;
       for (unsigned int repeat = 0; repeat < most_repeats && c != 0; ++repeat)
       {
-        if (largest_of(residual) <= rounding * (norm * largest_of(x) + largest_of(b)))
+        if (largest_entry(residual) <= rounding * (norm * largest_entry(x) + largest_entry(b)))
           break;
         const Block correction =
             solve_changed(residual, factorization.solve(residual), c, released);
@@ -127,15 +127,6 @@ namespace squeal
     unsigned int column_of(const unsigned int row) const
     {
       return std::find(known.begin(), known.end(), row) - known.begin();
-    }
-
-    double largest_of(const Block &x) const
-    {
-      double largest = 0;
-      for (unsigned int i = 0; i < x.n_local(); ++i)
-        largest = std::max(largest, std::abs(x.data()[i]));
-      MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, rows.comm);
-      return largest;
     }
 
     bool is_last(const Block &b) const

@@ -3,12 +3,12 @@
 #include <squeal/left_vectors.h>
 #include <squeal/pep_search.h>
 #include <squeal/reference_count.h>
+#include <squeal/stopwatch.h>
 #include <squeal/window_search.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
 #include <optional>
 #include <sstream>
 
@@ -385,21 +385,6 @@ namespace squeal
       completeness = text.str();
       return found;
     }
-
-    /// Processor seconds since the last call.
-    class Stopwatch
-    {
-    public:
-      double lap()
-      {
-        const std::clock_t before = start;
-        start                     = std::clock();
-        return double(start - before) / CLOCKS_PER_SEC;
-      }
-
-    private:
-      std::clock_t start = std::clock();
-    };
 
     [[noreturn]] void throw_inaccurate(const std::vector<double> &backward_errors)
     {

@@ -3,10 +3,10 @@
 #include <squeal/memory.h>
 #include <squeal/rank_group.h>
 #include <squeal/reference_count.h>
+#include <squeal/stopwatch.h>
 
 #include <algorithm>
 #include <array>
-#include <ctime>
 #include <memory>
 #include <numeric>
 #include <type_traits>
@@ -222,12 +222,12 @@ namespace squeal
         solve(1, counted);
         if (!spaces[0]->is_here())
           return;
-        const std::clock_t start  = std::clock();
+        Stopwatch watch;
         const auto n_reference_of = [&](const unsigned int h)
         { return count_reference_modes(problems[h], std::exchange(counting.shifted[h], {})); };
         n_antisymmetric.send(n_reference_of(1));
         counted.counted_elsewhere = [n = n_reference_of(0)]() { return n; };
-        const double seconds      = double(std::clock() - start) / CLOCKS_PER_SEC;
+        const double seconds      = watch.lap();
         solve(0, counted);
         halves[0].seconds.counting += seconds;
       };

@@ -152,6 +152,22 @@ namespace squeal
     return all;
   }
 
+  Block difference(Block a, const Block &b)
+  {
+    for (std::size_t k = 0; k < std::size_t(a.n_local()) * a.n_columns(); ++k)
+      a.data()[k] -= b.data()[k];
+    return a;
+  }
+
+  double largest_entry(const Block &block)
+  {
+    double largest = 0;
+    for (std::size_t k = 0; k < std::size_t(block.n_local()) * block.n_columns(); ++k)
+      largest = std::max(largest, std::abs(block.data()[k]));
+    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, block.row_range().comm);
+    return largest;
+  }
+
   std::vector<double> inner_products(const Block &a, const Block &b)
   {
     return inner_products(a, 0, a.n_columns(), b, 0, b.n_columns());

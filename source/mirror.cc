@@ -234,14 +234,7 @@ namespace squeal
       // Relative to the largest entry. A pad or a pressure that differs is seen in the product with
       // any scattered vector.
       constexpr double rounding = 1e-10;
-      std::array<double, 2> largest{{0, 0}}; // of a, of the difference
-      for (std::size_t i = 0; i < std::size_t(a.n_local()) * a.n_columns(); ++i)
-      {
-        largest[0] = std::max(largest[0], std::abs(a.data()[i]));
-        largest[1] = std::max(largest[1], std::abs(a.data()[i] - b.data()[i]));
-      }
-      MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, a.row_range().comm);
-      return largest[1] <= rounding * largest[0];
+      return largest_entry(difference(a, b)) <= rounding * largest_entry(a);
     }
   } // namespace
 

@@ -1,10 +1,10 @@
 #include <squeal/half_problems.h>
 #include <squeal/mode_follower.h>
 #include <squeal/reduced_tools.h>
+#include <squeal/stopwatch.h>
 
 #include <cmath>
 #include <cstdint>
-#include <ctime>
 
 namespace squeal
 {
@@ -27,23 +27,6 @@ namespace squeal
 
   namespace
   {
-    /// Adds the processor seconds of its lifetime.
-    class Stopwatch
-    {
-    public:
-      explicit Stopwatch(double &seconds) : seconds(seconds), start(std::clock()) {}
-      ~Stopwatch()
-      {
-        seconds += double(std::clock() - start) / CLOCKS_PER_SEC;
-      }
-      Stopwatch(const Stopwatch &)            = delete;
-      Stopwatch &operator=(const Stopwatch &) = delete;
-
-    private:
-      double &seconds;
-      const std::clock_t start;
-    };
-
     /// A number that hardly two different matrices share.
     double fingerprint(const Matrix &matrix)
     {
@@ -59,7 +42,7 @@ namespace squeal
 
   void ModeFollower::assemble_model(const Parameters::All &parameters, const LinearOperator &nearby)
   {
-    const Stopwatch stopwatch(seconds_.assembly);
+    const LifetimeSeconds stopwatch(seconds_.assembly);
     summed.reset(); // two of them would double the memory
     is_as_solved                = false;
     const unsigned int n_before = reduced.n_inverse();
@@ -98,7 +81,7 @@ namespace squeal
 
   bool ModeFollower::has_count_of_anchor()
   {
-    const Stopwatch stopwatch(seconds_.counting);
+    const LifetimeSeconds stopwatch(seconds_.counting);
     std::vector<double> key = reference_key();
     if (key != counted_key)
     {
@@ -115,7 +98,7 @@ namespace squeal
       assemble_model(parameters, reduced.inverse());
       if (has_count_of_anchor())
       {
-        const Stopwatch stopwatch(seconds_.projection);
+        const LifetimeSeconds stopwatch(seconds_.projection);
         if (std::optional<Modes> modes = reduced.solve(model->terms()))
           return std::move(*modes);
       }
@@ -126,7 +109,7 @@ namespace squeal
   Modes ModeFollower::solve_fully(const Parameters::All &parameters)
   {
     assemble_model(parameters, {});
-    const Stopwatch stopwatch(seconds_.full);
+    const LifetimeSeconds stopwatch(seconds_.full);
     const EquationsOfMotion equations = model->equations();
     whole_rows                        = equations.rows;
     is_as_solved                      = true;

@@ -109,11 +109,7 @@ namespace squeal
     for (unsigned int h = 0; h < parts.size(); ++h)
     {
       const Block b_h = parts[h].space->restrict(b);
-      double largest  = 0;
-      for (std::size_t i = 0; i < std::size_t(b_h.n_local()) * b_h.n_columns(); ++i)
-        largest = std::max(largest, std::abs(b_h.data()[i]));
-      MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, b.row_range().comm);
-      if (largest == 0)
+      if (largest_entry(b_h) == 0)
         continue;
       const Block x_h = parts[h].space->expand(inverse_factors[h]->solve(b_h));
       for (std::size_t i = 0; i < std::size_t(x.n_local()) * x.n_columns(); ++i)
@@ -177,13 +173,9 @@ namespace squeal
     const Block x = symmetry->scattered(1), s_x = symmetry->reflect(x);
     for (const Term &term : terms)
     {
-      const Block a_x     = multiply(*term.matrix, x),
-                  s_a_s_x = symmetry->reflect(multiply(*term.matrix, s_x));
-      double largest      = 0;
-      for (unsigned int i = 0; i < a_x.n_local(); ++i)
-        largest = std::max(largest, std::abs(a_x.data()[i] - s_a_s_x.data()[i]));
-      MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, symmetry->rows.comm);
-      if (!(std::abs(term.coefficient) * largest <= rounding * norms[term.order]))
+      const Block asymmetry =
+          difference(multiply(*term.matrix, x), symmetry->reflect(multiply(*term.matrix, s_x)));
+      if (!(std::abs(term.coefficient) * largest_entry(asymmetry) <= rounding * norms[term.order]))
         return false;
     }
     return true;

@@ -28,13 +28,10 @@ namespace squeal
     if (!problem.has_reference())
       return true;
     const Block x = scattered_vector(problem.rows), q_x = multiply(problem.Q, x),
-                reference_x = multiply(problem.shifted_reference(0), x);
-    Block difference        = q_x;
-    for (unsigned int i = 0; i < x.n_local(); ++i)
-      difference.data()[i] -= reference_x.data()[i];
+                reference_x   = multiply(problem.shifted_reference(0), x);
+    const Block other         = difference(q_x, reference_x);
     constexpr double rounding = 1e-13;
-    return inner_products(difference, difference)[0] <=
-           rounding * rounding * inner_products(q_x, q_x)[0];
+    return inner_products(other, other)[0] <= rounding * rounding * inner_products(q_x, q_x)[0];
   }
 
   unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const double omega)

@@ -74,9 +74,7 @@ namespace squeal
       for (unsigned int pass = 0; pass < 2 && n > 0; ++pass)
       {
         const std::vector<double> along = inner_products(basis, next);
-        const Block part                = combine(basis, along, 1);
-        for (unsigned int i = 0; i < next.n_local(); ++i)
-          next.data()[i] -= part.data()[i];
+        subtract_combination(next, basis, along);
         for (unsigned int k = 0; k < n; ++k)
           column[k] += along[k];
       }

@@ -101,11 +101,7 @@ namespace squeal
     /// b - A x
     Block residual_of(const LinearOperator &A, const Block &b, const Block &x)
     {
-      Block residual      = b;
-      const Block product = A(x);
-      for (unsigned int i = 0; i < b.n_local(); ++i)
-        residual.data()[i] -= product.data()[i];
-      return residual;
+      return difference(b, A(x));
     }
 
     double length_of(const Block &x)

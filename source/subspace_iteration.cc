@@ -272,11 +272,7 @@ namespace squeal
       };
       norms(before);
       if (basis.n_columns() > 0)
-      {
-        const Block projected = combine(basis, inner_products(basis, block), block.n_columns());
-        for (std::size_t i = 0; i < std::size_t(block.n_local()) * block.n_columns(); ++i)
-          block.data()[i] -= projected.data()[i];
-      }
+        subtract_combination(block, basis, inner_products(basis, block));
       norms(after);
       Block kept(block.row_range(), 0);
       for (unsigned int k = 0; k < block.n_columns(); ++k)

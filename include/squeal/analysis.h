@@ -6,8 +6,8 @@
 #include <squeal/parameter_file.h>
 #include <squeal/refinement.h>
 #include <squeal/refinement_record.h>
+#include <squeal/stopwatch.h>
 
-#include <ctime>
 #include <memory>
 
 namespace squeal
@@ -49,7 +49,7 @@ namespace squeal
     RefinementBudget budget;
     RefinementRecord record;
     const bool resumable; ///< results of an interrupted run of the same parameters are there
-    std::clock_t processor_start = std::clock(); ///< of the present cycle
+    Stopwatch of_cycle;   ///< since the last one's line
 
     Modes modes;
     std::vector<ModeRow> rows; ///< of the present cycle

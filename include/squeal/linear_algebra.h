@@ -195,6 +195,12 @@ namespace squeal
   /// The values of a distributed column on every rank.
   std::vector<double> replicate(const Block &column);
 
+  /// A - B.
+  Block difference(Block a, const Block &b);
+
+  /// max |b_ij|. Collective.
+  double largest_entry(const Block &block);
+
   /// A B; zero if A is empty.
   Block multiply(const Matrix &matrix, const Block &block);
 

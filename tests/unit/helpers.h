@@ -127,14 +127,6 @@ namespace squeal::tests
     return inner_products(x, multiply(matrix, y))[0];
   }
 
-  inline double largest_entry(const Block &block)
-  {
-    double largest = 0;
-    for (std::size_t i = 0; i < std::size_t(block.n_local()) * block.n_columns(); ++i)
-      largest = std::max(largest, std::abs(block.data()[i]));
-    return dealii::Utilities::MPI::max(largest, MPI_COMM_WORLD);
-  }
-
   /// The largest entry by modulus; 0 for the empty matrix.
   inline double largest_entry(const RowRange &rows, const Matrix &matrix)
   {
