@@ -284,6 +284,7 @@ namespace squeal
     for (unsigned int k = 1; k < of_right.size(); ++k)
       append(std::move(of_right[k]), 1e-9);
     recent.clear();
+    foresight = {};
     opened.clear();
     forget_images();
   }
@@ -500,6 +501,19 @@ namespace squeal
     return result;
   }
 
+  bool ReducedModel::enrich(const Block &residuals_of_x, const Solutions &x)
+  {
+    // With a margin, so that the next parameters need none
+    const std::vector<unsigned int> lacking = failing(x, best_pairs(x), 0.3 * accepted_error());
+    if (lacking.empty())
+      return false;
+    const unsigned int before = dimension();
+    Block added               = corrections(residuals_of_x, lacking);
+    const double largest      = principal_components(added).sizes.front();
+    append(std::move(added), std::max(smallest, 1e-2 * largest));
+    return dimension() > before;
+  }
+
   std::optional<Modes> ReducedModel::solve(const std::vector<Term> &terms)
   {
     const double largest_error = accepted_error();
@@ -513,6 +527,12 @@ namespace squeal
     if (!gather_changing(terms))
       return std::nullopt;
     add_openings();
+    // What is going to fail is corrected by the residuals of before: the projected problem is
+    // solved and certified once less.
+    if (foresight.residuals.n_columns() > 0 && open_contacts() == open_before &&
+        foresight.worst * foresight.growth > largest_error && dimension() < largest_dimension())
+      enrich(foresight.residuals, foresight.solutions);
+    foresight.residuals = {};
     Solutions x, y;
     for (unsigned int n_corrections = 0;; ++n_corrections)
     {
@@ -539,6 +559,10 @@ namespace squeal
         recent.insert(recent.begin(), {chosen(x, best), chosen(y, best)});
         if (recent.size() > most_recent)
           recent.pop_back();
+        foresight.growth    = foresight.worst > 0 && n_steady > 1 ? worst / foresight.worst : 1;
+        foresight.worst     = worst;
+        foresight.residuals = residuals_of_x;
+        foresight.solutions = x;
         return make_modes(x, y, best);
       }
       // Contacts that have closed since the anchor are beyond the bases.
@@ -549,12 +573,7 @@ namespace squeal
       if (n_corrections == most_corrections || lacking.empty() || worst > hopeless ||
           dimension() + n_needed * lacking.size() > largest_dimension())
         return std::nullopt;
-      // With a margin, so that the next parameters need none
-      const unsigned int before = dimension();
-      Block added          = corrections(residuals_of_x, failing(x, best, 0.1 * largest_error));
-      const double largest = principal_components(added).sizes.front();
-      append(std::move(added), std::max(smallest, 1e-3 * largest));
-      if (dimension() == before)
+      if (!enrich(residuals_of_x, x))
         return std::nullopt;
     }
   }

@@ -244,6 +244,8 @@ namespace squeal
                                       double largest_error) const;
     /// Q_0^{-1} Q(l) x of some, Re and Im.
     Block corrections(const Block &residuals, const std::vector<unsigned int> &which) const;
+    /// Enlarges V by the corrections of pairs that fail; false if there is nothing new in them.
+    bool enrich(const Block &residuals, const Solutions &x);
     static Solutions chosen(const Solutions &solutions, const std::vector<unsigned int> &which);
     void add_openings();
     /// The first summands of the responses to gaps at these interface rows.
@@ -298,6 +300,14 @@ namespace squeal
     Solutions last_right, last_left;
     static constexpr unsigned int most_recent = 3;
     std::vector<std::pair<Solutions, Solutions>> recent; ///< those accepted, the last one first
+    /// What the last solution says of the next one's errors.
+    struct Foresight
+    {
+      Block residuals;
+      Solutions solutions;
+      double worst = 0, growth = 1; ///< error in the window, and its ratio to the one before
+    };
+    Foresight foresight;
     unsigned int n_steady = 0; ///< solutions accepted since contacts opened or closed
   };
 } // namespace squeal
