@@ -438,13 +438,16 @@ namespace squeal
       unsigned int n_rigid = 0, n_expected = 0;
       if (is_counted_here)
       {
-        std::vector<double> ends = {region.upper()};
-        if (!is_disc || problem.may_move_rigidly)
-          ends.insert(ends.begin(),
-                      is_disc ? rigid_body_limit(options.max_imaginary) : region.lower());
+        std::vector<double> ends;
+        if (!is_disc)
+          ends.push_back(region.lower());
+        else if (problem.may_move_rigidly)
+          ends.push_back(rigid_body_limit(options.max_imaginary));
+        ends.push_back(region.upper());
         const std::vector<unsigned int> n_below = count_reference(problem, ends);
-        n_rigid    = is_disc && n_below.size() > 1 ? n_below.front() : 0;
-        n_expected = n_below.back() - (n_below.size() > 1 ? n_below.front() : 0);
+        const unsigned int n_lowest             = ends.size() > 1 ? n_below.front() : 0;
+        n_rigid                                 = is_disc ? n_lowest : 0;
+        n_expected                              = n_below.back() - n_lowest;
       }
       const double shift  = is_disc ? shift_of(options, n_rigid > 0) : 0,
                    square = is_disc ? shift * shift : region.square;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -34,18 +35,9 @@ namespace squeal
     return inner_products(other, other)[0] <= rounding * rounding * inner_products(q_x, q_x)[0];
   }
 
-  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const double omega)
-  {
-    return count_reference_modes(problem, problem.shifted_reference(omega));
-  }
-
   namespace
   {
-    Factorization factors_for_counting(const Matrix &shifted)
-    {
-      return {shifted, Factorization::Kind::ldlt,
-              "the shifted reference problem (for counting its modes)"};
-    }
+    constexpr const char *counted_matrix = "the shifted reference problem (for counting its modes)";
 
     unsigned int n_reference_modes(const QuadraticEigenproblem &problem,
                                    const Factorization &factorization)
@@ -60,30 +52,38 @@ namespace squeal
     }
   } // namespace
 
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const double omega)
+  {
+    return count_reference_modes(problem, problem.shifted_reference(omega));
+  }
+
   unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const Matrix &shifted)
   {
-    return n_reference_modes(problem, factors_for_counting(shifted));
+    const Factorization factorization(shifted, Factorization::Kind::ldlt, counted_matrix);
+    return n_reference_modes(problem, factorization);
   }
 
   std::vector<unsigned int> count_reference_modes(const QuadraticEigenproblem &problem,
                                                   const std::vector<double> &omegas, Matrix shifted)
   {
-    Factorization factorization       = factors_for_counting(shifted);
-    std::vector<unsigned int> numbers = {n_reference_modes(problem, factorization)};
-    for (unsigned int k = 1; k < omegas.size(); ++k)
+    std::vector<unsigned int> numbers;
+    std::optional<Factorization> factorization;
+    for (unsigned int k = 0; k < omegas.size(); ++k)
     {
-      const double before = omegas[k - 1] * omegas[k - 1], now = omegas[k] * omegas[k];
-      if (add_in_place(problem.rows, before - now, problem.M, shifted))
+      const auto moves_to_here = [&]()
       {
-        factorization.renew(shifted);
-        numbers.push_back(n_reference_modes(problem, factorization));
-      }
+        const double before = omegas[k - 1] * omegas[k - 1], now = omegas[k] * omegas[k];
+        return add_in_place(problem.rows, before - now, problem.M, shifted);
+      };
+      if (k > 0 && moves_to_here())
+        factorization->renew(shifted);
       else
       {
-        // Stiffness and inertia had cancelled somewhere.
-        shifted = problem.shifted_reference(omegas[k]);
-        numbers.push_back(count_reference_modes(problem, shifted));
+        if (k > 0) // stiffness and inertia had cancelled somewhere
+          shifted = problem.shifted_reference(omegas[k]);
+        factorization.emplace(shifted, Factorization::Kind::ldlt, counted_matrix);
       }
+      numbers.push_back(n_reference_modes(problem, *factorization));
     }
     return numbers;
   }

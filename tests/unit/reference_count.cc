@@ -84,9 +84,10 @@ TEST_CASE("reference count: several frequencies, with one matrix")
   // 2 - 1^2 2 = 0 on a third of the diagonal is not stored, and missing for the next frequency.
   const QuadraticEigenproblem cancelling =
       chain_with([](const unsigned int i) { return i % 3 == 0 ? 2. : 1.; });
-  CHECK(count_reference_modes(cancelling, {1., 1.5}, cancelling.shifted_reference(1.)) ==
+  CHECK(count_reference_modes(cancelling, {1., 1.5, 0.5}, cancelling.shifted_reference(1.)) ==
         std::vector<unsigned int>{count_reference_modes(cancelling, 1.),
-                                  count_reference_modes(cancelling, 1.5)});
+                                  count_reference_modes(cancelling, 1.5),
+                                  count_reference_modes(cancelling, 0.5)});
 }
 
 TEST_CASE("reference count: contacts open and close")
