@@ -80,7 +80,7 @@ namespace squeal
       Block residual = residual_of(x, b, c, released);
       // What another friction leaves of b is due to rounding; it is corrected as often as that is
       // more than in one multiplication.
-      constexpr double rounding           = 1e-14;
+      constexpr double rounding           = 2e-15;
       constexpr unsigned int most_repeats = 2;
       for (unsigned int repeat = 0; repeat < most_repeats && c != 0; ++repeat)
       {
