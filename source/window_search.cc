@@ -454,24 +454,16 @@ namespace squeal
     void refine_eigenvalues(const QuadraticEigenproblem &problem, Pairs &right, Pairs &left)
     {
       const unsigned int n = right.lambda.size();
-      const auto forms     = [&](const Matrix &matrix)
-      {
-        const Block a_re = multiply(matrix, right.re), a_im = multiply(matrix, right.im);
-        const std::vector<double> re_re = inner_products(left.re, a_re),
-                                  im_im = inner_products(left.im, a_im),
-                                  re_im = inner_products(left.re, a_im),
-                                  im_re = inner_products(left.im, a_re);
-        std::vector<Complex> result;
-        for (unsigned int j = 0, k = 0; j < n; ++j, k += n + 1)
-          result.emplace_back(re_re[k] - im_im[k], re_im[k] + im_re[k]);
-        return result;
-      };
+      // y^T = z^H with z = conj(y)
+      const Block z_im = difference(Block(left.im.row_range(), n), left.im);
+      const auto forms = [&](const Matrix &matrix)
+      { return sesquilinear_form(left.re, z_im, matrix, right.re, right.im); };
       const std::vector<Complex> m = forms(problem.M), p = forms(problem.P), q = forms(problem.Q);
-      for (unsigned int j = 0; j < n; ++j)
+      for (unsigned int j = 0, k = 0; j < n; ++j, k += n + 1)
       {
         // Of a multiple eigenvalue a left vector may belong to another right one.
         constexpr double much = 1e-5;
-        const Complex before = right.lambda[j], l = nearest_root(m[j], p[j], q[j], before);
+        const Complex before = right.lambda[j], l = nearest_root(m[k], p[k], q[k], before);
         if (std::abs(l - before) <= much * std::abs(before))
           right.lambda[j] = left.lambda[j] = l;
       }
