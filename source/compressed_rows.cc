@@ -101,8 +101,11 @@ namespace squeal
     RowSums sums(range.size, 1);
     for (unsigned int row = 0; row < range.size; ++row)
     {
-      for (std::size_t k = begins[row]; k < begins[row + 1]; ++k)
-        *sums.at(by_row[k].first) += by_row[k].second;
+      {
+        RowSums::Adder adder(sums);
+        for (std::size_t k = begins[row]; k < begins[row + 1]; ++k)
+          *adder.at(by_row[k].first) += by_row[k].second;
+      }
       sums.take(
           [&](const unsigned int column, const double *value) {
             result.push_back({PetscInt(row), PetscInt(column), *value});
@@ -145,8 +148,11 @@ namespace squeal
     for (PetscInt row = range.begin; row < PetscInt(range.end); ++row)
     {
       for (unsigned int rank = 0; rank + 1 < begins.size(); ++rank)
+      {
+        RowSums::Adder adder(sums);
         for (int &k = next[rank]; k < begins[rank + 1] && sorted[k].row == row; ++k)
-          *sums.at(sorted[k].column) += sorted[k].value;
+          *adder.at(sorted[k].column) += sorted[k].value;
+      }
       sums.take([&](const unsigned int column, const double *value)
                 { result.add(column, *value); });
       result.end_row();
@@ -186,8 +192,12 @@ namespace squeal
     for (PetscInt row = rows.begin; row < PetscInt(rows.end); ++row)
     {
       for (unsigned int i = 0; i < summands.size(); ++i)
+      {
+        RowSums::Adder adder(sums);
+        const double coefficient = summands[i].coefficient;
         stored[i]->for_entries(row, [&](const PetscInt column, const PetscScalar value)
-                               { *sums.at(column) += summands[i].coefficient * value; });
+                               { *adder.at(column) += coefficient * value; });
+      }
       sums.take([&](const unsigned int column, const double *value)
                 { result.add(column, *value); });
       result.end_row();

@@ -46,15 +46,41 @@ namespace squeal
     {
     }
 
-    /// The values at a column, zero at first, to add to.
-    double *at(const unsigned int column)
+    /// To add to the row. Its members are a copy, which the compiler keeps in registers: one at a
+    /// time.
+    class Adder
     {
-      const unsigned int word = column / 64;
-      is_met[word] |= std::uint64_t(1) << (column % 64);
-      first_word = std::min(first_word, word);
-      last_word  = std::max(last_word, word);
-      return &values[std::size_t(column) * n_values];
-    }
+    public:
+      explicit Adder(RowSums &sums)
+          : sums(sums), values(sums.values.data()), is_met(sums.is_met.data()),
+            n_values(sums.n_values), first_word(sums.first_word), last_word(sums.last_word)
+      {
+      }
+      ~Adder()
+      {
+        sums.first_word = first_word;
+        sums.last_word  = last_word;
+      }
+      Adder(const Adder &)            = delete;
+      Adder &operator=(const Adder &) = delete;
+
+      /// The values at a column, zero at first, to add to.
+      double *at(const unsigned int column)
+      {
+        const unsigned int word = column / 64;
+        is_met[word] |= std::uint64_t(1) << (column % 64);
+        first_word = std::min(first_word, word);
+        last_word  = std::max(last_word, word);
+        return values + std::size_t(column) * n_values;
+      }
+
+    private:
+      RowSums &sums;
+      double *const values;
+      std::uint64_t *const is_met;
+      const std::size_t n_values;
+      unsigned int first_word, last_word;
+    };
 
     /// Calls visit(column, values) for every column met, ascending, and starts a new row.
     template <typename Visit>
@@ -79,7 +105,6 @@ namespace squeal
     const unsigned int n_values;
     std::vector<double> values;
     std::vector<std::uint64_t> is_met;
-    // Of another type than the bits, so that they may stay in registers.
     unsigned int first_word, last_word = 0;
   };
 
