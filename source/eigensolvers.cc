@@ -196,6 +196,11 @@ namespace squeal
       {
         return !searches_windows() || !is_far_from_zero(options);
       }
+      std::vector<double> counted_frequencies(const EigensolverOptions &options,
+                                              const bool may_move_rigidly) const override
+      {
+        return ends_of(region_of(options), options, may_move_rigidly);
+      }
 
     protected:
       struct Task
@@ -246,6 +251,24 @@ namespace squeal
       }
 
     private:
+      SearchRegion region_of(const EigensolverOptions &options, const double widening = 1) const
+      {
+        return counts_in_disc(options) ? SearchRegion{0, search_radius(options.max_imaginary)}
+                                       : region_around(options, widening);
+      }
+      /// The ends of a region; of a disc the lower one is that of rigid bodies, if they may move.
+      static std::vector<double> ends_of(const SearchRegion &region,
+                                         const EigensolverOptions &options,
+                                         const bool may_move_rigidly)
+      {
+        std::vector<double> ends;
+        if (!region.is_disc())
+          ends.push_back(region.lower());
+        else if (may_move_rigidly)
+          ends.push_back(rigid_body_limit(options.max_imaginary));
+        ends.push_back(region.upper());
+        return ends;
+      }
       Modes solve_in(const SearchRegion &region, const QuadraticEigenproblem &problem,
                      const EigensolverOptions &options) const;
       /// Searches twice if the inertia does not confirm the number found.
@@ -414,16 +437,16 @@ namespace squeal
     Modes ShiftInvertSolver::solve(const QuadraticEigenproblem &problem,
                                    const EigensolverOptions &options) const
     {
-      if (counts_in_disc(options))
-        return solve_in({0, search_radius(options.max_imaginary)}, problem, options);
       try
       {
-        return solve_in(region_around(options, 1), problem, options);
+        return solve_in(region_of(options), problem, options);
       }
       catch (const SingularMatrix &)
       {
+        if (counts_in_disc(options))
+          throw;
         // An undamped mode lies exactly at the centre: another centre.
-        return solve_in(region_around(options, 1.1), problem, options);
+        return solve_in(region_of(options, 1.1), problem, options);
       }
     }
 
@@ -438,16 +461,11 @@ namespace squeal
       unsigned int n_rigid = 0, n_expected = 0;
       if (is_counted_here)
       {
-        std::vector<double> ends;
-        if (!is_disc)
-          ends.push_back(region.lower());
-        else if (problem.may_move_rigidly)
-          ends.push_back(rigid_body_limit(options.max_imaginary));
-        ends.push_back(region.upper());
-        const std::vector<unsigned int> n_below = count_reference(problem, ends);
-        const unsigned int n_lowest             = ends.size() > 1 ? n_below.front() : 0;
-        n_rigid                                 = is_disc ? n_lowest : 0;
-        n_expected                              = n_below.back() - n_lowest;
+        const std::vector<unsigned int> n_below =
+            count_reference(problem, ends_of(region, options, problem.may_move_rigidly));
+        const unsigned int n_lowest = n_below.size() > 1 ? n_below.front() : 0;
+        n_rigid                     = is_disc ? n_lowest : 0;
+        n_expected                  = n_below.back() - n_lowest;
       }
       const double shift  = is_disc ? shift_of(options, n_rigid > 0) : 0,
                    square = is_disc ? shift * shift : region.square;

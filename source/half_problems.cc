@@ -127,7 +127,10 @@ namespace squeal
       for (const std::string name : names)
       {
         const HalfSpace space(symmetry, name == names[0]);
-        auto half = std::make_shared<Modes>(solver.solve(space.restrict(equations), options));
+        const std::vector<double> counted =
+            solver.counted_frequencies(options, equations.may_move_rigidly);
+        auto half =
+            std::make_shared<Modes>(solver.solve(space.restrict(equations, counted), options));
         append(space, *half, name, false, modes);
         if (options.keep_factors)
           modes.halves.push_back(half);

@@ -303,9 +303,9 @@ namespace squeal
         // Nearly all matrices belong to one sum.
         const auto &of_sums      = all_factors[f].of_sums;
         const unsigned int first = 2 * of_sums.front().first, n_more = of_sums.size() - 1;
-        const double factor       = of_sums.front().second;
-        const auto *const more    = of_sums.data() + 1;
-        const Place *const all    = places.data();
+        const double factor    = of_sums.front().second;
+        const auto *const more = of_sums.data() + 1;
+        const Place *const all = places.data();
         RowSums::Adder adder(row_sums);
         all_rows[f]->for_entries(row,
                                  [&, first, factor](const PetscInt k, const PetscScalar a)
@@ -369,9 +369,28 @@ namespace squeal
     return matrices;
   }
 
-  QuadraticEigenproblem HalfSpace::restrict(const EquationsOfMotion &equations) const
+  QuadraticEigenproblem HalfSpace::restrict(const EquationsOfMotion &equations,
+                                            const std::vector<double> &counted) const
   {
-    return std::move(restrict({this}, equations).front());
+    if (counted.empty() || equations.reference_terms().empty() ||
+        equations.reference != EquationsOfMotion::Reference::conservative_terms)
+      return std::move(restrict({this}, equations).front());
+    Counting counting{counted.front(), {this}, {}};
+    QuadraticEigenproblem half = std::move(restrict({this}, equations, &counting).front());
+    const auto along           = std::make_shared<Matrix>(std::move(counting.shifted.front()));
+    half.make_shifted_reference =
+        [equations, space = *this, along, first = counted.front()](const double omega)
+    {
+      return omega == first && *along ? std::exchange(*along, {})
+                                      : space.shifted_reference(equations, omega);
+    };
+    return half;
+  }
+
+  Matrix HalfSpace::shifted_reference(const EquationsOfMotion &equations, const double omega) const
+  {
+    const std::vector<std::vector<Term>> sums = {equations.shifted_reference_terms(omega)};
+    return std::move(restrict(sums).front());
   }
 
   std::vector<QuadraticEigenproblem>
@@ -419,10 +438,7 @@ namespace squeal
         { throw std::logic_error("The reference problem is elsewhere."); };
       else if (!reference_is_symmetric_part && !equations.reference_terms().empty())
         half.make_shifted_reference = [equations, space](const double omega)
-        {
-          return std::move(space.restrict(
-              std::vector<std::vector<Term>>(1, equations.shifted_reference_terms(omega)))[0]);
-        };
+        { return space.shifted_reference(equations, omega); };
       // In parallel the whole is symmetric to rounding only, which would turn double eigenvalues of
       // a conservative problem into complex pairs.
       if (!half.has_reference() && space.is_here())

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace squeal
 {
@@ -22,6 +23,13 @@ namespace squeal
     virtual bool counts_in_disc(const EigensolverOptions &) const
     {
       return false;
+    }
+    /// The frequencies at which it counts the modes of a reference problem, in this order: who
+    /// makes problems may make the first shifted matrix along with the others.
+    virtual std::vector<double> counted_frequencies(const EigensolverOptions &,
+                                                    bool /*may_move_rigidly*/) const
+    {
+      return {};
     }
   };
 

@@ -23,8 +23,10 @@ namespace squeal
     HalfSpace(const MirrorSymmetry &symmetry, bool symmetric, const RankGroup &group);
 
     /// V^T A V of each matrix A of the problem, which must be symmetric. The sums of its terms are
-    /// made row by row and not stored. Collective.
-    QuadraticEigenproblem restrict(const EquationsOfMotion &equations) const;
+    /// made row by row and not stored. The first reference matrix that will be asked for, at the
+    /// first of the @p counted frequencies, is made along with them. Collective.
+    QuadraticEigenproblem restrict(const EquationsOfMotion &equations,
+                                   const std::vector<double> &counted = {}) const;
     /// V^T (sum_i c_i A_i) V of several sums; each matrix is read once. Empty where a sum is.
     /// Collective.
     std::vector<Matrix> restrict(const std::vector<std::vector<Term>> &sums) const;
@@ -76,6 +78,8 @@ namespace squeal
     HalfSpace(const MirrorSymmetry &symmetry, bool symmetric, const RankGroup *group);
     /// A distributed column of the half on all ranks of the whole.
     std::vector<double> replicate_half(const double *column) const;
+    /// Q_ref - omega^2 M. Collective.
+    Matrix shifted_reference(const EquationsOfMotion &equations, double omega) const;
     /// Rows of V^T (sum_i c_i A_i) V of several sums, those that stand for rows of this rank.
     std::vector<CompressedRows> restrict_own_rows(const std::vector<std::vector<Term>> &sums) const;
     /// Rows of a matrix of the half on the ranks of the group, of those that have its rows in the
