@@ -28,12 +28,12 @@ namespace squeal
       return result;
     }
 
-    /// Norms of the columns.
-    std::vector<double> lengths_of(const Block &block)
+    /// Norms of the columns without their last rows.
+    std::vector<double> lengths_of(const Block &block, const unsigned int n_left_out)
     {
       std::vector<double> squares(block.n_columns());
       for (unsigned int k = 0; k < block.n_columns(); ++k)
-        for (unsigned int i = 0; i < block.n_local(); ++i)
+        for (unsigned int i = 0; i + n_left_out < block.n_local(); ++i)
           squares[k] += block.column(k)[i] * block.column(k)[i];
       MPI_Allreduce(MPI_IN_PLACE, squares.data(), squares.size(), MPI_DOUBLE, MPI_SUM,
                     block.row_range().comm);
@@ -42,17 +42,39 @@ namespace squeal
       return squares;
     }
 
+    /// Some rows at the end of each rank's part, as rows of their own.
+    RowRange last_rows(const RowRange &rows, const unsigned int n_local)
+    {
+      RowRange result{rows.comm, 0, 0, 0};
+      MPI_Allreduce(&n_local, &result.size, 1, MPI_UNSIGNED, MPI_SUM, rows.comm);
+      MPI_Scan(&n_local, &result.end, 1, MPI_UNSIGNED, MPI_SUM, rows.comm);
+      result.begin = result.end - n_local;
+      return result;
+    }
+
+    /// The same rows of a block.
+    Block last_rows(const Block &block, const RowRange &range)
+    {
+      Block result(range, block.n_columns());
+      for (unsigned int k = 0; k < block.n_columns(); ++k)
+        std::copy_n(block.column(k) + block.n_local() - range.n_local(), range.n_local(),
+                    result.column(k));
+      return result;
+    }
+
     /// Vectors with what is known of them.
     struct Images
     {
       Block y, g, m, p; ///< Y (without contact pressures), F Y (with them), M Y, P Y
+      Block pressures;  ///< of Y
     };
 
-    /// Corrections t = -F^{-1} Q(l) x of Ritz pairs, one or two real columns each.
+    /// Corrections t = -F^{-1} Q(l) x of Ritz pairs, turned, one or two real columns each.
     struct Corrections
     {
-      Block t, residual;               ///< F t
+      Block t, residual;               ///< with pressures; F t
       std::vector<unsigned int> first; ///< column of each pair, and their number
+      std::vector<Complex> turns;      ///< factors of modulus 1
       std::vector<double> sizes;       ///< |t| / |x|
     };
 
@@ -70,11 +92,13 @@ namespace squeal
     public:
       Side(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
            const WindowSearchOptions &options, const double slack)
-          : shift_invert(shift_invert), problem(problem), options(options),
-            slack(slack), basis{Block(problem.rows, 0), Block(problem.rows, 0),
-                                Block(problem.rows, 0), Block(problem.rows, 0)},
-            tests(problem.rows, 0)
+          : shift_invert(shift_invert), problem(problem), options(options), slack(slack),
+            n_cleared(problem.compliant ? 0 : problem.n_local_constraints),
+            pressure_rows(last_rows(problem.rows, n_cleared)), tests(problem.rows, 0)
       {
+        for (Block Images::*block : {&Images::y, &Images::g, &Images::m, &Images::p})
+          basis.*block = Block(problem.rows, 0);
+        basis.pressures = Block(pressure_rows, 0);
       }
 
       /// Begins with F^{-1} M x.
@@ -89,8 +113,9 @@ namespace squeal
 
       /// All eigenvalues of the region.
       std::vector<Complex> eigenvalues() const;
-      /// The corrected wanted vectors x + t, with their contact pressures.
-      Pairs wanted_pairs();
+      /// The corrected wanted vectors x + t, with their contact pressures, each times a factor of
+      /// modulus 1.
+      Pairs wanted_pairs() const;
 
       unsigned int n_solves() const
       {
@@ -129,10 +154,13 @@ namespace squeal
       const QuadraticEigenproblem &problem;
       const WindowSearchOptions &options;
       const double slack;
+      const unsigned int n_cleared; ///< pressures, for which there are constraints
+      const RowRange pressure_rows;
       Images basis;
-      Block tests;         ///< Z = F^{-T} M U
-      DenseMatrix m, p, f; ///< Z^T M U, Z^T P U, Z^T F U
-      RitzPairs ritz;
+      Block tests;             ///< Z = F^{-T} M U
+      DenseMatrix m, p, f;     ///< Z^T M U, Z^T P U, Z^T F U
+      RitzPairs ritz, moving;  ///< in the region; those that were corrected last
+      Corrections corrections; ///< of these
       std::vector<Complex> at_rest;
       double wanted_bound = 0;
       unsigned int solves = 0, step = 0;
@@ -180,7 +208,8 @@ namespace squeal
     /// Turns each complex vector a + i b of a block of (a, b) so that a is as long as can be, a and
     /// b orthogonal, and leaves out short b: vectors are almost real and damping almost imaginary,
     /// so that most residuals have one direction only.
-    Block main_parts(const Block &pairs, std::vector<unsigned int> &first)
+    Block main_parts(const Block &pairs, std::vector<unsigned int> &first,
+                     std::vector<Complex> &turns)
     {
       constexpr double much_shorter = 0.02;
       const unsigned int n_pairs = pairs.n_columns() / 2, n = pairs.n_local();
@@ -206,15 +235,16 @@ namespace squeal
         const double both = sums[3 * j] + sums[3 * j + 1], angle = -std::arg(square) / 2,
                      long_one = both + std::abs(square), short_one = both - std::abs(square);
         const bool keeps_both = short_one > much_shorter * much_shorter * long_one;
+        turns.push_back(std::polar(1., angle));
         first.push_back(first.back() + (keeps_both ? 2 : 1));
         coefficients.resize(std::size_t(2 * n_pairs) * first.back());
         const auto column = coefficients.begin() + std::size_t(2 * n_pairs) * first[j];
-        column[2 * j]     = std::cos(angle);
-        column[2 * j + 1] = -std::sin(angle);
+        column[2 * j]     = turns[j].real();
+        column[2 * j + 1] = -turns[j].imag();
         if (keeps_both)
         {
-          column[2 * n_pairs + 2 * j]     = std::sin(angle);
-          column[2 * n_pairs + 2 * j + 1] = std::cos(angle);
+          column[2 * n_pairs + 2 * j]     = turns[j].imag();
+          column[2 * n_pairs + 2 * j + 1] = turns[j].real();
         }
       }
       return combine(pairs, coefficients, first.back());
@@ -227,12 +257,10 @@ namespace squeal
       Block residual = sources(ritz);
       subtract_combination(residual, basis.g,
                            real_columns(ritz, n_columns(), [](const Complex &) { return 1.; }));
-      result.residual = main_parts(residual, result.first);
+      result.residual = main_parts(residual, result.first, result.turns);
       result.t        = shift_invert.solve(result.residual);
       solves += result.t.n_columns();
-      if (!problem.compliant)
-        clear_pressures(problem.n_local_constraints, result.t);
-      const std::vector<double> lengths = lengths_of(result.t);
+      const std::vector<double> lengths = lengths_of(result.t, n_cleared);
       for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
       {
         double square = 0; // the basis is orthonormal
@@ -263,12 +291,12 @@ namespace squeal
       // A remainder shorter than this, relatively, is rounding; a combination of remainders of unit
       // length shorter than that, too.
       constexpr double rounding = 1e-12, dependent = 1e-6;
-      if (!problem.compliant)
-        clear_pressures(problem.n_local_constraints, y);
-      const auto combine_both = [&](const std::vector<double> &coefficients, const unsigned int n)
+      Block pressures = last_rows(y, pressure_rows);
+      clear_pressures(n_cleared, y);
+      const auto combine_all = [&](const std::vector<double> &coefficients, const unsigned int n)
       {
-        y = combine(y, coefficients, n);
-        g = combine(g, coefficients, n);
+        for (Block *block : {&y, &g, &pressures})
+          *block = combine(*block, coefficients, n);
       };
       // Twice is enough (Kahan).
       for (unsigned int pass = 0; pass < 2 && y.n_columns() > 0; ++pass)
@@ -281,6 +309,7 @@ namespace squeal
           const std::vector<double> part = inner_products(basis.y, y);
           subtract_combination(y, basis.y, part);
           subtract_combination(g, basis.g, part);
+          subtract_combination(pressures, basis.pressures, part);
           vectors = DenseMatrix(n, n, inner_products(y, y));
         }
         // Remainders of unit length, without those that are rounding, and of these the well
@@ -299,7 +328,7 @@ namespace squeal
           if (squares[k] > dependent * dependent)
             for (unsigned int i = 0; i < n; ++i)
               coefficients.push_back(vectors(i, k) / (length[i] * std::sqrt(squares[k])));
-        combine_both(coefficients, coefficients.size() / n);
+        combine_all(coefficients, coefficients.size() / n);
       }
       const Block m_y = multiply(problem.M, y);
       tests.append(shift_invert.solve_transposed(m_y));
@@ -308,6 +337,7 @@ namespace squeal
       basis.p.append(multiply(problem.P, y));
       basis.y.append(y);
       basis.g.append(g);
+      basis.pressures.append(pressures);
     }
 
     /// Z^T B with the first n columns of each; what is known of it from before is kept.
@@ -372,20 +402,30 @@ namespace squeal
       return result;
     }
 
-    Pairs Side::wanted_pairs()
+    Pairs Side::wanted_pairs() const
     {
+      Pairs pairs{{}, Block(problem.rows, 0), Block(problem.rows, 0)};
       std::vector<unsigned int> wanted;
-      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
-        if (is_wanted(ritz.lambda[j]))
+      for (unsigned int j = 0; j < moving.lambda.size(); ++j)
+        if (is_wanted(moving.lambda[j]))
           wanted.push_back(j);
-      const RitzPairs chosen = select(ritz, wanted);
-      const Block y          = shift_invert.solve(sources(chosen));
-      solves += y.n_columns();
-      Pairs pairs{chosen.lambda, Block(problem.rows, 0), Block(problem.rows, 0)};
+      RitzPairs turned = select(moving, wanted);
+      pairs.lambda     = turned.lambda;
       for (unsigned int j = 0; j < wanted.size(); ++j)
+        for (Complex &c : turned.coefficients[j])
+          c *= corrections.turns[wanted[j]];
+      const unsigned int n = 2 * wanted.size();
+      const std::vector<double> columns =
+          real_columns(turned, n_columns(), [](const Complex &) { return 1.; });
+      Block x               = combine(basis.y, columns, n);
+      const Block pressures = combine(basis.pressures, columns, n);
+      for (unsigned int k = 0; k < n; ++k)
       {
-        pairs.re.append(y.columns(2 * j, 1));
-        pairs.im.append(y.columns(2 * j + 1, 1));
+        std::copy_n(pressures.column(k), n_cleared, x.column(k) + x.n_local() - n_cleared);
+        const unsigned int t = corrections.first[wanted[k / 2]] + k % 2;
+        for (unsigned int i = 0; t < corrections.first[wanted[k / 2] + 1] && i < x.n_local(); ++i)
+          x.column(k)[i] += corrections.t.column(t)[i];
+        (k % 2 == 0 ? pairs.re : pairs.im).append(x.columns(k, 1));
       }
       return pairs;
     }
@@ -419,9 +459,9 @@ namespace squeal
         grow(m, tests, basis.m, n);
         grow(p, tests, basis.p, n);
         grow(f, tests, basis.g, n);
-        ritz                          = ritz_pairs(false);
-        const RitzPairs moving        = select(ritz, moving_pairs());
-        const Corrections corrections = correct(moving);
+        ritz        = ritz_pairs(false);
+        moving      = select(ritz, moving_pairs());
+        corrections = correct(moving);
         std::vector<unsigned int> open;
         worst = 0;
         for (unsigned int j = 0; j < moving.lambda.size(); ++j)
