@@ -239,6 +239,14 @@ namespace squeal
     return has_all_places;
   }
 
+  Matrix sum_in_places(const RowRange &range, const Matrix &a, const double c, const Matrix &b)
+  {
+    Mat copy = nullptr;
+    SQUEAL_PETSC(MatDuplicate(a, MAT_COPY_VALUES, &copy));
+    Matrix result(copy);
+    return add_in_place(range, c, b, result) ? std::move(result) : sum_of(range, {{1., a}, {c, b}});
+  }
+
   void RepeatedEntries::find_places()
   {
     for (const auto &[place, value] : recorded)

@@ -1,3 +1,4 @@
+#include <squeal/compressed_rows.h>
 #include <squeal/eigenproblem.h>
 
 #include <algorithm>
@@ -97,6 +98,6 @@ namespace squeal
   {
     if (make_shifted_reference)
       return make_shifted_reference(omega);
-    return sum_of(rows, {{1., reference ? reference : Q}, {-omega * omega, M}});
+    return sum_in_places(rows, reference ? reference : Q, -omega * omega, M);
   }
 } // namespace squeal

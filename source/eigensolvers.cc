@@ -1,4 +1,5 @@
 #include <squeal/block_krylov.h>
+#include <squeal/compressed_rows.h>
 #include <squeal/eigensolvers.h>
 #include <squeal/left_vectors.h>
 #include <squeal/pep_search.h>
@@ -471,8 +472,9 @@ namespace squeal
                    square = is_disc ? shift * shift : region.square;
       seconds.counting    = watch.lap();
       const Matrix shifted =
-          square == 0
-              ? Matrix()
+          square == 0 ? Matrix()
+          : shift == 0
+              ? sum_in_places(problem.rows, problem.Q, square, problem.M)
               : sum_of(problem.rows, {{1., problem.Q}, {shift, problem.P}, {square, problem.M}});
       const auto factors = std::make_shared<const Factorization>(
           square == 0 ? problem.Q : shifted, Factorization::Kind::lu,

@@ -226,6 +226,9 @@ namespace squeal
   /// become of the matrix is of no use. Collective.
   bool add_in_place(const RowRange &range, double c, const Matrix &a, const Matrix &to);
 
+  /// A + c B; quick where B has no places of its own. Collective.
+  Matrix sum_in_places(const RowRange &range, const Matrix &a, double c, const Matrix &b);
+
   /// Entries of a matrix that is made again and again: of the same places in the same order, with
   /// other values. The third time the places need not be looked for any more. Zeros are not stored.
   class RepeatedEntries
