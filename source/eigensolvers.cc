@@ -229,12 +229,13 @@ namespace squeal
       };
       struct Search
       {
-        std::vector<Complex> lambda;     ///< with Im l >= 0
-        Block vectors;                   ///< Re and Im
-        Pairs pairs;                     ///< those of the region, if they are converged already
-        Pairs left;                      ///< Q(l)^T y = 0 in the order of pairs, if found, too ...
-        std::vector<double> left_errors; ///< ... and their backward errors
-        Block space;                     ///< searched, if the solver has a basis
+        std::vector<Complex> lambda; ///< with Im l >= 0
+        Block vectors;               ///< Re and Im
+        Pairs pairs;                 ///< those of the region, if they are converged already
+        Pairs left;                  ///< Q(l)^T y = 0 in the order of pairs, if found, too
+        std::vector<double> errors,  ///< backward errors of both, if known
+            left_errors;
+        Block space; ///< searched, if the solver has a basis
         unsigned int n_solves = 0;
       };
       virtual Search search(const Task &task, unsigned int seed) const = 0;
@@ -327,6 +328,7 @@ namespace squeal
         result.lambda      = std::move(found.lambda);
         result.n_solves    = found.n_solves;
         result.pairs       = std::move(found.right);
+        result.errors      = std::move(found.backward_error);
         result.left        = std::move(found.left);
         result.left_errors = std::move(found.left_backward_error);
         return result;
@@ -419,13 +421,15 @@ namespace squeal
       throw SolverError(message.str());
     }
 
-    /// The pairs as they are, if they are good enough.
+    /// The pairs as they are, if they are good enough; their backward errors if they are known.
     bool accept(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
-                Pairs &pairs, Modes &modes)
+                Pairs &pairs, std::vector<double> errors, Modes &modes)
     {
       if (pairs.lambda.empty())
         return false;
-      modes.backward_error = BackwardError(problem)(pairs.lambda, pairs.re, pairs.im).errors;
+      modes.backward_error = !errors.empty()
+                                 ? std::move(errors)
+                                 : BackwardError(problem)(pairs.lambda, pairs.re, pairs.im).errors;
       if (*std::max_element(modes.backward_error.begin(), modes.backward_error.end()) >
           options.tolerance)
         return false;
@@ -489,7 +493,7 @@ namespace squeal
       Modes modes;
       if (!is_disc && found.pairs.lambda.empty())
         modes.re = modes.im = Block(problem.rows, 0);
-      else if (!accept(problem, options, found.pairs, modes))
+      else if (!accept(problem, options, found.pairs, std::move(found.errors), modes))
       {
         if (!is_disc)
           throw_inaccurate(modes.backward_error);
