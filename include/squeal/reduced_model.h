@@ -56,12 +56,12 @@ namespace squeal
     /// of modes near the window has changed: then solve the whole problem.
     std::optional<Modes> solve(const std::vector<Term> &terms);
 
-    /// Whether V has become so large that it should restart(). (Measured: with 22 modes.)
+    /// Whether V has become so large that it should restart(). (Measured: with 3 and 22 modes.)
     bool is_crowded() const
     {
       // Solutions with the same contacts tell more of those to come.
       const bool is_steady = n_steady >= most_recent;
-      return !recent.empty() && dimension() > (is_steady ? 100 + 4 * n_disc : 150 + 7 * n_disc);
+      return !recent.empty() && dimension() > (is_steady ? 56 + 6 * n_disc : 106 + 9 * n_disc);
     }
     /// Makes V and W anew of what the last solutions span: the parameters' path is smooth, and what
     /// has been learnt far back on it is of no more use. Modes in coordinates become invalid.
