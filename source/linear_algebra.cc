@@ -287,10 +287,8 @@ namespace squeal
   Factorization::Factorization(const Matrix &matrix, const Kind kind, const std::string &what)
       : lu(kind == Kind::lu), what(what)
   {
-    check_numbers(matrix);
+    prepare(matrix);
     SQUEAL_PETSC(MatFactorInfoInitialize(&info));
-    if (!lu)
-      SQUEAL_PETSC(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE));
     SQUEAL_PETSC(
         MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
     try
@@ -310,16 +308,16 @@ namespace squeal
 
   void Factorization::renew(const Matrix &matrix)
   {
-    check_numbers(matrix);
-    if (!lu)
-      SQUEAL_PETSC(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE));
+    prepare(matrix);
     check_interruption();
     factorise(matrix);
   }
 
-  void Factorization::check_numbers(const Matrix &matrix) const
+  void Factorization::prepare(const Matrix &matrix) const
   {
-    // MUMPS takes such numbers for a lack of memory. The sum of squares finds what is no number,
+    if (!lu)
+      SQUEAL_PETSC(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE));
+    // MUMPS takes other numbers for a lack of memory. The sum of squares finds what is no number,
     // but may be infinite where all numbers are finite.
     PetscReal squares = 0;
     SQUEAL_PETSC(MatNorm(matrix, NORM_FROBENIUS, &squares));

@@ -1,6 +1,7 @@
 #include <squeal/block_krylov.h>
 #include <squeal/dense.h>
 #include <squeal/left_vectors.h>
+#include <squeal/reduced_tools.h>
 #include <squeal/window_search.h>
 
 #include <algorithm>
@@ -340,25 +341,6 @@ namespace squeal
       basis.pressures.append(pressures);
     }
 
-    /// Z^T B with the first n columns of each; what is known of it from before is kept.
-    void grow(DenseMatrix &form, const Block &z, const Block &b, const unsigned int n)
-    {
-      const unsigned int old = form.n_rows, more = n - old;
-      DenseMatrix all(n, n);
-      for (unsigned int j = 0; j < old; ++j)
-        for (unsigned int i = 0; i < old; ++i)
-          all(i, j) = form(i, j);
-      const std::vector<double> right = inner_products(z, 0, n, b, old, more),
-                                below = inner_products(z, old, more, b, 0, old);
-      for (unsigned int j = 0; j < more; ++j)
-        for (unsigned int i = 0; i < n; ++i)
-          all(i, old + j) = right[i + std::size_t(n) * j];
-      for (unsigned int j = 0; j < old; ++j)
-        for (unsigned int i = 0; i < more; ++i)
-          all(old + i, j) = below[i + std::size_t(more) * j];
-      form = std::move(all);
-    }
-
     RitzPairs Side::ritz_pairs(const bool of_left) const
     {
       const auto oriented = [&](const DenseMatrix &a) { return of_left ? transposed(a) : a; };
@@ -455,10 +437,9 @@ namespace squeal
       double worst                     = 0;
       for (; step < max_steps; ++step)
       {
-        const unsigned int n = n_columns();
-        grow(m, tests, basis.m, n);
-        grow(p, tests, basis.p, n);
-        grow(f, tests, basis.g, n);
+        m           = reduced::grow_products(m, tests, basis.m);
+        p           = reduced::grow_products(p, tests, basis.p);
+        f           = reduced::grow_products(f, tests, basis.g);
         ritz        = ritz_pairs(false);
         moving      = select(ritz, moving_pairs());
         corrections = correct(moving);

@@ -268,8 +268,9 @@ namespace squeal
     }
 
   private:
-    /// Throws SolverError if there are numbers too large to compute with.
-    void check_numbers(const Matrix &matrix) const;
+    /// Marks it as symmetric if that is what is factorised. Throws SolverError if there are numbers
+    /// too large to compute with.
+    void prepare(const Matrix &matrix) const;
     void analyse(const Matrix &matrix);
     void factorise(const Matrix &matrix);
     /// Throws SolverError if the machine lacks the memory that the analysis predicts.
