@@ -137,6 +137,14 @@ TEST_CASE("linear_algebra: a matrix is added in the places that another one has"
   CHECK(add_in_place(rows, 2, B, sum));
   CHECK(largest_difference(replicated(rows, sum), expected_sum(n, {{1.5, a, false}})) == 0);
   CHECK(sum.n_nonzeros() == 27);
+  // A sum leaves its summands as they are, whether the places of one hold the other or not.
+  const DenseMatrix before = replicated(rows, sum);
+  CHECK(largest_difference(replicated(rows, sum_in_places(rows, sum, -3, A)),
+                           expected_sum(n, {{-1.5, a, false}})) == 0);
+  CHECK(largest_difference(replicated(rows, sum), before) == 0);
+  CHECK(largest_difference(replicated(rows, sum_in_places(rows, A, 2, B)),
+                           expected_sum(n, {{1., a, false}, {2., b, false}})) == 0);
+  CHECK(largest_difference(replicated(rows, A), expected_sum(n, {{1., a, false}})) == 0);
   // Some ranks may have no row of B that A has no place for: none says that it fits.
   CHECK_FALSE(add_in_place(rows, 1, B, A));
 }

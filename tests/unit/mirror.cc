@@ -192,6 +192,11 @@ TEST_CASE("mirror: half spaces are isometric, orthogonal, and together the whole
     check(half.*member, brake.problem.*member);
   REQUIRE(half.has_reference());
   check(half.shifted_reference(1000), brake.problem.shifted_reference(1000));
+  // Made along for the first of some frequencies, it is given once and made anew then.
+  const QuadraticEigenproblem counted = plus.restrict(brake.equations, {2000, 1000});
+  for (const double omega : {2000, 1000, 2000})
+    check(counted.shifted_reference(omega), brake.problem.shifted_reference(omega));
+  check(counted.Q, brake.problem.Q);
   CHECK(half.n_constraints == brake.problem.n_constraints / 2);
   CHECK(Utilities::MPI::sum(half.n_local_constraints, MPI_COMM_WORLD) ==
         brake.model.spaces().n_multipliers / 2);
