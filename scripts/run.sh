@@ -52,12 +52,6 @@ if [[ $ranks -gt 1 ]]; then
   squeal=(mpirun --oversubscribe -np "$ranks" "${squeal[@]}")
 fi
 
-# The OpenBLAS of Debian 12 does not know AMD's processors with AVX-512 and takes kernels of half their width: with the
-# others a run takes a tenth less.
-if [[ -z ${OPENBLAS_CORETYPE:-} ]] && grep -q AuthenticAMD /proc/cpuinfo && grep -q '^flags.* avx512vl' /proc/cpuinfo; then
-  export OPENBLAS_CORETYPE=SkylakeX
-fi
-
 status=0
 "${squeal[@]}" "$file" "${arguments[@]}" || status=$?
 
