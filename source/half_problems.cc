@@ -124,11 +124,11 @@ namespace squeal
                                    const EigensolverOptions &options,
                                    const MirrorSymmetry &symmetry, Modes &modes)
     {
+      const std::vector<double> counted =
+          solver.counted_frequencies(options, equations.may_move_rigidly);
       for (const std::string name : names)
       {
         const HalfSpace space(symmetry, name == names[0]);
-        const std::vector<double> counted =
-            solver.counted_frequencies(options, equations.may_move_rigidly);
         auto half =
             std::make_shared<Modes>(solver.solve(space.restrict(equations, counted), options));
         append(space, *half, name, false, modes);

@@ -302,23 +302,21 @@ namespace squeal
       {
         // Nearly all matrices belong to one sum.
         const auto &of_sums      = all_factors[f].of_sums;
-        const unsigned int first = 2 * of_sums.front().first, n_more = of_sums.size() - 1;
-        const double factor    = of_sums.front().second;
-        const auto *const more = of_sums.data() + 1;
-        const Place *const all = places.data();
+        const unsigned int first = 2 * of_sums.front().first;
+        const double factor      = of_sums.front().second;
         RowSums::Adder adder(row_sums);
         all_rows[f]->for_entries(row,
                                  [&, first, factor](const PetscInt k, const PetscScalar a)
                                  {
-                                   const Place place = all[k];
+                                   const Place &place = places[k];
                                    if (place.column == none)
                                      return;
                                    const double value = (of_row * place.entry) * a;
                                    double *const parts =
                                        adder.at(place.column) + (is_image != place.is_second);
                                    parts[first] += factor * value;
-                                   for (unsigned int i = 0; i < n_more; ++i)
-                                     parts[2 * more[i].first] += more[i].second * value;
+                                   for (unsigned int i = 1; i < of_sums.size(); ++i)
+                                     parts[2 * of_sums[i].first] += of_sums[i].second * value;
                                  });
       }
     };

@@ -33,9 +33,9 @@ namespace
   /// variables gets what they say; other MPI do not know them.
   void start_quickly_if_alone()
   {
-    for (const std::string name : {"OMPI_COMM_WORLD_SIZE", "PMIX_NAMESPACE", "PMIX_RANK",
-                                   "PMI_RANK", "PMI_FD", "SLURM_PROCID"})
-      if (std::getenv(name.c_str()))
+    for (const char *name : {"OMPI_COMM_WORLD_SIZE", "PMIX_NAMESPACE", "PMIX_RANK", "PMI_RANK",
+                             "PMI_FD", "SLURM_PROCID"})
+      if (std::getenv(name))
         return;
     setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
     setenv("OMPI_MCA_pml", "ob1", 0);

@@ -403,10 +403,10 @@ namespace squeal
       const Block pressures = combine(basis.pressures, columns, n);
       for (unsigned int k = 0; k < n; ++k)
       {
+        const unsigned int j = wanted[k / 2], t = corrections.first[j] + k % 2;
         std::copy_n(pressures.column(k), n_cleared, x.column(k) + x.n_local() - n_cleared);
-        const unsigned int t = corrections.first[wanted[k / 2]] + k % 2;
-        for (unsigned int i = 0; t < corrections.first[wanted[k / 2] + 1] && i < x.n_local(); ++i)
-          x.column(k)[i] += corrections.t.column(t)[i];
+        if (t < corrections.first[j + 1]) // a short second part was left out
+          add_multiple(1, corrections.t.column(t), x.n_local(), x.column(k));
         (k % 2 == 0 ? pairs.re : pairs.im).append(x.columns(k, 1));
       }
       return pairs;
