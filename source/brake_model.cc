@@ -77,27 +77,6 @@ namespace squeal
           matrices.*member = std::move(more.*member);
     }
 
-    /// What the terms of order zero say, for products without matrices.
-    template <int dim>
-    std::vector<StaticBody> static_bodies(const Parameters::All &prm, const Geometry<dim> &geometry)
-    {
-      const std::vector<Parameters::BodyMaterial> materials = prm.materials();
-      std::vector<StaticBody> result;
-      for (unsigned int m = 0; m < materials.size(); ++m)
-      {
-        if (geometry.bodies_of(m).empty())
-          continue;
-        StaticBody body{geometry.bodies_of(m), materials[m].material};
-        for (const BodyTerm &term : body_terms(prm, materials[m]))
-          if (term.order == 0 && term.matrix == BodyTerm::Kind::M_star)
-            body.m_star += term.coefficient;
-          else if (term.order == 0 && term.matrix == BodyTerm::Kind::G)
-            body.g += term.coefficient;
-        result.push_back(body);
-      }
-      return result;
-    }
-
     /// Memory that LU of the static equilibrium takes with its matrices, a guess before there are
     /// any: what prm/brake.prm takes on a mesh twice as fine, and by nested dissection in three
     /// dimensions factors grow like n^(4/3). Factorization predicts it from the matrix.
@@ -119,11 +98,21 @@ namespace squeal
   }
 
   template <int dim>
+  BrakeModel<dim>::BrakeModel(const BrakeModel &other, const Parameters::All &parameters,
+                              PhaseTimer &timer)
+      : geometry(other.geometry), comm(other.comm), log(other.log), timer(timer),
+        spaces_(other.spaces_, parameters.discretization.degree), prm(parameters),
+        load_pressure(other.load_pressure)
+  {
+  }
+
+  template <int dim>
   void BrakeModel<dim>::distribute()
   {
     terms_.clear();
     contact_.reset();
     equilibrium_.reset();
+    iterative.reset();
     statics.reset();
     bodies.clear();
     spaces_.distribute();
@@ -134,9 +123,10 @@ namespace squeal
   {
     prm = parameters;
     terms_.clear();
-    const bool iterates = solves_iteratively(), needs_modes = prm.eigenproblem.is_solved();
+    const bool iterates = solves_iteratively(), needs_modes = prm.eigenproblem.is_solved(),
+               is_matrix_free = prm.eigenproblem.is_matrix_free();
     // Mass and gyroscopic matrices only after the factors of the static equilibrium are gone.
-    if (needs_modes || !iterates)
+    if (!is_matrix_free && (needs_modes || !iterates))
       add_bodies(false);
     find_steady_state(iterates, nearby);
     if (!needs_modes)
@@ -144,7 +134,10 @@ namespace squeal
     terms_.clear();
     if (!nearby)
       return_freed_memory();
-    add_bodies(true);
+    if (is_matrix_free)
+      add_matrix_free_bodies();
+    else
+      add_bodies(true);
     add_contact();
     add_prestress();
   }
@@ -153,6 +146,8 @@ namespace squeal
   bool BrakeModel<dim>::solves_iteratively() const
   {
     const std::string &name = prm.static_equilibrium.linear_solver;
+    if (prm.eigenproblem.is_matrix_free())
+      return true;
     if (name != "auto" || prm.eigenproblem.is_solved() || prm.contact.self_locking_check)
       return name == "iterative";
     int n_ranks = 0;
@@ -207,13 +202,13 @@ namespace squeal
   {
     const std::unique_ptr<StaticEquilibrium> before = std::move(equilibrium_);
     const bool has_pads                             = !geometry.interfaces.empty();
-    if (!has_pads && !prm.prestress.needs_state())
+    if (!has_pads && !prm.prestress.needs_state() && !prm.eigenproblem.is_matrix_free())
       return;
-    const bool computed = prm.contact.steady_pressure == "computed" || !has_pads;
-    const bool follows  = nearby && (before || !computed);
+    const bool computed =
+        has_pads ? prm.contact.steady_pressure == "computed" : prm.prestress.needs_state();
+    const bool follows = nearby && (before || !computed);
     const bool needs_border =
         prm.eigenproblem.error_bars && prm.eigenproblem.is_solved() && !prm.sweep.active();
-    std::unique_ptr<IterativeStatics<dim>> solver;
     {
       PhaseTimer::Scope scope(timer, "contact");
       if (contact_)
@@ -221,21 +216,13 @@ namespace squeal
       else
         contact_ = std::make_unique<Contact<dim>>(spaces_, contact_model(prm));
     }
-    if (computed && iterates && !follows)
-    {
-      PhaseTimer::Scope scope(timer, "assembly");
-      solver = std::make_unique<IterativeStatics<dim>>(
-          spaces_, static_bodies(prm, geometry),
-          IterativeOptions{prm.static_equilibrium.multigrid,
-                           prm.static_equilibrium.maximum_iterations});
-      log.line("Static equilibrium by GMRES: " + solver->description());
-      if (needs_border)
-        log.line("Error bars take the border of contact for known: what moves it needs factors.");
-    }
+    iterative.reset();
+    if (iterates && (computed || prm.eigenproblem.is_matrix_free()) && !follows)
+      make_iterative_solver(needs_border && computed);
     if (!follows)
     {
       PhaseTimer::Scope scope(timer, "contact");
-      close_contact(solver.get());
+      close_contact(iterative.get());
     }
     if (!computed)
     {
@@ -282,14 +269,16 @@ namespace squeal
       if (!found)
         close_contact(nullptr);
     }
-    if (!found && solver)
-      found = solve_static_equilibrium(*solver, *contact_, prm.terms().friction, load);
+    if (!found && iterative)
+      found = solve_static_equilibrium(*iterative, *contact_, prm.terms().friction, load);
     else if (!found)
       found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load,
                                        needs_border, symmetry());
     // What was known before is a good start of what follows.
     if (before && found->space.basis.n_columns() == 0)
       found->space = std::move(before->space);
+    if (!prm.eigenproblem.is_matrix_free())
+      iterative.reset();
     of_state     = KnownTerms(terms_);
     equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));
     pressure_    = equilibrium_->pressure;

@@ -6,6 +6,7 @@
 #include <squeal/fields.h>
 #include <squeal/matrix_model.h>
 #include <squeal/mesh_scene.h>
+#include <squeal/modes_without_factors.h>
 #include <squeal/refinement.h>
 #include <squeal/static_report.h>
 
@@ -69,6 +70,13 @@ namespace squeal
 
     private:
       void estimate(std::vector<ModeRow> &rows) override;
+      void solve(const Model &any) override
+      {
+        if (prm.eigenproblem.is_matrix_free())
+          modes = find_modes_without_factors(model, eigensolver_options());
+        else
+          Analysis::solve(any);
+      }
       /// False if nothing is left to refine for, or if the next mesh is beyond the budget.
       bool refine();
       bool is_affordable(double n_unknowns);

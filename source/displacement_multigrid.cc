@@ -30,7 +30,7 @@ namespace squeal
 
   template <int dim>
   DisplacementMultigrid<dim>::DisplacementMultigrid(const Spaces<dim> &spaces,
-                                                    const std::vector<StaticBody> &bodies,
+                                                    const std::vector<MaterialOperator> &bodies,
                                                     const DisplacementOperator<dim> &stiffness,
                                                     const std::string &algebraic)
       : spaces(spaces), algebraic(algebraic), coarse(spaces, 1), fine{stiffness, nullptr, {}, 0}
@@ -87,7 +87,8 @@ namespace squeal
   }
 
   template <int dim>
-  Matrix DisplacementMultigrid<dim>::assemble_coarse(const std::vector<StaticBody> &bodies) const
+  Matrix
+  DisplacementMultigrid<dim>::assemble_coarse(const std::vector<MaterialOperator> &bodies) const
   {
     Matrix matrix = new_coarse_matrix();
     CellIntegrals<dim> integrals(coarse, false);
@@ -104,7 +105,7 @@ namespace squeal
     {
       if (!cell->is_locally_owned())
         continue;
-      const auto is_of = [&](const StaticBody &body)
+      const auto is_of = [&](const MaterialOperator &body)
       {
         return std::find(body.bodies.begin(), body.bodies.end(), cell->material_id()) !=
                body.bodies.end();

@@ -11,21 +11,31 @@ namespace squeal
   using namespace dealii;
 
   template <int dim>
+  DisplacementOperator<dim>::Law::Law(const MaterialOperator &part)
+      : m_star(part.material.density * part.m_star), g(part.material.density * part.g),
+        mass(part.material.density * part.m), is_elastic(part.k != 0)
+  {
+    const ElasticModuli<dim> moduli(part.material);
+    for (unsigned int i = 0; i < dim; ++i)
+      for (unsigned int j = 0; j < dim; ++j)
+      {
+        l[i][j] = part.k * moduli.l[i][j];
+        m[i][j] = part.k * moduli.m[i][j];
+      }
+  }
+
+  template <int dim>
   DisplacementOperator<dim>::DisplacementOperator(const Spaces<dim> &spaces,
-                                                  const std::vector<StaticBody> &bodies)
-      : spaces(spaces), law_of_part(spaces.geometry.parts.size(), numbers::invalid_unsigned_int),
+                                                  const std::vector<MaterialOperator> &parts)
+      : spaces(spaces), laws(parts.begin(), parts.end()), cells(std::make_shared<Cells>()),
         diagonal_(spaces.rows, 1)
   {
-    for (const StaticBody &body : bodies)
-    {
-      for (const Body part : body.bodies)
-        law_of_part[part] = laws.size();
-      const ElasticModuli<dim> moduli(body.material);
-      const double rho = body.material.density;
-      laws.push_back({moduli.l, moduli.m, rho * body.m_star, rho * body.g});
-    }
+    cells->number_of_part.assign(spaces.geometry.parts.size(), numbers::invalid_unsigned_int);
+    for (unsigned int k = 0; k < parts.size(); ++k)
+      for (const Body body : parts[k].bodies)
+        cells->number_of_part[body] = k;
 
-    // Cells that are computed side by side are of one body.
+    // Cells that are computed side by side are of one part.
     typename MatrixFree<dim>::AdditionalData data;
     data.tasks_parallel_scheme = MatrixFree<dim>::AdditionalData::none;
     data.mapping_update_flags =
@@ -33,43 +43,57 @@ namespace squeal
     data.cell_vectorization_categories_strict = true;
     for (const auto &cell : spaces.nodes.active_cell_iterators())
       data.cell_vectorization_category.push_back(
-          cell->is_locally_owned() ? law_of_part[cell->material_id()] : 0);
-    cells.reinit(spaces.mapping, spaces.nodes, spaces.hanging, QGauss<1>(spaces.fe.degree + 1),
-                 data);
-    for (Vectors *vectors : {&from, &to})
+          cell->is_locally_owned() ? cells->number_of_part[cell->material_id()] : 0);
+    cells->data.reinit(spaces.mapping, spaces.nodes, spaces.hanging,
+                       QGauss<1>(spaces.fe.degree + 1), data);
+    for (unsigned int batch = 0; batch < cells->data.n_cell_batches(); ++batch)
+      cells->number_of_batch.push_back(
+          cells->number_of_part[cells->data.get_cell_iterator(batch, 0)->material_id()]);
+    for (Vectors *vectors : {&cells->from, &cells->to})
     {
       vectors->reinit(dim);
       for (unsigned int c = 0; c < dim; ++c)
-        cells.initialize_dof_vector(vectors->block(c));
+        cells->data.initialize_dof_vector(vectors->block(c));
       vectors->collect_sizes();
     }
-    tabulate();
+    number_rows(*cells);
+    tabulate_transport(*cells);
     compute_diagonal();
   }
 
   template <int dim>
-  void DisplacementOperator<dim>::tabulate()
+  DisplacementOperator<dim>::DisplacementOperator(const DisplacementOperator &other,
+                                                  const std::vector<MaterialOperator> &parts)
+      : spaces(other.spaces), laws(parts.begin(), parts.end()), cells(other.cells)
   {
-    place_of_row.resize(spaces.first_local_multiplier - spaces.rows.begin);
+    tabulate_transport(*cells);
+  }
+
+  template <int dim>
+  void DisplacementOperator<dim>::number_rows(Cells &cells) const
+  {
+    cells.place_of_row.resize(spaces.first_local_multiplier - spaces.rows.begin);
     unsigned int n_nodes = 0;
     for (const auto node : spaces.nodes.locally_owned_dofs())
     {
       for (unsigned int c = 0; c < dim; ++c)
         if (const unsigned int row = spaces.equation(node, c); row != Spaces<dim>::none)
-          place_of_row[row - spaces.rows.begin] = {c, n_nodes};
+          cells.place_of_row[row - spaces.rows.begin] = {c, n_nodes};
       ++n_nodes;
     }
+  }
 
-    FEEvaluation<dim, -1, 0, dim> values(cells);
-    const bool turns = std::any_of(laws.begin(), laws.end(),
-                                   [](const Law &law) { return law.m_star != 0 || law.g != 0; });
-    if (turns)
-      transport.resize(cells.n_cell_batches() * values.n_q_points);
-    for (unsigned int batch = 0; batch < cells.n_cell_batches(); ++batch)
+  template <int dim>
+  void DisplacementOperator<dim>::tabulate_transport(Cells &cells) const
+  {
+    if (!cells.transport.empty() ||
+        std::none_of(laws.begin(), laws.end(), [](const Law &law) { return law.turns(); }))
+      return;
+    FEEvaluation<dim, -1, 0, dim> values(cells.data);
+    cells.n_points = values.n_q_points;
+    cells.transport.resize(cells.data.n_cell_batches() * cells.n_points);
+    for (unsigned int batch = 0; batch < cells.data.n_cell_batches(); ++batch)
     {
-      law_of_batch.push_back(law_of_part[cells.get_cell_iterator(batch, 0)->material_id()]);
-      if (!turns)
-        continue;
       values.reinit(batch);
       for (const unsigned int q : values.quadrature_point_indices())
       {
@@ -81,7 +105,7 @@ namespace squeal
             x[d] = points[d][lane];
           const Tensor<1, dim> w = spaces.geometry.transport(x);
           for (unsigned int d = 0; d < dim; ++d)
-            transport[batch * values.n_q_points + q][d][lane] = w[d];
+            cells.transport[batch * cells.n_points + q][d][lane] = w[d];
         }
       }
     }
@@ -109,43 +133,58 @@ namespace squeal
   template <int dim>
   DEAL_II_ALWAYS_INLINE inline void DisplacementOperator<dim>::Law::add_transport(
       const Tensor<1, dim, Number> &w, const Tensor<2, dim, Number> &gradient,
-      Tensor<1, dim, Number> &value, Tensor<2, dim, Number> &flux) const
+      const Tensor<1, dim, Number> &u, const double g, Tensor<1, dim, Number> &force,
+      Tensor<2, dim, Number> &flux) const
   {
     for (unsigned int i = 0; i < dim; ++i)
     {
-      const Number turned = gradient[i] * w, u = value[i];
-      flux[i] += (m_star * turned - (g / 2) * u) * w;
-      value[i] = (g / 2) * turned;
+      const Number turned = gradient[i] * w;
+      flux[i] += (m_star * turned - (g / 2) * u[i]) * w;
+      force[i] += (g / 2) * turned;
     }
   }
 
   template <int dim>
-  void
-  DisplacementOperator<dim>::apply_cells(const MatrixFree<dim> &, Vectors &sum, const Vectors &x,
-                                         const std::pair<unsigned int, unsigned int> &batches) const
+  void DisplacementOperator<dim>::add_cells(Vectors &sum, const Vectors &x,
+                                            const std::pair<unsigned int, unsigned int> &batches,
+                                            const bool transposed) const
   {
-    FEEvaluation<dim, -1, 0, dim> u(cells);
+    FEEvaluation<dim, -1, 0, dim> u(cells->data);
     for (unsigned int batch = batches.first; batch < batches.second; ++batch)
     {
-      const Law &law  = laws[law_of_batch[batch]];
-      const bool skew = law.g != 0, turns = skew || law.m_star != 0;
-      const auto flags =
-          skew ? EvaluationFlags::gradients | EvaluationFlags::values : EvaluationFlags::gradients;
+      const Law &law   = laws[cells->number_of_batch[batch]];
+      const bool has_u = law.needs_values(), has_grad = law.needs_gradients(), turns = law.turns();
+      const auto flags = (has_u ? EvaluationFlags::values : EvaluationFlags::nothing) |
+                         (has_grad ? EvaluationFlags::gradients : EvaluationFlags::nothing);
+      if (!has_u && !has_grad)
+        continue;
+      // G is skew, all others are symmetric.
+      const double g = transposed ? -law.g : law.g;
       u.reinit(batch);
       u.read_dof_values(x);
       u.evaluate(flags);
       for (const unsigned int q : u.quadrature_point_indices())
       {
-        const Tensor<2, dim, Number> gradient = u.get_gradient(q);
-        Tensor<2, dim, Number> flux           = law.stress(gradient);
-        Tensor<1, dim, Number> value;
-        if (skew)
+        Tensor<1, dim, Number> value, force;
+        Tensor<2, dim, Number> gradient, flux;
+        if (has_u)
+        {
           value = u.get_value(q);
+          force = law.mass * value;
+        }
+        if (has_grad)
+        {
+          gradient = u.get_gradient(q);
+          if (law.is_elastic)
+            flux = law.stress(gradient);
+        }
         if (turns)
-          law.add_transport(transport[batch * u.n_q_points + q], gradient, value, flux);
-        u.submit_gradient(flux, q);
-        if (skew)
-          u.submit_value(value, q);
+          law.add_transport(cells->transport[batch * cells->n_points + q], gradient, value, g,
+                            force, flux);
+        if (has_grad)
+          u.submit_gradient(flux, q);
+        if (has_u)
+          u.submit_value(force, q);
       }
       u.integrate(flags);
       u.distribute_local_to_global(sum);
@@ -153,15 +192,23 @@ namespace squeal
   }
 
   template <int dim>
-  Block DisplacementOperator<dim>::multiply(const Block &x) const
+  Block DisplacementOperator<dim>::multiply(const Block &x, const bool transposed) const
   {
-    from = 0;
-    for (unsigned int i = 0; i < place_of_row.size(); ++i)
-      from.block(place_of_row[i].first).local_element(place_of_row[i].second) = x.data()[i];
-    cells.cell_loop(&DisplacementOperator::apply_cells, this, to, from, true);
-    Block y(spaces.rows, 1);
-    for (unsigned int i = 0; i < place_of_row.size(); ++i)
-      y.data()[i] = to.block(place_of_row[i].first).local_element(place_of_row[i].second);
+    const auto &place = cells->place_of_row;
+    Block y(spaces.rows, x.n_columns());
+    for (unsigned int k = 0; k < x.n_columns(); ++k)
+    {
+      cells->from = 0;
+      for (unsigned int i = 0; i < place.size(); ++i)
+        cells->from.block(place[i].first).local_element(place[i].second) = x.column(k)[i];
+      cells->data.template cell_loop<Vectors, Vectors>(
+          [&](const MatrixFree<dim> &, Vectors &to, const Vectors &from,
+              const std::pair<unsigned int, unsigned int> &batches)
+          { add_cells(to, from, batches, transposed); },
+          cells->to, cells->from, true);
+      for (unsigned int i = 0; i < place.size(); ++i)
+        y.column(k)[i] = cells->to.block(place[i].first).local_element(place[i].second);
+    }
     return y;
   }
 
@@ -177,7 +224,7 @@ namespace squeal
     {
       if (!cell->is_locally_owned())
         continue;
-      const Law &law = laws[law_of_part[cell->material_id()]];
+      const Law &law = laws[cells->number_of_part[cell->material_id()]];
       shapes.reinit(cell);
       cell->get_dof_indices(cell_nodes);
       for (unsigned int a = 0; a < cell_nodes.size(); ++a)

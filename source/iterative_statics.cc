@@ -34,7 +34,7 @@ namespace squeal
     const DisplacementOperator<dim> stiffness;
     DisplacementMultigrid<dim> multigrid;
 
-    Bodies(const Spaces<dim> &spaces, const std::vector<StaticBody> &bodies,
+    Bodies(const Spaces<dim> &spaces, const std::vector<MaterialOperator> &bodies,
            const std::string &algebraic)
         : stiffness(spaces, bodies), multigrid(spaces, bodies, stiffness, algebraic)
     {
@@ -158,7 +158,7 @@ namespace squeal
 
   template <int dim>
   IterativeStatics<dim>::IterativeStatics(const Spaces<dim> &spaces,
-                                          const std::vector<StaticBody> &bodies,
+                                          const std::vector<MaterialOperator> &bodies,
                                           const IterativeOptions &options)
       : spaces(spaces), options(options),
         bodies(std::make_unique<Bodies>(spaces, bodies, options.multigrid))
@@ -191,14 +191,37 @@ namespace squeal
   }
 
   template <int dim>
+  void IterativeStatics<dim>::set_up(const Contact<dim> &contact,
+                                     const typename Contact<dim>::Pressure &pressure,
+                                     const bool with_friction)
+  {
+    preconditioner.reset();
+    preconditioner =
+        std::make_unique<Preconditioner>(spaces, *bodies, contact, pressure, with_friction);
+  }
+
+  template <int dim>
+  Block IterativeStatics<dim>::cycle(const Block &forces) const
+  {
+    Block result(forces.row_range(), 0);
+    for (unsigned int k = 0; k < forces.n_columns(); ++k)
+      result.append(bodies->multigrid.apply(forces.columns(k, 1)));
+    return result;
+  }
+
+  template <int dim>
+  const DisplacementOperator<dim> &IterativeStatics<dim>::stiffness() const
+  {
+    return bodies->stiffness;
+  }
+
+  template <int dim>
   unsigned int IterativeStatics<dim>::solve(const Contact<dim> &contact,
                                             const typename Contact<dim>::Pressure &pressure,
                                             const bool with_friction, const Block &b,
                                             const double tolerance, Block &x)
   {
-    preconditioner.reset();
-    preconditioner =
-        std::make_unique<Preconditioner>(spaces, *bodies, contact, pressure, with_friction);
+    set_up(contact, pressure, with_friction);
     const Preconditioner &B = *preconditioner;
     const auto n_steps =
         gmres([&](const Block &v) { return bodies->multiply(B.normal, B.friction, v); },

@@ -34,8 +34,104 @@ namespace squeal
       MatDestroy(&mat);
   }
 
+  namespace
+  {
+    /// What a shell of PETSc holds.
+    struct MatrixFree
+    {
+      RowRange rows;
+      std::function<Block(const Block &, bool transposed)> product;
+    };
+
+    PetscErrorCode destroy_matrix_free(Mat mat)
+    {
+      MatrixFree *held = nullptr;
+      PetscCall(MatShellGetContext(mat, &held));
+      delete held;
+      return 0;
+    }
+
+    const MatrixFree *find_matrix_free(Mat mat)
+    {
+      PetscBool is_shell = PETSC_FALSE;
+      MatrixFree *held   = nullptr;
+      if (mat)
+        SQUEAL_PETSC(
+            PetscObjectTypeCompare(reinterpret_cast<PetscObject>(mat), MATSHELL, &is_shell));
+      if (is_shell)
+        SQUEAL_PETSC(MatShellGetContext(mat, &held));
+      return held;
+    }
+
+    /// The row with the largest number of a column, which is left there.
+    std::pair<unsigned int, double> largest_of(const Block &column)
+    {
+      struct
+      {
+        double value;
+        int row;
+      } largest{-1, 0};
+      for (unsigned int i = 0; i < column.n_local(); ++i)
+        if (const double value = std::abs(column.data()[i]); value > largest.value)
+          largest = {value, int(column.row_range().begin + i)};
+      MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, column.row_range().comm);
+      return {largest.row, largest.value};
+    }
+
+    /// Hager's method (1984) for |A^T|_1 = |A|_inf: the convex function |A^T x|_1 of |x|_1 <= 1 has
+    /// its maximum at a unit vector, and climbs along its gradient A sign(A^T x).
+    double estimate_infinity_norm(const MatrixFree &matrix, const bool transposed)
+    {
+      constexpr unsigned int most_steps = 5;
+      Block x(matrix.rows, 1);
+      std::fill_n(x.data(), x.n_local(), 1. / matrix.rows.size);
+      double norm = 0;
+      for (unsigned int step = 0; step < most_steps; ++step)
+      {
+        Block signs = matrix.product(x, !transposed);
+        double sum  = 0;
+        for (unsigned int i = 0; i < signs.n_local(); ++i)
+        {
+          sum += std::abs(signs.data()[i]);
+          signs.data()[i] = signs.data()[i] < 0 ? -1 : 1;
+        }
+        MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, matrix.rows.comm);
+        if (sum <= norm)
+          break;
+        norm                    = sum;
+        const Block gradient    = matrix.product(signs, transposed);
+        const unsigned int best = largest_of(gradient).first;
+        std::fill_n(x.data(), x.n_local(), 0.);
+        if (matrix.rows.contains(best))
+          x.data()[best - matrix.rows.begin] = 1;
+      }
+      return norm;
+    }
+  } // namespace
+
+  Matrix make_matrix_free(const RowRange &rows,
+                          std::function<Block(const Block &, bool transposed)> product)
+  {
+    Mat mat          = nullptr;
+    const PetscInt n = rows.n_local(), n_global = rows.size;
+    SQUEAL_PETSC(MatCreateShell(rows.comm, n, n, n_global, n_global,
+                                new MatrixFree{rows, std::move(product)}, &mat));
+    Matrix matrix(mat);
+    SQUEAL_PETSC(MatShellSetOperation(mat, MATOP_DESTROY,
+                                      reinterpret_cast<void (*)()>(destroy_matrix_free)));
+    return matrix;
+  }
+
+  const std::function<Block(const Block &, bool transposed)> *product_of(const Matrix &matrix)
+  {
+    const MatrixFree *held = find_matrix_free(matrix.stored());
+    return held ? &held->product : nullptr;
+  }
+
   double Matrix::infinity_norm() const
   {
+    if (const MatrixFree *held = find_matrix_free(mat))
+      return estimate_infinity_norm(*held, transposes);
     PetscReal norm = 0;
     if (mat)
       SQUEAL_PETSC(MatNorm(mat, transposes ? NORM_1 : NORM_INFINITY, &norm));

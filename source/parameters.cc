@@ -325,9 +325,12 @@ namespace squeal
           "Solver", solver,
           "block_krylov: block second-order Arnoldi, shift-invert with MUMPS on blocks of "
           "right-hand sides. krylov: SLEPc's PEP (TOAR) with the same factorisation, one vector at "
-          "a time: slower, an independent check. dense: LAPACK, for small problems. none: the run "
-          "ends with the static equilibrium.",
-          Patterns::Selection("block_krylov|krylov|dense|none"));
+          "a time: slower, an independent check. dense: LAPACK, for small problems. "
+          "block_davidson: "
+          "without factors, for models whose factors do not fit: modes of elements of one degree "
+          "less, found by block_krylov, are corrected with multigrid. none: the run ends with the "
+          "static equilibrium.",
+          Patterns::Selection("block_krylov|krylov|dense|block_davidson|none"));
       prm.add_parameter("Tolerance", tolerance,
                         "Backward error that every reported mode reaches, -.",
                         Patterns::Double(1e-15, 1e-2));
@@ -497,10 +500,32 @@ namespace squeal
                                  : mesh.parts[section.back() - '1'].material;
     }
 
+    void All::check_matrix_free() const
+    {
+      const std::string solver = "Eigenproblem/Solver = block_davidson: ";
+      if (scene == "matrices" || sweep.active() || stage_name == "ladder")
+        throw InputError(solver + "Scene = matrices, sweeps and Stage = ladder need "
+                                  "block_krylov, krylov or dense.");
+      if (discretization.degree < 2)
+        throw InputError(solver + "it begins with modes of one degree less than "
+                                  "Discretization/Degree, which is to be 2 or more.");
+      if (eigenproblem.minimum_frequency > 0)
+        throw InputError(solver + "it finds all modes from zero on; allowed for "
+                                  "Eigenproblem/Minimum frequency is 0.");
+      if (output.sensitivities || (contact.self_locking_check && n_pads() > 0))
+        throw InputError(solver + "Output/Sensitivities = true and Contact/Self-locking check = "
+                                  "true need factors, which block_krylov makes.");
+      if (static_equilibrium.linear_solver == "direct")
+        throw InputError(solver + "there are no matrices for Static equilibrium/Linear solver = "
+                                  "direct; allowed are iterative and auto.");
+    }
+
     void All::check()
     {
       sweep.check();
       eigenproblem.check();
+      if (eigenproblem.is_matrix_free())
+        check_matrix_free();
       if (sweep.active() && eigenproblem.minimum_frequency > 0)
         fail("Eigenproblem/Minimum frequency", eigenproblem.minimum_frequency,
              "sweeps and maps follow all modes from zero on; allowed with Sweep/Parameter is 0.");

@@ -170,6 +170,8 @@ namespace squeal
       Block result(block.row_range(), n_columns);
       if (!matrix || n_columns == 0)
         return result;
+      if (const auto *of_matrix = product_of(matrix))
+        return (*of_matrix)(block, transposed);
       if (n_columns == 1)
       {
         const BorrowedVector x(block), y(result);

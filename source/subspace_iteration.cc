@@ -17,14 +17,12 @@ namespace squeal
   {
   }
 
-  BackwardError::Result BackwardError::operator()(const std::vector<Complex> &lambda,
-                                                  const Block &re, const Block &im) const
+  BackwardError::Result BackwardError::residuals(const std::vector<Complex> &lambda,
+                                                 const Block &re, const Block &im) const
   {
     const Block m_re = multiply(problem.M, re), m_im = multiply(problem.M, im);
     const Block p_re = multiply(problem.P, re), p_im = multiply(problem.P, im);
     Result result{multiply(problem.Q, re), multiply(problem.Q, im), {}};
-
-    std::vector<double> largest(2 * lambda.size());
     for (unsigned int j = 0; j < lambda.size(); ++j)
     {
       const Complex l = lambda[j], l2 = l * l;
@@ -35,18 +33,40 @@ namespace squeal
                           Complex(result.re.column(j)[i], result.im.column(j)[i]);
         result.re.column(j)[i] = r.real();
         result.im.column(j)[i] = r.imag();
-        largest[2 * j]         = std::max(largest[2 * j], std::abs(r));
+      }
+    }
+    return result;
+  }
+
+  std::vector<double> BackwardError::errors(const std::vector<Complex> &lambda,
+                                            const Result &residuals, const Block &re,
+                                            const Block &im) const
+  {
+    std::vector<double> largest(2 * lambda.size()), result;
+    for (unsigned int j = 0; j < lambda.size(); ++j)
+      for (unsigned int i = 0; i < re.n_local(); ++i)
+      {
+        largest[2 * j] =
+            std::max(largest[2 * j],
+                     std::abs(Complex(residuals.re.column(j)[i], residuals.im.column(j)[i])));
         largest[2 * j + 1] =
             std::max(largest[2 * j + 1], std::abs(Complex(re.column(j)[i], im.column(j)[i])));
       }
-    }
     MPI_Allreduce(MPI_IN_PLACE, largest.data(), largest.size(), MPI_DOUBLE, MPI_MAX,
                   problem.rows.comm);
     for (unsigned int j = 0; j < lambda.size(); ++j)
     {
       const double size = std::norm(lambda[j]) * norm_m + std::abs(lambda[j]) * norm_p + norm_q;
-      result.errors.push_back(largest[2 * j] / (size * largest[2 * j + 1]));
+      result.push_back(largest[2 * j] / (size * largest[2 * j + 1]));
     }
+    return result;
+  }
+
+  BackwardError::Result BackwardError::operator()(const std::vector<Complex> &lambda,
+                                                  const Block &re, const Block &im) const
+  {
+    Result result = residuals(lambda, re, im);
+    result.errors = errors(lambda, result, re, im);
     return result;
   }
 

@@ -28,6 +28,8 @@ namespace squeal
     /// Fills in the errors of the discretisation; without a mesh there are none.
     virtual void estimate(std::vector<ModeRow> &) {}
     EigensolverOptions eigensolver_options();
+    /// Finds the modes.
+    virtual void solve(const Model &model);
     /// The sweep or the stability map of the parameter file, on the present mesh or, where the
     /// parameter changes it, on meshes of @p make_model.
     void sweep(Model &model, const ModelFactory &make_model);
@@ -55,8 +57,6 @@ namespace squeal
     std::vector<ModeRow> rows; ///< of the present cycle
 
   private:
-    /// Finds the modes.
-    void solve(const Model &model);
     void explain_modes(const Model &model, const RayleighParts &rayleigh, unsigned int cycle);
     std::unique_ptr<Table> modes_csv, cycles_csv, contributions_csv, sensitivities_csv;
   };

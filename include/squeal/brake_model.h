@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/block_davidson.h>
 #include <squeal/body_operators.h>
 #include <squeal/log.h>
 #include <squeal/model.h>
@@ -42,6 +43,9 @@ namespace squeal
     BrakeModel(const Geometry<dim> &geometry, const Parameters::All &parameters, MPI_Comm comm,
                Log &log, PhaseTimer &timer);
 
+    /// The same brake on the same mesh, which must stay as it is, with elements of another degree.
+    BrakeModel(const BrakeModel &other, const Parameters::All &parameters, PhaseTimer &timer);
+
     /// Numbers the unknowns of the present mesh and forgets all matrices. Call it after every
     /// change of the mesh.
     void distribute();
@@ -56,6 +60,10 @@ namespace squeal
     {
       return find_mirror_symmetry(spaces_);
     }
+
+    /// The equations without the bodies' matrices, and multigrid as the preconditioner, for
+    /// parameters whose solver is block_davidson. The model must outlive it unchanged. Collective.
+    DavidsonProblem davidson_problem() const;
 
     Spaces<dim> &spaces()
     {
@@ -111,6 +119,12 @@ namespace squeal
 
     /// The terms of the bodies, of order zero only or all. Matrices that are there already stay.
     void add_bodies(bool with_motion);
+    /// The terms of the bodies without matrices.
+    void add_matrix_free_bodies();
+    /// The terms of one order, those of the bodies in one pass over the cells.
+    Matrix matrix_free_sum(unsigned int order) const;
+    /// Makes the iterative solver and tells the log.
+    void make_iterative_solver(bool needs_border);
     /// Whether the static equilibrium is solved without factors.
     bool solves_iteratively() const;
     void find_steady_state(bool iterates, const LinearOperator &nearby);
@@ -164,6 +178,8 @@ namespace squeal
     std::vector<AssembledBody> bodies; ///< by material
     std::unique_ptr<Contact<dim>> contact_;
     std::unique_ptr<StaticEquilibrium> equilibrium_;
+    /// While the equilibrium is solved for, and where modes are to be found without factors.
+    std::unique_ptr<IterativeStatics<dim>> iterative;
     KnownTerms of_state; ///< the bodies' terms of the equilibrium
     /// For states that follow one another while the bodies stay as they are.
     std::unique_ptr<DirectStatics<dim>> statics;

@@ -23,7 +23,7 @@ namespace squeal
   public:
     /// @p algebraic is the name of the algebraic multigrid: gamg, ml or boomeramg. @p spaces and
     /// @p stiffness must outlive it unchanged.
-    DisplacementMultigrid(const Spaces<dim> &spaces, const std::vector<StaticBody> &bodies,
+    DisplacementMultigrid(const Spaces<dim> &spaces, const std::vector<MaterialOperator> &bodies,
                           const DisplacementOperator<dim> &stiffness, const std::string &algebraic);
     ~DisplacementMultigrid();
     DisplacementMultigrid(const DisplacementMultigrid &)            = delete;
@@ -55,7 +55,7 @@ namespace squeal
     static PetscErrorCode get_diagonal(Mat mat, Vec out);
 
     Matrix new_coarse_matrix() const;
-    Matrix assemble_coarse(const std::vector<StaticBody> &bodies) const;
+    Matrix assemble_coarse(const std::vector<MaterialOperator> &bodies) const;
     Matrix make_interpolation() const;
     void set_rigid_body_motions(const Matrix &matrix) const;
     void set_fine_matrix(const Matrix &contact);

@@ -2,7 +2,7 @@
 
 #include <squeal/contact.h>
 #include <squeal/gmres.h>
-#include <squeal/static_body.h>
+#include <squeal/material_operator.h>
 
 #include <memory>
 #include <string>
@@ -10,6 +10,9 @@
 
 namespace squeal
 {
+  template <int dim>
+  class DisplacementOperator;
+
   /// How the static equilibrium is solved for iteratively.
   struct IterativeOptions
   {
@@ -44,7 +47,7 @@ namespace squeal
   {
   public:
     /// @p spaces must outlive it unchanged. Collective.
-    IterativeStatics(const Spaces<dim> &spaces, const std::vector<StaticBody> &bodies,
+    IterativeStatics(const Spaces<dim> &spaces, const std::vector<MaterialOperator> &bodies,
                      const IterativeOptions &options);
     ~IterativeStatics();
 
@@ -61,6 +64,17 @@ namespace squeal
     /// Returns the number of GMRES steps. Throws SolverError if the allowed ones are not enough.
     unsigned int solve(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
                        bool with_friction, const Block &b, double tolerance, Block &x);
+
+    /// Makes the preconditioner for the present active set, which solve() does by itself.
+    void set_up(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+                bool with_friction);
+
+    /// The multigrid cycle for A + N D N^T (penalty: A + N) at the active set of the last solve()
+    /// or set_up(), column by column; zero in the rows of multipliers.
+    Block cycle(const Block &forces) const;
+
+    /// A.
+    const DisplacementOperator<dim> &stiffness() const;
 
     /// What it works with, for the log.
     std::string description() const;

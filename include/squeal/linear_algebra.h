@@ -4,6 +4,7 @@
 
 #include <petscmat.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -57,7 +58,8 @@ namespace squeal
       return mat != nullptr;
     }
 
-    double infinity_norm() const;     ///< 0 for the empty matrix
+    /// 0 for the empty matrix; of one without entries a lower bound, most often the norm itself.
+    double infinity_norm() const;
     std::uint64_t n_nonzeros() const; ///< summed over all ranks
 
   private:
@@ -206,6 +208,13 @@ namespace squeal
 
   /// A^T B; zero if A is empty.
   Block multiply_transposed(const Matrix &matrix, const Block &block);
+
+  /// A matrix without entries: what is known are its products (with true: those of its transpose).
+  /// For multiply(), multiply_transposed() and infinity_norm() only.
+  Matrix make_matrix_free(const RowRange &rows,
+                          std::function<Block(const Block &, bool transposed)> product);
+  /// The product of such a matrix; nothing for one with entries.
+  const std::function<Block(const Block &, bool transposed)> *product_of(const Matrix &matrix);
 
   /// A^T B as a small dense matrix, column-major, the same on all ranks.
   std::vector<double> inner_products(const Block &a, const Block &b);

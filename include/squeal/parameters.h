@@ -225,6 +225,11 @@ namespace squeal
       {
         return solver != "none";
       }
+      /// Whether they are found without factors and without the bodies' matrices.
+      bool is_matrix_free() const
+      {
+        return solver == "block_davidson";
+      }
       void declare(dealii::ParameterHandler &prm);
       void check() const;
     };
@@ -344,6 +349,9 @@ namespace squeal
 
       /// The rules across keys. Throws InputError.
       void check();
+
+    private:
+      void check_matrix_free() const;
     };
   } // namespace Parameters
 } // namespace squeal

@@ -87,6 +87,13 @@ namespace squeal
     Result operator()(const std::vector<std::complex<double>> &lambda, const Block &re,
                       const Block &im) const;
 
+    /// The residuals alone.
+    Result residuals(const std::vector<std::complex<double>> &lambda, const Block &re,
+                     const Block &im) const;
+    /// The errors of given residuals.
+    std::vector<double> errors(const std::vector<std::complex<double>> &lambda,
+                               const Result &residuals, const Block &re, const Block &im) const;
+
   private:
     const QuadraticEigenproblem &problem;
     double norm_m, norm_p, norm_q;

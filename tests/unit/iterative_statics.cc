@@ -33,7 +33,8 @@ namespace
                  { return centre[0] > 0 && std::abs(centre[1]) < 0.05 && centre[2] > -0.0061; });
   }
 
-  std::vector<StaticBody> bodies_of(const Parameters::All &p, const double m_star, const double g)
+  std::vector<MaterialOperator> bodies_of(const Parameters::All &p, const double m_star,
+                                          const double g)
   {
     return {{{rotor_body}, p.rotor.material, m_star, g},
             {{upper_pad_body, lower_pad_body}, p.pads.material}};

@@ -1,0 +1,449 @@
+#include <squeal/block_davidson.h>
+#include <squeal/dense.h>
+#include <squeal/left_vectors.h>
+#include <squeal/memory.h>
+#include <squeal/reduced_tools.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace squeal
+{
+  using Complex = std::complex<double>;
+
+  namespace
+  {
+    /// A pair by the coefficients of its vectors in the basis: x = U right, y = Z left.
+    struct RitzPair
+    {
+      Complex lambda;
+      std::vector<Complex> right, left;
+    };
+
+    /// Of each complex vector a + i b, turned, the longest real part; how much longer, squared, the
+    /// whole is.
+    struct MainParts
+    {
+      Block columns, pressures; ///< of residuals, and what was added to them, turned alike
+      std::vector<double> shares;
+    };
+
+    /// Right or left vectors with what is left of their equations.
+    struct Vectors
+    {
+      Pairs pairs;
+      std::vector<double> backward_error;
+      MainParts residual;
+    };
+
+    MainParts main_parts(const Block &re, const Block &im, const Block &pressures_re,
+                         const Block &pressures_im)
+    {
+      const unsigned int n_pairs = re.n_columns(), n = re.n_local();
+      std::vector<double> sums(3 * n_pairs); // a a, b b, a b
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        const double *a = re.column(j), *b = im.column(j);
+        for (unsigned int i = 0; i < n; ++i)
+        {
+          sums[3 * j] += a[i] * a[i];
+          sums[3 * j + 1] += b[i] * b[i];
+          sums[3 * j + 2] += a[i] * b[i];
+        }
+      }
+      MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM,
+                    re.row_range().comm);
+      MainParts result{Block(re.row_range(), n_pairs), Block(re.row_range(), n_pairs), {}};
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        // (a + i b)^T (a + i b) becomes real and positive.
+        const Complex square(sums[3 * j] - sums[3 * j + 1], 2 * sums[3 * j + 2]),
+            turn          = std::polar(1., -std::arg(square) / 2);
+        const double both = sums[3 * j] + sums[3 * j + 1];
+        result.shares.push_back(both > 0 ? 2 * both / (both + std::abs(square)) : 1);
+        for (const auto &[to, from_re, from_im] :
+             {std::make_tuple(&result.columns, &re, &im),
+              std::make_tuple(&result.pressures, &pressures_re, &pressures_im)})
+        {
+          add_multiple(turn.real(), from_re->column(j), n, to->column(j));
+          add_multiple(-turn.imag(), from_im->column(j), n, to->column(j));
+        }
+      }
+      return result;
+    }
+
+    class Davidson
+    {
+    public:
+      Davidson(const DavidsonProblem &problem, const EigensolverOptions &options)
+          : problem(problem), equations(problem.equations), adjoint(adjoint_of(equations)),
+            options(options), of_right(equations), of_left(adjoint), basis(equations.rows, 0)
+      {
+      }
+
+      Modes run(Block start);
+
+    private:
+      /// Adds what the columns add to the span of the basis, moved to where they satisfy the
+      /// constraints.
+      void expand(Block columns);
+      /// Those in the disc, by ascending frequency.
+      std::vector<RitzPair> ritz_pairs() const;
+      bool is_wanted(const Complex &l) const
+      {
+        return l.imag() <= options.max_imaginary && (l.imag() > 0 || l.real() > 0) &&
+               std::abs(l) > rigid_body_limit(options.max_imaginary);
+      }
+      Vectors vectors_of(const std::vector<RitzPair> &ritz, bool left) const;
+      /// The numbers of the pairs whose eigenvalues are not accurate, by the estimate with B r and
+      /// B s. @p worst becomes the largest estimate.
+      std::vector<unsigned int> inaccurate(const std::vector<RitzPair> &ritz, const Vectors &right,
+                                           const Block &b_r, const Vectors &left, const Block &b_s,
+                                           double &worst) const;
+      /// The basis becomes what the pairs of two steps span; the first ones are then given in it.
+      void restart(std::vector<RitzPair> &ritz, const std::vector<RitzPair> &before);
+      /// Right and left vectors of all given pairs.
+      Modes modes_of(const std::vector<RitzPair> &wanted) const;
+      void check_memory(unsigned int n_vectors) const;
+      unsigned int n_columns() const
+      {
+        return basis.n_columns();
+      }
+
+      const DavidsonProblem &problem;
+      const QuadraticEigenproblem &equations;
+      const QuadraticEigenproblem adjoint;
+      const EigensolverOptions &options;
+      const BackwardError of_right, of_left;
+      Block basis;         ///< U
+      DenseMatrix m, p, q; ///< Z^T M U, Z^T P U, Z^T Q U
+      DenseMatrix mass;    ///< U^T M U
+    };
+
+    void Davidson::expand(Block columns)
+    {
+      const auto clear = [this](Block &block)
+      {
+        if (!equations.compliant)
+          clear_pressures(equations.n_local_constraints, block);
+      };
+      problem.constraints.satisfy(columns, false);
+      clear(columns);
+      columns                = orthonormal_complement(basis, std::move(columns));
+      const unsigned int old = n_columns(), n = columns.n_columns();
+      basis.append(columns);
+      Block tests = columns;
+      problem.constraints.satisfy(tests, true);
+      const auto extend =
+          [&](const DenseMatrix &known, const DenseMatrix &right, const DenseMatrix &lower)
+      {
+        return reduced::grow(known, old + n,
+                             [&](unsigned int, unsigned int, const unsigned int column,
+                                 unsigned int) { return column == old ? right : lower; });
+      };
+      // Z^T A U of the images of the new u and z: U^T Pi^T A u, Pi^T relieving forces, and
+      // (A^T z)^T U.
+      const auto project = [&](const DenseMatrix &known, Block image, const Block &of_tests)
+      {
+        problem.constraints.relieve(image, false);
+        return extend(known, DenseMatrix(old + n, n, inner_products(basis, image)),
+                      DenseMatrix(n, old, inner_products(of_tests, 0, n, basis, 0, old)));
+      };
+      Block image = multiply(equations.M, columns);
+      const DenseMatrix right(old + n, n, inner_products(basis, image));
+      mass = extend(mass, right, transposed(with_rows(right, old)));
+      m    = project(m, std::move(image), multiply(adjoint.M, tests));
+      if (equations.P)
+        p = project(p, multiply(equations.P, columns), multiply(adjoint.P, tests));
+      q = project(q, multiply(equations.Q, columns), multiply(adjoint.Q, tests));
+    }
+
+    std::vector<RitzPair> Davidson::ritz_pairs() const
+    {
+      const double radius = search_radius(options.max_imaginary);
+      const auto inside =
+          [&](const DenseMatrix &of_m, const DenseMatrix &of_p, const DenseMatrix &of_q)
+      {
+        std::vector<DensePair> pairs = quadratic_eigenpairs(of_m, of_p, of_q, 0, radius);
+        pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                                   [&](const DensePair &pair)
+                                   { return std::abs(pair.lambda) > radius; }),
+                    pairs.end());
+        return pairs;
+      };
+      const auto values = [](const std::vector<DensePair> &pairs)
+      {
+        std::vector<Complex> result;
+        for (const DensePair &pair : pairs)
+          result.push_back(pair.lambda);
+        return result;
+      };
+      std::vector<DensePair> right = inside(m, p, q),
+                             left  = inside(transposed(m), transposed(p), transposed(q));
+      std::sort(right.begin(), right.end(),
+                [](const DensePair &a, const DensePair &b)
+                {
+                  return std::make_pair(a.lambda.imag(), a.lambda.real()) <
+                         std::make_pair(b.lambda.imag(), b.lambda.real());
+                });
+      const std::vector<unsigned int> partners = nearest_partners(values(right), values(left));
+      std::vector<RitzPair> result;
+      for (unsigned int j = 0; j < partners.size(); ++j)
+        result.push_back(
+            {right[j].lambda, std::move(right[j].vector), std::move(left[partners[j]].vector)});
+      return result;
+    }
+
+    Vectors Davidson::vectors_of(const std::vector<RitzPair> &ritz, const bool left) const
+    {
+      const unsigned int n_pairs = ritz.size(), n = equations.rows.n_local();
+      std::vector<double> re, im;
+      Vectors result;
+      for (const RitzPair &pair : ritz)
+      {
+        result.pairs.lambda.push_back(pair.lambda);
+        std::vector<Complex> coefficients = left ? pair.left : pair.right;
+        coefficients.resize(n_columns()); // of a smaller basis
+        for (const Complex &c : coefficients)
+        {
+          re.push_back(c.real());
+          im.push_back(c.imag());
+        }
+      }
+      const auto vectors = [&](const std::vector<double> &coefficients)
+      {
+        Block x = combine(basis, coefficients, n_pairs);
+        if (left)
+          problem.constraints.satisfy(x, true);
+        return x;
+      };
+      result.pairs.re                    = vectors(re);
+      result.pairs.im                    = vectors(im);
+      const BackwardError &error         = left ? of_left : of_right;
+      const std::vector<Complex> &lambda = result.pairs.lambda;
+      BackwardError::Result residual = error.residuals(lambda, result.pairs.re, result.pairs.im);
+      // Pressures of a compliant contact are in the basis; others are what the residual tells.
+      if (equations.compliant)
+        result.backward_error = error.errors(lambda, residual, result.pairs.re, result.pairs.im);
+      const Block pressures_re = problem.constraints.relieve(residual.re, left),
+                  pressures_im = problem.constraints.relieve(residual.im, left);
+      if (!equations.compliant)
+      {
+        for (unsigned int k = 0; k < n_pairs; ++k)
+        {
+          add_multiple(1, pressures_re.column(k), n, result.pairs.re.column(k));
+          add_multiple(1, pressures_im.column(k), n, result.pairs.im.column(k));
+        }
+        result.backward_error = error.errors(lambda, residual, result.pairs.re, result.pairs.im);
+      }
+      result.residual = main_parts(residual.re, residual.im, pressures_re, pressures_im);
+      return result;
+    }
+
+    std::vector<unsigned int> Davidson::inaccurate(const std::vector<RitzPair> &ritz,
+                                                   const Vectors &right, const Block &b_r,
+                                                   const Vectors &left, const Block &b_s,
+                                                   double &worst) const
+    {
+      const unsigned int n_pairs = ritz.size();
+      std::vector<double> energies(2 * n_pairs); // r^H B r, s^H B s
+      for (unsigned int j = 0; j < n_pairs; ++j)
+        for (const bool is_left : {false, true})
+        {
+          const MainParts &residual = (is_left ? left : right).residual;
+          const double *r = residual.columns.column(j), *t = (is_left ? b_s : b_r).column(j);
+          for (unsigned int i = 0; i < b_r.n_local(); ++i)
+            energies[2 * j + is_left] += residual.shares[j] * r[i] * t[i];
+        }
+      MPI_Allreduce(MPI_IN_PLACE, energies.data(), energies.size(), MPI_DOUBLE, MPI_SUM,
+                    equations.rows.comm);
+      // |U c|_M^2
+      const auto mass_of = [this](const std::vector<Complex> &c)
+      {
+        double sum = 0;
+        for (unsigned int j = 0; j < c.size(); ++j)
+          for (unsigned int i = 0; i < c.size(); ++i)
+            sum += (std::conj(c[i]) * mass(i, j) * c[j]).real();
+        return sum;
+      };
+      // B is smaller than the inverse for smooth vectors, and what the modes above the window add
+      // is larger than without the shift: measured up to 1.9 times.
+      constexpr double safety = 3;
+      worst                   = 0;
+      std::vector<unsigned int> result;
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        const double estimate = safety *
+                                std::sqrt(energies[2 * j] * energies[2 * j + 1] /
+                                          (mass_of(ritz[j].right) * mass_of(ritz[j].left))) /
+                                (2 * std::norm(ritz[j].lambda));
+        if (!std::isfinite(estimate))
+          throw SolverError("The error of an eigenvalue could not be estimated: multigrid is no "
+                            "positive definite preconditioner here. Try another Static "
+                            "equilibrium/Multigrid, or Eigenproblem/Solver = block_krylov.");
+        worst = std::max(worst, estimate);
+        if (estimate > options.tolerance)
+          result.push_back(j);
+      }
+      return result;
+    }
+
+    void Davidson::restart(std::vector<RitzPair> &ritz, const std::vector<RitzPair> &before)
+    {
+      // Eigenvalues change by the square of what is dropped.
+      const double dropped = 1e-2 * std::sqrt(options.tolerance);
+      const unsigned int n = n_columns();
+      DenseMatrix spanning(n, 4 * (ritz.size() + before.size()));
+      unsigned int column = 0;
+      const auto add      = [&](const std::vector<Complex> &coefficients)
+      {
+        double square = 0;
+        for (const Complex &c : coefficients)
+          square += std::norm(c);
+        for (unsigned int i = 0; i < coefficients.size(); ++i)
+        {
+          spanning(i, column)     = coefficients[i].real() / std::sqrt(square);
+          spanning(i, column + 1) = coefficients[i].imag() / std::sqrt(square);
+        }
+        column += 2;
+      };
+      for (const auto *pairs : {static_cast<const std::vector<RitzPair> *>(&ritz), &before})
+        for (const RitzPair &pair : *pairs)
+        {
+          add(pair.right);
+          add(pair.left);
+        }
+      DenseMatrix vectors               = outer_product(spanning, spanning);
+      const std::vector<double> squares = symmetric_eigen(vectors);
+      const unsigned int n_dropped =
+          std::upper_bound(squares.begin(), squares.end(), dropped * dropped) - squares.begin();
+      const DenseMatrix turn(
+          n, n - n_dropped,
+          {vectors.values.begin() + std::size_t(n) * n_dropped, vectors.values.end()});
+
+      basis = combine(basis, turn.values, turn.n_columns);
+      for (DenseMatrix *matrix : {&m, &p, &q, &mass})
+        if (matrix->n_rows > 0)
+        {
+          DenseMatrix half(n, turn.n_columns), turned(turn.n_columns, turn.n_columns);
+          gemm(false, 1, *matrix, turn, 0, half);
+          gemm(true, 1, turn, half, 0, turned);
+          *matrix = std::move(turned);
+        }
+      for (RitzPair &pair : ritz)
+        for (std::vector<Complex> *coefficients : {&pair.right, &pair.left})
+        {
+          std::vector<Complex> turned(turn.n_columns);
+          for (unsigned int k = 0; k < turn.n_columns; ++k)
+            for (unsigned int i = 0; i < n; ++i)
+              turned[k] += turn(i, k) * (*coefficients)[i];
+          *coefficients = std::move(turned);
+        }
+    }
+
+    Modes Davidson::modes_of(const std::vector<RitzPair> &wanted) const
+    {
+      Vectors right = vectors_of(wanted, false), left = vectors_of(wanted, true);
+      Modes modes;
+      modes.lambda         = std::move(right.pairs.lambda);
+      modes.re             = std::move(right.pairs.re);
+      modes.im             = std::move(right.pairs.im);
+      modes.backward_error = std::move(right.backward_error);
+      attach_left_vectors(equations, std::move(left.pairs), std::move(left.backward_error), modes);
+      return modes;
+    }
+
+    void Davidson::check_memory(const unsigned int n_vectors) const
+    {
+      int n_ranks = 0;
+      MPI_Comm_size(equations.rows.comm, &n_ranks);
+      const double mib =
+          double(n_vectors) * equations.rows.size * sizeof(double) / n_ranks / (1024. * 1024.);
+      if (memory_load(mib, equations.rows.comm) > 1)
+        throw SolverError("Davidson's method is expected to keep " + std::to_string(n_vectors) +
+                          " vectors, " + std::to_string(std::lround(mib)) +
+                          " MiB for each rank; that is not there. Try a smaller "
+                          "Eigenproblem/Maximum frequency, or more machines.");
+    }
+
+    Modes Davidson::run(Block start)
+    {
+      constexpr unsigned int max_steps = 100;
+      expand(std::move(start));
+      const unsigned int n_start = n_columns(), n_expected = ritz_pairs().size(),
+                         largest = std::max(20 + 14 * n_expected, n_start + 4 * n_expected);
+      // The basis, once more while it is turned, corrections, and right and left vectors with what
+      // becomes of them.
+      check_memory(2 * largest + 30 * n_expected);
+      std::vector<RitzPair> before;
+      std::vector<Complex> accurate;
+      unsigned int n_cycles = 0;
+      double worst          = 0;
+      for (unsigned int step = 0; step < max_steps; ++step)
+      {
+        std::vector<RitzPair> ritz = ritz_pairs(), wanted, open;
+        for (const RitzPair &pair : ritz)
+          if (is_wanted(pair.lambda))
+            wanted.push_back(pair);
+        // Accurate eigenvalues stay where they are.
+        std::vector<Complex> at_rest = accurate;
+        for (const RitzPair &pair : wanted)
+        {
+          const auto found = std::find_if(
+              at_rest.begin(), at_rest.end(),
+              [&](const Complex &l)
+              { return std::abs(l - pair.lambda) <= 2 * options.tolerance * std::abs(l); });
+          if (found == at_rest.end())
+            open.push_back(pair);
+          else
+            at_rest.erase(found);
+        }
+        const Vectors right = vectors_of(open, false), left = vectors_of(open, true);
+        const Block b_r = problem.precondition(right.residual.columns),
+                    b_s = problem.precondition(left.residual.columns);
+        n_cycles += 2 * open.size();
+        const std::vector<unsigned int> moving = inaccurate(open, right, b_r, left, b_s, worst);
+        for (unsigned int j = 0; j < open.size(); ++j)
+          if (std::find(moving.begin(), moving.end(), j) == moving.end())
+            accurate.push_back(open[j].lambda);
+        std::ostringstream text;
+        text.precision(2);
+        text << "  Davidson step " << step + 1 << ": " << wanted.size() - moving.size() << " of "
+             << wanted.size() << " eigenvalues accurate, error " << worst << ", subspace of "
+             << n_columns();
+        options.progress(text.str());
+        if (moving.empty())
+        {
+          Modes modes    = modes_of(wanted);
+          modes.n_solves = n_cycles;
+          for (const RitzPair &pair : ritz)
+            modes.disc_lambda.push_back(pair.lambda);
+          return modes;
+        }
+        Block corrections(equations.rows, 0);
+        for (const unsigned int j : moving)
+        {
+          corrections.append(difference(right.residual.pressures.columns(j, 1), b_r.columns(j, 1)));
+          corrections.append(difference(left.residual.pressures.columns(j, 1), b_s.columns(j, 1)));
+        }
+        if (n_columns() + corrections.n_columns() > largest)
+          restart(ritz, before);
+        before = std::move(ritz);
+        expand(std::move(corrections));
+      }
+      std::ostringstream message;
+      message << "Davidson's method has not made all eigenvalues accurate in " << max_steps
+              << " steps; the largest estimated relative error is " << worst
+              << ". Try another Static equilibrium/Multigrid, cells that are less long, or "
+                 "Eigenproblem/Solver = block_krylov where its factors fit.";
+      throw SolverError(message.str());
+    }
+  } // namespace
+
+  Modes block_davidson(const DavidsonProblem &problem, Block start,
+                       const EigensolverOptions &options)
+  {
+    return Davidson(problem, options).run(std::move(start));
+  }
+} // namespace squeal

@@ -1,0 +1,144 @@
+#include <squeal/cell_map.h>
+#include <squeal/half_problems.h>
+#include <squeal/memory.h>
+#include <squeal/modes_without_factors.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace squeal
+{
+  namespace
+  {
+    /// The displacements of columns of one space in another one on the same mesh; no pressures.
+    template <int dim>
+    Block interpolate(const Spaces<dim> &from, const Spaces<dim> &to, const Block &columns)
+    {
+      const CellMap<dim> given(from), wanted(to);
+      const DenseMatrix values  = interpolation(from.fe, to.fe);
+      const unsigned int n_from = values.n_columns, n_to = values.n_rows;
+      const std::vector<Column> seen = given.import(columns);
+      Block result(to.rows, columns.n_columns());
+      DenseMatrix at_cell((dim + 1) * n_from, columns.n_columns());
+      for (unsigned int cell = 0; cell < wanted.cells.size(); ++cell)
+      {
+        given.gather(cell, seen, at_cell);
+        for (const typename CellMap<dim>::Entry &entry : wanted.cells[cell])
+        {
+          const unsigned int component = entry.unknown / n_to, node = entry.unknown % n_to;
+          if (component == dim || !entry.direct || entry.index >= to.rows.n_local())
+            continue;
+          for (unsigned int k = 0; k < columns.n_columns(); ++k)
+          {
+            double sum = 0;
+            for (unsigned int a = 0; a < n_from; ++a)
+              sum += values(node, a) * at_cell(component * n_from + a, k);
+            result.column(k)[entry.index] = sum;
+          }
+        }
+      }
+      return result;
+    }
+
+    /// The modes of one degree less.
+    struct Start
+    {
+      Block vectors; ///< right and left ones, Re and Im, in the space of the model
+      std::vector<double> frequencies; ///< Im l, ascending
+    };
+
+    template <int dim>
+    Start find_start(const BrakeModel<dim> &model, const EigensolverOptions &options)
+    {
+      Parameters::All parameters = model.parameters();
+      --parameters.discretization.degree;
+      parameters.eigenproblem.solver              = "block_krylov";
+      parameters.eigenproblem.error_bars          = false;
+      parameters.static_equilibrium.linear_solver = "direct";
+      PhaseTimer timer; // all of it belongs to the phase of the caller
+      BrakeModel<dim> lower(model, parameters, timer);
+      lower.distribute();
+      lower.assemble(parameters);
+      Modes modes = solve_by_symmetry(
+          *make_eigensolver(parameters.eigenproblem.solver), lower.equations(), options,
+          parameters.eigenproblem.mirror_symmetry ? lower.mirror_symmetry() : std::nullopt);
+      Start start;
+      for (const std::complex<double> &l : modes.lambda)
+        start.frequencies.push_back(l.imag());
+      Block columns = std::move(modes.re);
+      for (const Block *block : {&modes.im, &modes.left_re, &modes.left_im})
+        columns.append(*block);
+      start.vectors = interpolate(lower.spaces(), model.spaces(), columns);
+      return start;
+    }
+
+    /// The largest factor by which the degree lowers a frequency, mode by mode in their order: more
+    /// unknowns lower all of them, so that the k-th of few unknowns is above the k-th of many.
+    double largest_ratio(const std::vector<double> &of_lower_degree,
+                         const std::vector<std::complex<double>> &lambda)
+    {
+      std::vector<double> found;
+      for (const std::complex<double> &l : lambda)
+        if (l.imag() > 0)
+          found.push_back(l.imag());
+      std::sort(found.begin(), found.end());
+      double ratio = 1;
+      for (unsigned int k = 0; k < std::min(found.size(), of_lower_degree.size()); ++k)
+        ratio = std::max(ratio, of_lower_degree[k] / found[k]);
+      return ratio;
+    }
+  } // namespace
+
+  template <int dim>
+  Modes find_modes_without_factors(const BrakeModel<dim> &model, const EigensolverOptions &options)
+  {
+    const std::string lower_degree = std::to_string(model.parameters().discretization.degree - 1);
+    const auto start_up_to         = [&](const double factor)
+    {
+      options.progress("  modes of degree " + lower_degree);
+      EigensolverOptions wider = options;
+      wider.max_imaginary      = factor * options.max_imaginary;
+      Start start              = find_start(model, wider);
+      return_freed_memory();
+      return start;
+    };
+    double reach                  = 1.2;
+    Start start                   = start_up_to(reach);
+    const DavidsonProblem problem = model.davidson_problem();
+
+    // Eigenvalues to a percent tell how far the degree moves them.
+    constexpr double roughly = 1e-2, slack = 1.05;
+    double ratio = 1;
+    for (unsigned int attempt = 0; attempt < 3; ++attempt)
+    {
+      EigensolverOptions rough = options;
+      rough.tolerance          = std::max(roughly, options.tolerance);
+      const Modes modes        = block_davidson(problem, start.vectors, rough);
+      ratio                    = largest_ratio(start.frequencies, modes.lambda);
+      const bool suffices      = slack * ratio <= reach;
+      if (!suffices)
+      {
+        reach = 1.1 * slack * ratio;
+        start = start_up_to(reach);
+      }
+      for (const Block *block : {&modes.re, &modes.im, &modes.left_re, &modes.left_im})
+        start.vectors.append(*block);
+      if (suffices)
+        break;
+    }
+    Modes modes = block_davidson(problem, std::move(start.vectors), options);
+    std::ostringstream text;
+    text << "not proven without factors. " << start.frequencies.size() << " modes of degree "
+         << lower_degree << " up to " << options.max_imaginary * reach / (2 * M_PI)
+         << " Hz, proven complete, were corrected; the degree lowers frequencies by up to "
+         << 100 * (1 - 1 / largest_ratio(start.frequencies, modes.lambda)) << " %, and for "
+         << 100 * (1 - 1 / reach) << " % there were modes at hand";
+    modes.completeness = text.str();
+    normalise(problem.equations, modes);
+    return modes;
+  }
+
+  template Modes find_modes_without_factors(const BrakeModel<2> &, const EigensolverOptions &);
+  template Modes find_modes_without_factors(const BrakeModel<3> &, const EigensolverOptions &);
+} // namespace squeal
