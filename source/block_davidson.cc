@@ -96,11 +96,22 @@ namespace squeal
                std::abs(l) > rigid_body_limit(options.max_imaginary);
       }
       Vectors vectors_of(const std::vector<RitzPair> &ritz, bool left) const;
-      /// The numbers of the pairs whose eigenvalues are not accurate, by the estimate with B r and
-      /// B s. @p worst becomes the largest estimate.
-      std::vector<unsigned int> inaccurate(const std::vector<RitzPair> &ritz, const Vectors &right,
-                                           const Block &b_r, const Vectors &left, const Block &b_s,
-                                           double &worst) const;
+      /// A residual r and B r.
+      struct Correction
+      {
+        MainParts residual;
+        Block of_b;
+      };
+      /// Those of right vectors and, unless they are the same, of left ones.
+      std::vector<Correction> corrections_of(const std::vector<RitzPair> &ritz) const;
+      /// The numbers of the pairs whose eigenvalues are not accurate. @p worst becomes the largest
+      /// estimate.
+      std::vector<unsigned int> inaccurate(const std::vector<RitzPair> &ritz,
+                                           const std::vector<Correction> &corrections,
+                                           double &worst);
+      /// By how much the estimate was too small in the step before, for the eigenvalue that has
+      /// become this one: what the step has changed is nearly all of its error.
+      double index_of(const Complex &l) const;
       /// The basis becomes what the pairs of two steps span; the first ones are then given in it.
       void restart(std::vector<RitzPair> &ritz, const std::vector<RitzPair> &before);
       /// Right and left vectors of all given pairs.
@@ -119,18 +130,58 @@ namespace squeal
       Block basis;         ///< U
       DenseMatrix m, p, q; ///< Z^T M U, Z^T P U, Z^T Q U
       DenseMatrix mass;    ///< U^T M U
+      struct Estimate
+      {
+        Complex lambda;
+        double relative; ///< error
+      };
+      std::vector<Estimate> last_estimates;
+      static constexpr double safety = 4; ///< a step may leave half of an error
     };
+
+    /// What the columns add to the span of an orthonormal basis, orthonormal, without what they add
+    /// by less than a millionth of their length: rounding of the constraints would grow as much.
+    Block clear_additions(const Block &basis, Block columns)
+    {
+      constexpr double smallest = 1e-6;
+      // Combinations of remainders of unit length that are not short.
+      const auto independent = [&](const DenseMatrix &before)
+      {
+        const unsigned int n = columns.n_columns();
+        DenseMatrix vectors(n, n, inner_products(columns, columns));
+        std::vector<double> scales(n);
+        for (unsigned int k = 0; k < n; ++k)
+          if (vectors(k, k) > smallest * smallest * before(k, k))
+            scales[k] = 1 / std::sqrt(vectors(k, k));
+        for (unsigned int k = 0; k < n; ++k)
+          for (unsigned int i = 0; i < n; ++i)
+            vectors(i, k) *= scales[i] * scales[k];
+        const std::vector<double> squares = symmetric_eigen(vectors);
+        std::vector<double> coefficients;
+        for (unsigned int k = 0; k < n; ++k)
+          if (squares[k] > smallest * smallest)
+            for (unsigned int i = 0; i < n; ++i)
+              coefficients.push_back(scales[i] * vectors(i, k) / std::sqrt(squares[k]));
+        columns = combine(columns, coefficients, n > 0 ? coefficients.size() / n : 0);
+      };
+      // Twice is enough (Kahan); a third time for those that the first two have shortened.
+      for (unsigned int pass = 0; pass < 3; ++pass)
+      {
+        const DenseMatrix before(columns.n_columns(), columns.n_columns(),
+                                 inner_products(columns, columns));
+        if (basis.n_columns() > 0)
+          subtract_combination(columns, basis, inner_products(basis, columns));
+        independent(before);
+      }
+      return columns;
+    }
 
     void Davidson::expand(Block columns)
     {
-      const auto clear = [this](Block &block)
-      {
-        if (!equations.compliant)
-          clear_pressures(equations.n_local_constraints, block);
-      };
       problem.constraints.satisfy(columns, false);
-      clear(columns);
-      columns                = orthonormal_complement(basis, std::move(columns));
+      if (!equations.compliant)
+        clear_pressures(equations.n_local_constraints, columns);
+      columns                = clear_additions(basis, std::move(columns));
       const unsigned int old = n_columns(), n = columns.n_columns();
       basis.append(columns);
       Block tests = columns;
@@ -241,20 +292,46 @@ namespace squeal
       return result;
     }
 
-    std::vector<unsigned int> Davidson::inaccurate(const std::vector<RitzPair> &ritz,
-                                                   const Vectors &right, const Block &b_r,
-                                                   const Vectors &left, const Block &b_s,
-                                                   double &worst) const
+    std::vector<Davidson::Correction>
+    Davidson::corrections_of(const std::vector<RitzPair> &ritz) const
     {
-      const unsigned int n_pairs = ritz.size();
-      std::vector<double> energies(2 * n_pairs); // r^H B r, s^H B s
-      for (unsigned int j = 0; j < n_pairs; ++j)
-        for (const bool is_left : {false, true})
+      std::vector<Correction> result;
+      for (const bool left : {false, true})
+        if (!left || !problem.is_conservative)
         {
-          const MainParts &residual = (is_left ? left : right).residual;
-          const double *r = residual.columns.column(j), *t = (is_left ? b_s : b_r).column(j);
-          for (unsigned int i = 0; i < b_r.n_local(); ++i)
-            energies[2 * j + is_left] += residual.shares[j] * r[i] * t[i];
+          MainParts residual = std::move(vectors_of(ritz, left).residual);
+          Block of_b         = problem.precondition(residual.columns);
+          result.push_back({std::move(residual), std::move(of_b)});
+        }
+      return result;
+    }
+
+    double Davidson::index_of(const Complex &l) const
+    {
+      // Before there is anything to compare with.
+      constexpr double unknown = 5;
+      const auto before        = std::min_element(last_estimates.begin(), last_estimates.end(),
+                                                  [&](const Estimate &a, const Estimate &b) {
+                                             return std::abs(a.lambda - l) < std::abs(b.lambda - l);
+                                           });
+      if (before == last_estimates.end())
+        return unknown;
+      return std::max(1., std::abs(before->lambda - l) / (std::abs(l) * before->relative));
+    }
+
+    std::vector<unsigned int> Davidson::inaccurate(const std::vector<RitzPair> &ritz,
+                                                   const std::vector<Correction> &corrections,
+                                                   double &worst)
+    {
+      const unsigned int n_pairs = ritz.size(), n_sides = corrections.size();
+      std::vector<double> energies(n_sides * n_pairs); // r^H B r, s^H B s
+      for (unsigned int j = 0; j < n_pairs; ++j)
+        for (unsigned int side = 0; side < n_sides; ++side)
+        {
+          const MainParts &residual = corrections[side].residual;
+          const double *r = residual.columns.column(j), *t = corrections[side].of_b.column(j);
+          for (unsigned int i = 0; i < equations.rows.n_local(); ++i)
+            energies[n_sides * j + side] += residual.shares[j] * r[i] * t[i];
         }
       MPI_Allreduce(MPI_IN_PLACE, energies.data(), energies.size(), MPI_DOUBLE, MPI_SUM,
                     equations.rows.comm);
@@ -267,32 +344,33 @@ namespace squeal
             sum += (std::conj(c[i]) * mass(i, j) * c[j]).real();
         return sum;
       };
-      // B is smaller than the inverse for smooth vectors, and what the modes above the window add
-      // is larger than without the shift: measured up to 1.9 times.
-      constexpr double safety = 3;
-      worst                   = 0;
+      worst = 0;
       std::vector<unsigned int> result;
+      std::vector<Estimate> estimates;
       for (unsigned int j = 0; j < n_pairs; ++j)
       {
-        const double estimate = safety *
-                                std::sqrt(energies[2 * j] * energies[2 * j + 1] /
-                                          (mass_of(ritz[j].right) * mass_of(ritz[j].left))) /
-                                (2 * std::norm(ritz[j].lambda));
-        if (!std::isfinite(estimate))
+        const Complex l        = ritz[j].lambda;
+        const double estimated = std::sqrt(energies[n_sides * j] * energies[n_sides * (j + 1) - 1] /
+                                           (mass_of(ritz[j].right) * mass_of(ritz[j].left))) /
+                                 (2 * std::norm(l));
+        if (!std::isfinite(estimated))
           throw SolverError("The error of an eigenvalue could not be estimated: multigrid is no "
                             "positive definite preconditioner here. Try another Static "
                             "equilibrium/Multigrid, or Eigenproblem/Solver = block_krylov.");
-        worst = std::max(worst, estimate);
-        if (estimate > options.tolerance)
+        const double error = safety * index_of(l) * estimated;
+        worst              = std::max(worst, error);
+        estimates.push_back({l, estimated});
+        if (error > options.tolerance)
           result.push_back(j);
       }
+      last_estimates = std::move(estimates);
       return result;
     }
 
     void Davidson::restart(std::vector<RitzPair> &ritz, const std::vector<RitzPair> &before)
     {
-      // Eigenvalues change by the square of what is dropped.
-      const double dropped = 1e-2 * std::sqrt(options.tolerance);
+      // Eigenvalues change by the energy of what is dropped, which may be rough.
+      const double dropped = 1e-4 * std::sqrt(options.tolerance);
       const unsigned int n = n_columns();
       DenseMatrix spanning(n, 4 * (ritz.size() + before.size()));
       unsigned int column = 0;
@@ -344,13 +422,19 @@ namespace squeal
 
     Modes Davidson::modes_of(const std::vector<RitzPair> &wanted) const
     {
-      Vectors right = vectors_of(wanted, false), left = vectors_of(wanted, true);
+      Vectors right = vectors_of(wanted, false);
       Modes modes;
-      modes.lambda         = std::move(right.pairs.lambda);
-      modes.re             = std::move(right.pairs.re);
-      modes.im             = std::move(right.pairs.im);
-      modes.backward_error = std::move(right.backward_error);
-      attach_left_vectors(equations, std::move(left.pairs), std::move(left.backward_error), modes);
+      modes.lambda         = right.pairs.lambda;
+      modes.re             = right.pairs.re;
+      modes.im             = right.pairs.im;
+      modes.backward_error = right.backward_error;
+      if (problem.is_conservative) // Q(l)^T is the conjugate of Q(l)
+        for (std::size_t i = 0; i < std::size_t(right.pairs.im.n_local()) * wanted.size(); ++i)
+          right.pairs.im.data()[i] *= -1;
+      else
+        right = vectors_of(wanted, true);
+      attach_left_vectors(equations, std::move(right.pairs), std::move(right.backward_error),
+                          modes);
       return modes;
     }
 
@@ -371,11 +455,13 @@ namespace squeal
     {
       constexpr unsigned int max_steps = 100;
       expand(std::move(start));
-      const unsigned int n_start = n_columns(), n_expected = ritz_pairs().size(),
-                         largest = std::max(20 + 14 * n_expected, n_start + 4 * n_expected);
+      const unsigned int n_start = n_columns(), n_expected = ritz_pairs().size();
+      // Restarts that come after few steps lose much.
+      const auto largest = [n_start](const unsigned int n_pairs)
+      { return n_start + std::max(60u, 10 * n_pairs); };
       // The basis, once more while it is turned, corrections, and right and left vectors with what
       // becomes of them.
-      check_memory(2 * largest + 30 * n_expected);
+      check_memory(2 * largest(n_expected) + 30 * n_expected);
       std::vector<RitzPair> before;
       std::vector<Complex> accurate;
       unsigned int n_cycles = 0;
@@ -399,11 +485,9 @@ namespace squeal
           else
             at_rest.erase(found);
         }
-        const Vectors right = vectors_of(open, false), left = vectors_of(open, true);
-        const Block b_r = problem.precondition(right.residual.columns),
-                    b_s = problem.precondition(left.residual.columns);
-        n_cycles += 2 * open.size();
-        const std::vector<unsigned int> moving = inaccurate(open, right, b_r, left, b_s, worst);
+        const std::vector<Correction> corrections = corrections_of(open);
+        n_cycles += corrections.size() * open.size();
+        const std::vector<unsigned int> moving = inaccurate(open, corrections, worst);
         for (unsigned int j = 0; j < open.size(); ++j)
           if (std::find(moving.begin(), moving.end(), j) == moving.end())
             accurate.push_back(open[j].lambda);
@@ -421,16 +505,14 @@ namespace squeal
             modes.disc_lambda.push_back(pair.lambda);
           return modes;
         }
-        Block corrections(equations.rows, 0);
+        Block added(equations.rows, 0);
         for (const unsigned int j : moving)
-        {
-          corrections.append(difference(right.residual.pressures.columns(j, 1), b_r.columns(j, 1)));
-          corrections.append(difference(left.residual.pressures.columns(j, 1), b_s.columns(j, 1)));
-        }
-        if (n_columns() + corrections.n_columns() > largest)
+          for (const Correction &c : corrections)
+            added.append(difference(c.residual.pressures.columns(j, 1), c.of_b.columns(j, 1)));
+        if (n_columns() + added.n_columns() > largest(ritz.size()))
           restart(ritz, before);
         before = std::move(ritz);
-        expand(std::move(corrections));
+        expand(std::move(added));
       }
       std::ostringstream message;
       message << "Davidson's method has not made all eigenvalues accurate in " << max_steps

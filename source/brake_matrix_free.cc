@@ -144,7 +144,9 @@ namespace squeal
     return {std::move(problem),
             ConstraintProjection(spaces_.rows, n_multipliers, sum_of_terms(spaces_.rows, coupling),
                                  iterative->stiffness().diagonal()),
-            [this](const Block &forces) { return iterative->cycle(forces); }};
+            [this](const Block &forces) { return iterative->cycle(forces); },
+            std::all_of(terms_.begin(), terms_.end(),
+                        [](const Term &term) { return is_conservative(term.origin); })};
   }
 
   template void BrakeModel<2>::make_iterative_solver(bool);

@@ -32,6 +32,10 @@ namespace squeal
                   const MPI_Comm comm)
           : Analysis(file, directory, comm), model(geometry, prm, comm, log, timer)
       {
+        if (prm.eigenproblem.is_matrix_free() && geometry.may_move_rigidly)
+          throw InputError("Eigenproblem/Solver = block_davidson: a body that is free to move as a "
+                           "rigid body has no static equilibrium without factors. Hold it, or take "
+                           "block_krylov.");
         log.print(geometry.report);
         if (!geometry.report.empty())
           write_text(directory + "/mesh.csv", geometry.report_table, comm);

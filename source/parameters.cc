@@ -309,79 +309,6 @@ namespace squeal
       }
     }
 
-    void Eigenproblem::declare(ParameterHandler &prm)
-    {
-      prm.enter_subsection("Eigenproblem");
-      prm.add_parameter("Maximum frequency", maximum_frequency,
-                        "Every mode with 0 < |Im l|/(2 pi) up to this frequency is wanted, Hz.",
-                        positive());
-      prm.add_parameter("Minimum frequency", minimum_frequency,
-                        "0, or the lower end of the window: only modes from this frequency up to "
-                        "Maximum frequency are wanted, Hz. A window far from zero, from 3/4 of "
-                        "Maximum frequency on, does not pay for the modes below it (solver "
-                        "block_krylov). It says nothing about divergence. Not in sweeps.",
-                        Patterns::Double(0));
-      prm.add_parameter(
-          "Solver", solver,
-          "block_krylov: block second-order Arnoldi, shift-invert with MUMPS on blocks of "
-          "right-hand sides. krylov: SLEPc's PEP (TOAR) with the same factorisation, one vector at "
-          "a time: slower, an independent check. dense: LAPACK, for small problems. "
-          "block_davidson: "
-          "without factors, for models whose factors do not fit: modes of elements of one degree "
-          "less, found by block_krylov, are corrected with multigrid. none: the run ends with the "
-          "static equilibrium.",
-          Patterns::Selection("block_krylov|krylov|dense|block_davidson|none"));
-      prm.add_parameter("Tolerance", tolerance,
-                        "Backward error that every reported mode reaches, -.",
-                        Patterns::Double(1e-15, 1e-2));
-      prm.add_parameter(
-          "Shift", shift,
-          "Real shift of the shift-invert transform relative to 2 pi times Maximum "
-          "frequency, -. 0: chosen by the program (nonzero only where a body is free to "
-          "move as a rigid body).",
-          Patterns::Double(0, 1));
-      prm.add_parameter("Error bars", error_bars,
-                        "Estimate what the mesh does to every growth rate and frequency (scenes "
-                        "with a mesh; not in sweeps). Without, verdicts trust the mesh.",
-                        Patterns::Bool());
-      prm.add_parameter(
-          "Mirror symmetry", mirror_symmetry,
-          "Where the brake is its own mirror image about the rotor's mid-plane, solve for "
-          "symmetric and antisymmetric modes one after the other, and for the "
-          "symmetric half of the static equilibrium: faster, and less memory. Other brakes are "
-          "solved as a whole.",
-          Patterns::Bool());
-      prm.leave_subsection();
-    }
-
-    void StaticEquilibrium::declare(ParameterHandler &prm)
-    {
-      prm.enter_subsection("Static equilibrium");
-      prm.add_parameter(
-          "Linear solver", linear_solver,
-          "How the steady sliding state is solved for. direct: LU by MUMPS. iterative: GMRES with "
-          "multigrid, for models whose factors do not fit. auto: iterative where modes are not "
-          "asked for and the expected factors do not fit, else direct.",
-          Patterns::Selection("auto|direct|iterative"));
-      prm.add_parameter(
-          "Multigrid", multigrid,
-          "Algebraic multigrid of the iterative solver, on the displacements of degree 1. gamg: of "
-          "PETSc. ml: of Trilinos. boomeramg: of hypre.",
-          Patterns::Selection("gamg|ml|boomeramg"));
-      prm.add_parameter("Maximum iterations", maximum_iterations,
-                        "Steps of GMRES for one linear problem of the iterative solver, -; more "
-                        "are an error.",
-                        Patterns::Integer(1, 10000));
-      prm.leave_subsection();
-    }
-
-    void Eigenproblem::check() const
-    {
-      if (minimum_frequency >= maximum_frequency)
-        fail("Eigenproblem/Minimum frequency", minimum_frequency,
-             "it must be below Maximum frequency.");
-    }
-
     void Prestress::declare(ParameterHandler &prm)
     {
       prm.enter_subsection("Prestress");
@@ -498,26 +425,6 @@ namespace squeal
       return section == "Rotor"  ? rotor.material
              : section == "Pads" ? pads.material
                                  : mesh.parts[section.back() - '1'].material;
-    }
-
-    void All::check_matrix_free() const
-    {
-      const std::string solver = "Eigenproblem/Solver = block_davidson: ";
-      if (scene == "matrices" || sweep.active() || stage_name == "ladder")
-        throw InputError(solver + "Scene = matrices, sweeps and Stage = ladder need "
-                                  "block_krylov, krylov or dense.");
-      if (discretization.degree < 2)
-        throw InputError(solver + "it begins with modes of one degree less than "
-                                  "Discretization/Degree, which is to be 2 or more.");
-      if (eigenproblem.minimum_frequency > 0)
-        throw InputError(solver + "it finds all modes from zero on; allowed for "
-                                  "Eigenproblem/Minimum frequency is 0.");
-      if (output.sensitivities || (contact.self_locking_check && n_pads() > 0))
-        throw InputError(solver + "Output/Sensitivities = true and Contact/Self-locking check = "
-                                  "true need factors, which block_krylov makes.");
-      if (static_equilibrium.linear_solver == "direct")
-        throw InputError(solver + "there are no matrices for Static equilibrium/Linear solver = "
-                                  "direct; allowed are iterative and auto.");
     }
 
     void All::check()

@@ -1,5 +1,5 @@
-"""The iterative solver of the static equilibrium against the direct one, which test_brake_reference.py compares with
-references. Both solve the same equations, so that static.csv must agree to what either solves to: 1e-8."""
+"""The iterative solvers against the direct ones, which test_brake_reference.py compares with references. Both solve the
+same equations, so that static.csv must agree to what either solves to, 1e-8, and eigenvalues to the tolerance."""
 
 import math
 import unittest
@@ -84,6 +84,82 @@ class Iterative(st.TestCase):
             result = st.run("bad.prm", directory=self.directory)
             self.assertEqual(result.returncode, 2, settings)
             self.assertIn("Eigenproblem/Solver = none", result.stderr)
+
+
+class ModesWithoutFactors(st.TestCase):
+    """Solver block_davidson against block_krylov."""
+    BRAKE = {**st.SMALL_BRAKE, "Discretization/Rotor cells": "3, 14, 1", "Eigenproblem/Error bars": "false",
+             "Eigenproblem/Maximum frequency": 4000}
+    DAVIDSON = {"Eigenproblem/Solver": "block_davidson"}
+    TOLERANCE = 1e-9
+
+    def compare(self, settings, ranks=(1,)):
+        expected = self.eigenvalues({**self.BRAKE, **settings})
+        self.assertTrue(expected)
+        for n in ranks:
+            with self.subTest(settings=settings, ranks=n):
+                self.assertSameModes(self.eigenvalues({**self.BRAKE, **settings, **self.DAVIDSON}, ranks=n), expected,
+                                     self.TOLERANCE)
+
+    def test_contact(self):
+        """Each kind of contact, pads that lift off, a given pressure; 1, 2 and 4 ranks."""
+        self.compare({}, ranks=[1, 2, 4])
+        for settings in ({"Contact/Formulation": "penalty"},
+                         {"Contact/Formulation": "mortar_penalty", "Contact/Penalty stiffness": 5e12},
+                         {"Pads/Pressure profile": "1 - 20*y", "Contact/Friction/Coefficient": 1.0},
+                         {"Contact/Steady pressure": "uniform"}):
+            self.compare(settings)
+
+    def test_terms(self):
+        """Without what is not symmetric, left vectors are the right ones. A rotor alone has no contact at all. Terms of
+        the prestress have matrices. The strip has two dimensions."""
+        for settings in ({"Stage": "elastic"}, {"Stage": "transport", "Operation/Angular velocity": 200},
+                         {"Pads/Arrangement": "none", "Discretization/Align rotor": "false"},
+                         {"Operation/Angular velocity": 200, "Prestress/Centrifugal load": "true",
+                          "Prestress/Stress stiffness": "true", "Prestress/Turning contact": "true",
+                          "Rotor/Material/Mass proportional damping": 100},
+                         {"Scene": "strip", "Operation/Angular velocity": 2, "Contact/Friction/Coefficient": 0.3,
+                          "Eigenproblem/Maximum frequency": 30000}):
+            self.compare(settings)
+
+    def test_degree_three_and_what_is_reported(self):
+        """Error bars and contributions are the same but for the border of contact, which a given pressure does not
+        have."""
+        settings = {**self.BRAKE, "Discretization/Degree": 3, "Discretization/Rotor cells": "2, 12, 1",
+                    "Eigenproblem/Error bars": "true", "Contact/Steady pressure": "uniform"}
+        direct, found = (self.analyse({**settings, **solver}) for solver in ({}, self.DAVIDSON))
+        for table, keys in {"modes.csv": ["growth_rate_error_1_per_s", "frequency_error_hz", "condition_number"],
+                            "contributions.csv": ["growth_rate_1_per_s"]}.items():
+            a, b = (st.read_table(results / table) for results in (found, direct))
+            self.assertEqual(len(a), len(b))
+            for key in keys:
+                scale = max(abs(row[key]) for row in b)
+                for one, other in zip(a, b):
+                    self.assertLessEqual(abs(one[key] - other[key]), 1e-4 * scale, (table, key))
+        log = (found / "log.txt").read_text()
+        self.assertIn("Completeness: not proven without factors.", log)
+        self.assertIn("modes of degree 2 up to 4800 Hz, proven complete, were corrected", log)
+
+    def test_tolerance(self):
+        """The tolerance is one of eigenvalues: what is loose is quicker, and not further off than it says."""
+        expected = self.eigenvalues(self.BRAKE)
+        for tolerance in [1e-5, 1e-11]:
+            with self.subTest(tolerance=tolerance):
+                found = self.eigenvalues({**self.BRAKE, **self.DAVIDSON, "Eigenproblem/Tolerance": tolerance})
+                self.assertSameModes(found, expected, tolerance)
+
+    def test_what_it_refuses(self):
+        for settings, message in (({"Discretization/Degree": 1}, "allowed for Discretization/Degree are 2 and more"),
+                                  ({"Stage": "ladder"}, "Stage = ladder need block_krylov"),
+                                  ({"Output/Sensitivities": "true"}, "need factors"),
+                                  ({"Static equilibrium/Linear solver": "direct"}, "iterative and auto"),
+                                  ({"Eigenproblem/Minimum frequency": 3000}, "Eigenproblem/Minimum frequency is 0"),
+                                  ({"Pads/Back face": "free"}, "free to move as a rigid body")):
+            self.write("bad.prm", {**self.BRAKE, **self.DAVIDSON, **settings})
+            result = st.run("bad.prm", directory=self.directory)
+            self.assertEqual(result.returncode, 2, settings)
+            self.assertIn("Eigenproblem/Solver = block_davidson", result.stderr)
+            self.assertIn(message, result.stderr)
 
 
 if __name__ == "__main__":

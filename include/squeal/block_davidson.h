@@ -16,6 +16,9 @@ namespace squeal
     /// matrix B that is near to the inverse of Q's symmetric part with the constraints added; zero
     /// in the rows of multipliers.
     std::function<Block(const Block &)> precondition;
+    /// Whether M and Q are symmetric, P skew: eigenvalues are imaginary, and the left vectors are
+    /// the right ones.
+    bool is_conservative = false;
   };
 
   /// The modes with |l| <= search_radius(options.max_imaginary) and |Im l| <= max_imaginary, right
@@ -33,7 +36,9 @@ namespace squeal
   ///
   /// An eigenvalue's error is of the second order, a product of both vectors' errors. It is
   /// accurate once
-  ///     3 sqrt((r^H B r) (s^H B s)) / (2 |l|^2 |x|_M |y|_M) <= options.tolerance,
+  ///     4 f sqrt((r^H B r) (s^H B s)) / (2 |l|^2 |x|_M |y|_M) <= options.tolerance,
+  /// where f >= 1 is the factor by which this was too small in the step before, which the change of
+  /// l tells:
   /// an estimate of its relative error. *Backward errors*, which the modes have, too, are of the
   /// first order and larger. Once U is large, the pairs of the last two steps make a new one.
   ///
