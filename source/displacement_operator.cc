@@ -1,8 +1,9 @@
+#include <squeal/cell_map.h>
 #include <squeal/displacement_operator.h>
 
+#include <deal.II/base/polynomial.h>
 #include <deal.II/base/quadrature_lib.h>
-#include <deal.II/fe/fe_values.h>
-#include <deal.II/matrix_free/fe_evaluation.h>
+#include <deal.II/fe/fe_tools.h>
 
 #include <algorithm>
 
@@ -10,204 +11,241 @@ namespace squeal
 {
   using namespace dealii;
 
-  template <int dim>
-  DisplacementOperator<dim>::Law::Law(const MaterialOperator &part)
-      : m_star(part.material.density * part.m_star), g(part.material.density * part.g),
-        mass(part.material.density * part.m), is_elastic(part.k != 0)
+  namespace
   {
-    const ElasticModuli<dim> moduli(part.material);
-    for (unsigned int i = 0; i < dim; ++i)
-      for (unsigned int j = 0; j < dim; ++j)
+    template <int dim>
+    std::vector<CellLaw<dim>> laws_of(const std::vector<MaterialOperator> &parts)
+    {
+      std::vector<CellLaw<dim>> laws;
+      for (const MaterialOperator &part : parts)
       {
-        l[i][j] = part.k * moduli.l[i][j];
-        m[i][j] = part.k * moduli.m[i][j];
+        const ElasticModuli<dim> moduli(part.material);
+        const double density = part.material.density;
+        CellLaw<dim> law;
+        law.m_star     = density * part.m_star;
+        law.g          = density * part.g;
+        law.mass       = density * part.m;
+        law.is_elastic = part.k != 0;
+        for (unsigned int i = 0; i < dim; ++i)
+          for (unsigned int j = 0; j < dim; ++j)
+          {
+            law.l[i][j] = part.k * moduli.l[i][j];
+            law.m[i][j] = part.k * moduli.m[i][j];
+          }
+        laws.push_back(law);
       }
-  }
+      return laws;
+    }
+
+    /// Of the polynomials through the nodes at the points (rows): values or derivatives.
+    std::vector<double> polynomials_at(const std::vector<Point<1>> &nodes,
+                                       const std::vector<Point<1>> &points,
+                                       const unsigned int derivative)
+    {
+      const auto polynomials = Polynomials::generate_complete_Lagrange_basis(nodes);
+      std::vector<double> result, value_and_derivative(2);
+      for (const Point<1> &x : points)
+        for (const auto &polynomial : polynomials)
+        {
+          polynomial.value(x[0], value_and_derivative);
+          result.push_back(value_and_derivative[derivative]);
+        }
+      return result;
+    }
+  } // namespace
 
   template <int dim>
   DisplacementOperator<dim>::DisplacementOperator(const Spaces<dim> &spaces,
                                                   const std::vector<MaterialOperator> &parts)
-      : spaces(spaces), laws(parts.begin(), parts.end()), cells(std::make_shared<Cells>()),
+      : spaces(spaces), laws(laws_of<dim>(parts)), cells(std::make_shared<Cells>()),
         diagonal_(spaces.rows, 1)
   {
     cells->number_of_part.assign(spaces.geometry.parts.size(), numbers::invalid_unsigned_int);
     for (unsigned int k = 0; k < parts.size(); ++k)
       for (const Body body : parts[k].bodies)
         cells->number_of_part[body] = k;
-
-    // Cells that are computed side by side are of one part.
-    typename MatrixFree<dim>::AdditionalData data;
-    data.tasks_parallel_scheme = MatrixFree<dim>::AdditionalData::none;
-    data.mapping_update_flags =
-        update_values | update_gradients | update_JxW_values | update_quadrature_points;
-    data.cell_vectorization_categories_strict = true;
-    for (const auto &cell : spaces.nodes.active_cell_iterators())
-      data.cell_vectorization_category.push_back(
-          cell->is_locally_owned() ? cells->number_of_part[cell->material_id()] : 0);
-    cells->data.reinit(spaces.mapping, spaces.nodes, spaces.hanging,
-                       QGauss<1>(spaces.fe.degree + 1), data);
-    for (unsigned int batch = 0; batch < cells->data.n_cell_batches(); ++batch)
-      cells->number_of_batch.push_back(
-          cells->number_of_part[cells->data.get_cell_iterator(batch, 0)->material_id()]);
-    for (Vectors *vectors : {&cells->from, &cells->to})
-    {
-      vectors->reinit(dim);
-      for (unsigned int c = 0; c < dim; ++c)
-        cells->data.initialize_dof_vector(vectors->block(c));
-      vectors->collect_sizes();
-    }
-    number_rows(*cells);
-    tabulate_transport(*cells);
+    make_batches();
+    tabulate_indices();
+    tabulate_geometry();
+    tabulate_transport();
     compute_diagonal();
   }
 
   template <int dim>
   DisplacementOperator<dim>::DisplacementOperator(const DisplacementOperator &other,
                                                   const std::vector<MaterialOperator> &parts)
-      : spaces(other.spaces), laws(parts.begin(), parts.end()), cells(other.cells)
+      : spaces(other.spaces), laws(laws_of<dim>(parts)), cells(other.cells)
   {
-    tabulate_transport(*cells);
+    tabulate_transport();
   }
 
   template <int dim>
-  void DisplacementOperator<dim>::number_rows(Cells &cells) const
+  void DisplacementOperator<dim>::make_batches()
   {
-    cells.place_of_row.resize(spaces.first_local_multiplier - spaces.rows.begin);
-    unsigned int n_nodes = 0;
-    for (const auto node : spaces.nodes.locally_owned_dofs())
+    CellBatches<dim> &batches = cells->batches;
+    batches.degree            = spaces.fe.degree;
+    std::vector<unsigned int> open(laws.size(), numbers::invalid_unsigned_int);
+    for (const auto &cell : spaces.nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+      {
+        const unsigned int part = cells->number_of_part[cell->material_id()];
+        unsigned int &batch     = open[part];
+        if (batch == numbers::invalid_unsigned_int || cells->members[batch].size() == n_lanes)
+        {
+          batch = cells->members.size();
+          cells->members.emplace_back();
+          batches.laws.push_back(part);
+        }
+        cells->members[batch].push_back(cell);
+      }
+  }
+
+  template <int dim>
+  void DisplacementOperator<dim>::tabulate_indices()
+  {
+    const CellMap<dim> map(spaces);
+    cells->partitioner        = map.zeros(1)[0].get_partitioner();
+    CellBatches<dim> &batches = cells->batches;
+    const unsigned int n = spaces.fe.n_dofs_per_cell(), n_places = n * dim * n_lanes,
+                       n_batches = cells->members.size();
+    const auto position = FETools::hierarchic_to_lexicographic_numbering<dim>(batches.degree);
+    constexpr unsigned int none = numbers::invalid_unsigned_int;
+    batches.indices.assign(std::size_t(n_batches) * n_places, none);
+    batches.without_entry.resize(n_batches);
+    batches.shares.resize(n_batches);
+
+    // The map has the own cells in the order of the mesh, which that of the batches keeps.
+    std::vector<unsigned int> number_in_map(spaces.triangulation.n_active_cells());
+    unsigned int n_own = 0;
+    for (const auto &cell : spaces.nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+        number_in_map[cell->active_cell_index()] = n_own++;
+    for (unsigned int batch = 0; batch < n_batches; ++batch)
     {
-      for (unsigned int c = 0; c < dim; ++c)
-        if (const unsigned int row = spaces.equation(node, c); row != Spaces<dim>::none)
-          cells.place_of_row[row - spaces.rows.begin] = {c, n_nodes};
-      ++n_nodes;
+      unsigned int *indices = batches.indices.data() + std::size_t(batch) * n_places;
+      for (unsigned int lane = 0; lane < cells->members[batch].size(); ++lane)
+        for (const auto &entry :
+             map.cells[number_in_map[cells->members[batch][lane]->active_cell_index()]])
+          if (const unsigned int c = entry.unknown / n; c < dim) // others are multipliers
+          {
+            const unsigned int place = (position[entry.unknown % n] * dim + c) * n_lanes + lane;
+            if (entry.direct)
+              indices[place] = entry.index;
+            else
+              batches.shares[batch].push_back({place, entry.index, entry.weight});
+          }
+      for (unsigned int place = 0; place < n_places; ++place)
+        if (indices[place] == none)
+        {
+          batches.without_entry[batch].push_back(place);
+          indices[place] = 0;
+        }
     }
+    // Not even that one exists where every component is fixed.
+    if (cells->partitioner->locally_owned_size() + cells->partitioner->n_ghost_indices() == 0)
+      batches.laws.clear();
   }
 
   template <int dim>
-  void DisplacementOperator<dim>::tabulate_transport(Cells &cells) const
+  void DisplacementOperator<dim>::for_each_lane(
+      const UpdateFlags flags,
+      const std::function<void(unsigned int, unsigned int, const CellValues &)> &visit) const
   {
-    if (!cells.transport.empty() ||
-        std::none_of(laws.begin(), laws.end(), [](const Law &law) { return law.turns(); }))
+    CellValues values(spaces.mapping, spaces.fe, QGauss<dim>(spaces.fe.degree + 1), flags);
+    for (unsigned int batch = 0; batch < cells->members.size(); ++batch)
+      for (unsigned int lane = 0; lane < n_lanes; ++lane)
+      {
+        const auto &members = cells->members[batch];
+        values.reinit(members[lane < members.size() ? lane : 0]);
+        visit(batch, lane, values);
+      }
+  }
+
+  template <int dim>
+  void DisplacementOperator<dim>::tabulate_geometry()
+  {
+    CellBatches<dim> &batches     = cells->batches;
+    const unsigned int n_points_1 = batches.degree + 1, n_points = batches.n_points();
+    const std::vector<Point<1>> points = QGauss<1>(n_points_1).get_points();
+    batches.interpolation   = polynomials_at(QGaussLobatto<1>(n_points_1).get_points(), points, 0);
+    batches.differentiation = polynomials_at(points, points, 1);
+    const std::size_t n     = std::size_t(cells->members.size()) * n_points * n_lanes;
+    batches.weights.resize(n);
+    batches.inverse_jacobians.resize(n * dim * dim);
+    for_each_lane(
+        update_JxW_values | update_inverse_jacobians,
+        [&](const unsigned int batch, const unsigned int lane, const CellValues &values)
+        {
+          for (unsigned int q = 0; q < n_points; ++q)
+          {
+            const std::size_t point = std::size_t(batch) * n_points + q;
+            batches.weights[point * n_lanes + lane] =
+                lane < cells->members[batch].size() ? values.JxW(q) : 0.;
+            for (unsigned int d = 0; d < dim; ++d)
+              for (unsigned int i = 0; i < dim; ++i)
+                batches.inverse_jacobians[((point * dim + d) * dim + i) * n_lanes + lane] =
+                    values.inverse_jacobian(q)[d][i];
+          }
+        });
+  }
+
+  template <int dim>
+  void DisplacementOperator<dim>::tabulate_transport()
+  {
+    CellBatches<dim> &batches = cells->batches;
+    if (!batches.transport.empty() ||
+        std::none_of(laws.begin(), laws.end(), [](const auto &law) { return law.turns(); }))
       return;
-    FEEvaluation<dim, -1, 0, dim> values(cells.data);
-    cells.n_points = values.n_q_points;
-    cells.transport.resize(cells.data.n_cell_batches() * cells.n_points);
-    for (unsigned int batch = 0; batch < cells.data.n_cell_batches(); ++batch)
-    {
-      values.reinit(batch);
-      for (const unsigned int q : values.quadrature_point_indices())
-      {
-        const Point<dim, Number> points = values.quadrature_point(q);
-        for (unsigned int lane = 0; lane < Number::size(); ++lane)
+    const unsigned int n_points = batches.n_points();
+    batches.transport.resize(batches.weights.size() * dim);
+    for_each_lane(
+        update_quadrature_points | update_inverse_jacobians,
+        [&](const unsigned int batch, const unsigned int lane, const CellValues &values)
         {
-          Point<dim> x;
-          for (unsigned int d = 0; d < dim; ++d)
-            x[d] = points[d][lane];
-          const Tensor<1, dim> w = spaces.geometry.transport(x);
-          for (unsigned int d = 0; d < dim; ++d)
-            cells.transport[batch * cells.n_points + q][d][lane] = w[d];
-        }
-      }
-    }
-  }
-
-  /// s_ij = d_ij sum_k l_ik d_k u_k + m_ij (d_j u_i + d_i u_j), tested with d_j v_i
-  template <int dim>
-  DEAL_II_ALWAYS_INLINE inline Tensor<2, dim, typename DisplacementOperator<dim>::Number>
-  DisplacementOperator<dim>::Law::stress(const Tensor<2, dim, Number> &gradient) const
-  {
-    Tensor<2, dim, Number> s;
-    for (unsigned int i = 0; i < dim; ++i)
-    {
-      s[i][i] = (2 * m[i][i]) * gradient[i][i];
-      for (unsigned int k = 0; k < dim; ++k)
-        s[i][i] += l[i][k] * gradient[k][k];
-      for (unsigned int j = 0; j < i; ++j)
-        s[i][j] = s[j][i] = m[i][j] * (gradient[i][j] + gradient[j][i]);
-    }
-    return s;
-  }
-
-  /// M*:  m_star rho (w . grad u) (w . grad v)
-  /// G:   g rho/2 [(w . grad u) . v - u . (w . grad v)]
-  template <int dim>
-  DEAL_II_ALWAYS_INLINE inline void DisplacementOperator<dim>::Law::add_transport(
-      const Tensor<1, dim, Number> &w, const Tensor<2, dim, Number> &gradient,
-      const Tensor<1, dim, Number> &u, const double g, Tensor<1, dim, Number> &force,
-      Tensor<2, dim, Number> &flux) const
-  {
-    for (unsigned int i = 0; i < dim; ++i)
-    {
-      const Number turned = gradient[i] * w;
-      flux[i] += (m_star * turned - (g / 2) * u[i]) * w;
-      force[i] += (g / 2) * turned;
-    }
-  }
-
-  template <int dim>
-  void DisplacementOperator<dim>::add_cells(Vectors &sum, const Vectors &x,
-                                            const std::pair<unsigned int, unsigned int> &batches,
-                                            const bool transposed) const
-  {
-    FEEvaluation<dim, -1, 0, dim> u(cells->data);
-    for (unsigned int batch = batches.first; batch < batches.second; ++batch)
-    {
-      const Law &law   = laws[cells->number_of_batch[batch]];
-      const bool has_u = law.needs_values(), has_grad = law.needs_gradients(), turns = law.turns();
-      const auto flags = (has_u ? EvaluationFlags::values : EvaluationFlags::nothing) |
-                         (has_grad ? EvaluationFlags::gradients : EvaluationFlags::nothing);
-      if (!has_u && !has_grad)
-        continue;
-      // G is skew, all others are symmetric.
-      const double g = transposed ? -law.g : law.g;
-      u.reinit(batch);
-      u.read_dof_values(x);
-      u.evaluate(flags);
-      for (const unsigned int q : u.quadrature_point_indices())
-      {
-        Tensor<1, dim, Number> value, force;
-        Tensor<2, dim, Number> gradient, flux;
-        if (has_u)
-        {
-          value = u.get_value(q);
-          force = law.mass * value;
-        }
-        if (has_grad)
-        {
-          gradient = u.get_gradient(q);
-          if (law.is_elastic)
-            flux = law.stress(gradient);
-        }
-        if (turns)
-          law.add_transport(cells->transport[batch * cells->n_points + q], gradient, value, g,
-                            force, flux);
-        if (has_grad)
-          u.submit_gradient(flux, q);
-        if (has_u)
-          u.submit_value(force, q);
-      }
-      u.integrate(flags);
-      u.distribute_local_to_global(sum);
-    }
+          for (unsigned int q = 0; q < n_points; ++q)
+          {
+            const Tensor<1, dim> w = apply_transformation(
+                values.inverse_jacobian(q), spaces.geometry.transport(values.quadrature_point(q)));
+            for (unsigned int d = 0; d < dim; ++d)
+              batches.transport[((std::size_t(batch) * n_points + q) * dim + d) * n_lanes + lane] =
+                  w[d];
+          }
+        });
   }
 
   template <int dim>
   Block DisplacementOperator<dim>::multiply(const Block &x, const bool transposed) const
   {
-    const auto &place = cells->place_of_row;
+    // G is skew, all others are symmetric.
+    std::vector<CellLaw<dim>> given = laws;
+    for (CellLaw<dim> &law : given)
+      law.g *= transposed ? -1 : 1;
     Block y(spaces.rows, x.n_columns());
-    for (unsigned int k = 0; k < x.n_columns(); ++k)
+    std::vector<const double *> from;
+    std::vector<double *> to;
+    if (Utilities::MPI::n_mpi_processes(spaces.comm) == 1)
     {
-      cells->from = 0;
-      for (unsigned int i = 0; i < place.size(); ++i)
-        cells->from.block(place[i].first).local_element(place[i].second) = x.column(k)[i];
-      cells->data.template cell_loop<Vectors, Vectors>(
-          [&](const MatrixFree<dim> &, Vectors &to, const Vectors &from,
-              const std::pair<unsigned int, unsigned int> &batches)
-          { add_cells(to, from, batches, transposed); },
-          cells->to, cells->from, true);
-      for (unsigned int i = 0; i < place.size(); ++i)
-        y.column(k)[i] = cells->to.block(place[i].first).local_element(place[i].second);
+      for (unsigned int j = 0; j < x.n_columns(); ++j)
+      {
+        from.push_back(x.column(j));
+        to.push_back(y.column(j));
+      }
+      add_products(cells->batches, given, from, to);
+      return y;
+    }
+    std::vector<Column> inputs(x.n_columns(), Column(cells->partitioner)), outputs = inputs;
+    for (unsigned int j = 0; j < x.n_columns(); ++j)
+    {
+      std::copy_n(x.column(j), x.n_local(), inputs[j].begin());
+      inputs[j].update_ghost_values();
+      from.push_back(inputs[j].begin());
+      to.push_back(outputs[j].begin());
+    }
+    add_products(cells->batches, given, from, to);
+    for (unsigned int j = 0; j < x.n_columns(); ++j)
+    {
+      outputs[j].compress(VectorOperation::add);
+      std::copy_n(outputs[j].begin(), y.n_local(), y.column(j));
     }
     return y;
   }
@@ -224,7 +262,7 @@ namespace squeal
     {
       if (!cell->is_locally_owned())
         continue;
-      const Law &law = laws[cells->number_of_part[cell->material_id()]];
+      const CellLaw<dim> &law = laws[cells->number_of_part[cell->material_id()]];
       shapes.reinit(cell);
       cell->get_dof_indices(cell_nodes);
       for (unsigned int a = 0; a < cell_nodes.size(); ++a)

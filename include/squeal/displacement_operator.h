@@ -1,22 +1,23 @@
 #pragma once
 
+#include <squeal/cell_kernels.h>
 #include <squeal/material_operator.h>
 #include <squeal/spaces.h>
 
-#include <deal.II/lac/la_parallel_block_vector.h>
-#include <deal.II/matrix_free/matrix_free.h>
+#include <deal.II/base/partitioner.h>
+#include <deal.II/fe/fe_values.h>
 
-#include <array>
+#include <functional>
 #include <memory>
-#include <utility>
 #include <vector>
 
 namespace squeal
 {
   /// Products of the bodies' matrices with vectors, without the matrices: sums over the cells, in
-  /// which integrals factorise along the coordinate directions (deal.II's MatrixFree, Kronbichler
-  /// and Kormann 2012). A product costs O(p) per unknown where a stored matrix costs O(p^3), and
-  /// there is nothing to store. The same quadrature and geometry as assemble_body().
+  /// which integrals factorise along the coordinate directions (Kronbichler and Kormann 2012). A
+  /// product costs O(p) per unknown where a stored matrix costs O(p^3), and all that is stored is
+  /// the geometry. The same quadrature and geometry as assemble_body(). Why not deal.II's
+  /// MatrixFree: as Debian builds it, it computes one number at a time.
   template <int dim>
   class DisplacementOperator
   {
@@ -40,62 +41,30 @@ namespace squeal
     }
 
   private:
-    using Number  = dealii::VectorizedArray<double>;
-    using Vectors = dealii::LinearAlgebra::distributed::BlockVector<double>; ///< by component
-
-    /// A part of the integrand, with moduli as in ElasticModuli times k.
-    struct Law
-    {
-      std::array<std::array<double, dim>, dim> l, m;
-      double m_star, g, mass; ///< times the density
-      bool is_elastic;
-
-      explicit Law(const MaterialOperator &part);
-      bool turns() const
-      {
-        return m_star != 0 || g != 0;
-      }
-      bool needs_values() const
-      {
-        return mass != 0 || g != 0;
-      }
-      bool needs_gradients() const
-      {
-        return is_elastic || turns();
-      }
-
-      /// What is tested with grad v: K's part, and that of M* and G for given u and w; what is
-      /// tested with v.
-      dealii::Tensor<2, dim, Number> stress(const dealii::Tensor<2, dim, Number> &gradient) const;
-      void add_transport(const dealii::Tensor<1, dim, Number> &w,
-                         const dealii::Tensor<2, dim, Number> &gradient,
-                         const dealii::Tensor<1, dim, Number> &u, double g,
-                         dealii::Tensor<1, dim, Number> &force,
-                         dealii::Tensor<2, dim, Number> &flux) const;
-    };
-
     /// What does not depend on the factors.
     struct Cells
     {
       std::vector<unsigned int> number_of_part; ///< by material id of cells
-      dealii::MatrixFree<dim> data;
-      std::vector<unsigned int> number_of_batch;
-      unsigned int n_points = 0;                                       ///< of a cell
-      dealii::AlignedVector<dealii::Tensor<1, dim, Number>> transport; ///< at points, if needed
-      /// Component and local number of the node of each displacement row of this rank.
-      std::vector<std::pair<unsigned int, unsigned int>> place_of_row;
-      mutable Vectors from, to;
+      CellBatches<dim> batches;
+      /// Those in the lanes of the batches.
+      std::vector<std::vector<typename dealii::DoFHandler<dim>::active_cell_iterator>> members;
+      std::shared_ptr<const dealii::Utilities::MPI::Partitioner> partitioner;
     };
 
-    void add_cells(Vectors &to, const Vectors &from,
-                   const std::pair<unsigned int, unsigned int> &batches, bool transposed) const;
-    void number_rows(Cells &cells) const;
+    using CellValues = dealii::FEValues<dim>;
+    /// Visits every lane of every batch, those without a cell as if it were the first one's.
+    void for_each_lane(dealii::UpdateFlags flags,
+                       const std::function<void(unsigned int batch, unsigned int lane,
+                                                const CellValues &values)> &visit) const;
+    void make_batches();
+    void tabulate_indices();
+    void tabulate_geometry();
     /// At all points; collective only in name.
-    void tabulate_transport(Cells &cells) const;
+    void tabulate_transport();
     void compute_diagonal();
 
     const Spaces<dim> &spaces;
-    std::vector<Law> laws; ///< by part
+    std::vector<CellLaw<dim>> laws; ///< by part
     std::shared_ptr<Cells> cells;
     Block diagonal_;
   };

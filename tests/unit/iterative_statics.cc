@@ -5,6 +5,7 @@
 #include <squeal/displacement_multigrid.h>
 
 #include <cmath>
+#include <functional>
 
 using namespace dealii;
 using namespace squeal;
@@ -26,11 +27,16 @@ namespace
     return p;
   }
 
-  /// Divides a few cells of rotor and pads under the upper pad.
+  /// A few cells of rotor and pads under the upper pad.
+  bool under_pad(const Point<3> &centre)
+  {
+    return centre[0] > 0 && std::abs(centre[1]) < 0.05 && centre[2] > -0.0061;
+  }
+
   void refine_under_pad(Spaces<3> &spaces)
   {
     refine_where(spaces, [](const Point<3> &centre, const types::material_id)
-                 { return centre[0] > 0 && std::abs(centre[1]) < 0.05 && centre[2] > -0.0061; });
+                 { return under_pad(centre); });
   }
 
   std::vector<MaterialOperator> bodies_of(const Parameters::All &p, const double m_star,
@@ -52,34 +58,91 @@ namespace
   double largest_difference(const Block &a, const Block &b)
   {
     double largest = 0;
-    for (unsigned int i = 0; i < a.n_local(); ++i)
+    for (std::size_t i = 0; i < std::size_t(a.n_local()) * a.n_columns(); ++i)
       largest = std::max(largest, std::abs(a.data()[i] - b.data()[i]));
     return Utilities::MPI::max(largest, MPI_COMM_WORLD);
+  }
+
+  /// Compares products without matrices, of several columns, with those of the assembled matrices.
+  template <int dim>
+  void check_products(const Geometry<dim> &geometry, const Parameters::All &p,
+                      const std::function<bool(const Point<dim> &)> &is_refined)
+  {
+    // Equal to rounding: the quadrature is the same. The factors make G, M* and M as large as K.
+    // Each alone and several together, because what is not needed is not computed.
+    struct
+    {
+      double k, m_star, g, m;
+    } const factors[] = {{1, 0, 0, 0},   {0, -1e9, 0, 0},   {0, 0, 3e5, 0},    {0, 0, 0, 2e9},
+                         {1, 0, 0, 2e9}, {0, 0, 3e5, -2e9}, {1, -1e9, 3e5, 0}, {1, -1e9, 3e5, 2e9}};
+    const unsigned int degree = p.discretization.degree;
+    CAPTURE(dim);
+    CAPTURE(degree);
+    Spaces<dim> spaces(geometry, degree, true, MPI_COMM_WORLD);
+    refine_where(spaces, [&](const Point<dim> &centre, const types::material_id)
+                 { return is_refined(centre); });
+    CHECK(Utilities::MPI::max(spaces.hanging.n_constraints(), MPI_COMM_WORLD) > 0);
+    const BodyMatrices rotor = assemble_body(spaces, {rotor_body}, p.rotor.material, true),
+                       pads  = assemble_body(spaces, {upper_pad_body, lower_pad_body},
+                                             p.pads.material, false);
+    const DisplacementOperator<dim> first(spaces, bodies_of(p, 0, 0));
+    Block x = some_displacements(spaces.rows, spaces.first_local_multiplier);
+    for (unsigned int column = 1; column < 3; ++column)
+    {
+      Block other = x.columns(0, 1);
+      for (unsigned int i = 0; i < x.n_local(); ++i)
+        other.data()[i] *= std::cos(0.7 * column * (spaces.rows.begin + i));
+      x.append(other);
+    }
+    for (const auto &f : factors)
+    {
+      CAPTURE(f.k);
+      CAPTURE(f.m_star);
+      CAPTURE(f.g);
+      CAPTURE(f.m);
+      std::vector<MaterialOperator> bodies = bodies_of(p, f.m_star, f.g);
+      for (MaterialOperator &body : bodies)
+      {
+        body.k = f.k;
+        body.m = f.m;
+      }
+      const DisplacementOperator<dim> product(first, bodies);
+      const Matrix sum = sum_of(spaces.rows, {{f.k, *rotor.K},
+                                              {f.k, *pads.K},
+                                              {f.m_star, *rotor.M_star},
+                                              {f.g, *rotor.G},
+                                              {f.m, *rotor.M},
+                                              {f.m, *pads.M}});
+      for (const bool transposed : {false, true})
+      {
+        CAPTURE(transposed);
+        const Block y = transposed ? multiply_transposed(sum, x) : multiply(sum, x);
+        CHECK(largest_difference(product.multiply(x, transposed), y) <= 2e-13 * largest_entry(y));
+      }
+    }
   }
 } // namespace
 
 TEST_CASE("iterative_statics: products without matrices are those with the assembled matrices")
 {
-  // The same quadrature: equal to rounding, hanging nodes and curved cells included. The factors of
-  // M* and G make them as large as K.
-  for (const unsigned int degree : {1u, 2u, 3u})
+  // Hanging and fixed nodes and curved cells
+  for (unsigned int degree = 1; degree <= 4; ++degree)
   {
-    CAPTURE(degree);
-    const Parameters::All p    = small_brake(degree);
-    const Geometry<3> geometry = make_brake(p);
-    Spaces<3> spaces(geometry, degree, true, MPI_COMM_WORLD);
-    refine_under_pad(spaces);
-    CHECK(Utilities::MPI::max(spaces.hanging.n_constraints(), MPI_COMM_WORLD) > 0);
-    const double m_star = -1e9, g = 3e5;
-    const DisplacementOperator<3> stiffness(spaces, bodies_of(p, m_star, g));
-    const BodyMatrices rotor = assemble_body(spaces, {rotor_body}, p.rotor.material, true),
-                       pads  = assemble_body(spaces, {upper_pad_body, lower_pad_body},
-                                             p.pads.material, false);
-    const Matrix sum =
-        sum_of(spaces.rows, {{1, *rotor.K}, {1, *pads.K}, {m_star, *rotor.M_star}, {g, *rotor.G}});
-    const Block x = some_displacements(spaces.rows, spaces.first_local_multiplier);
-    const Block y = multiply(sum, x);
-    CHECK(largest_difference(stiffness.multiply(x), y) <= 1e-13 * largest_entry(y));
+    const Parameters::All p = small_brake(degree);
+    check_products<3>(make_brake(p), p, under_pad);
+  }
+}
+
+TEST_CASE("iterative_statics: products without matrices, strip")
+{
+  // Hanging, fixed and periodic nodes, some of these hanging. All degrees that the program takes.
+  for (unsigned int degree = 1; degree <= 8; ++degree)
+  {
+    Parameters::All p            = small_brake(degree);
+    p.discretization.rotor_cells = {{1, 11, 2}};
+    p.discretization.pad_cells   = {{1, 3, 1}};
+    check_products<2>(make_strip(p), p,
+                      [](const Point<2> &centre) { return centre[0] > 0.05 || centre[1] > 0; });
   }
 }
 
