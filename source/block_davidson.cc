@@ -136,7 +136,8 @@ namespace squeal
         double relative; ///< error
       };
       std::vector<Estimate> last_estimates;
-      static constexpr double safety = 4; ///< a step may leave half of an error
+      static constexpr double safety          = 4; ///< a step may leave half of an error
+      static constexpr unsigned int at_a_time = 8; ///< pairs whose vectors are in memory
     };
 
     /// What the columns add to the span of an orthonormal basis, orthonormal, without what they add
@@ -297,12 +298,24 @@ namespace squeal
     {
       std::vector<Correction> result;
       for (const bool left : {false, true})
-        if (!left || !problem.is_conservative)
+      {
+        if (left && problem.is_conservative)
+          continue;
+        Correction all{{Block(equations.rows, 0), Block(equations.rows, 0), {}},
+                       Block(equations.rows, 0)};
+        for (unsigned int first = 0; first < ritz.size(); first += at_a_time)
         {
-          MainParts residual = std::move(vectors_of(ritz, left).residual);
-          Block of_b         = problem.precondition(residual.columns);
-          result.push_back({std::move(residual), std::move(of_b)});
+          const auto begin     = ritz.begin() + first,
+                     end       = begin + std::min<std::size_t>(at_a_time, ritz.size() - first);
+          const MainParts some = vectors_of({begin, end}, left).residual;
+          all.residual.columns.append(some.columns);
+          all.residual.pressures.append(some.pressures);
+          all.residual.shares.insert(all.residual.shares.end(), some.shares.begin(),
+                                     some.shares.end());
+          all.of_b.append(problem.precondition(some.columns));
         }
+        result.push_back(std::move(all));
+      }
       return result;
     }
 
@@ -453,15 +466,14 @@ namespace squeal
 
     Modes Davidson::run(Block start)
     {
-      constexpr unsigned int max_steps = 100;
+      constexpr unsigned int max_steps = 300;
       expand(std::move(start));
       const unsigned int n_start = n_columns(), n_expected = ritz_pairs().size();
       // Restarts that come after few steps lose much.
       const auto largest = [n_start](const unsigned int n_pairs)
-      { return n_start + std::max(60u, 10 * n_pairs); };
-      // The basis, once more while it is turned, corrections, and right and left vectors with what
-      // becomes of them.
-      check_memory(2 * largest(n_expected) + 30 * n_expected);
+      { return n_start + std::max(60u, 6 * n_pairs); };
+      // The basis, once more while it is turned; corrections, and what becomes of some vectors.
+      check_memory(2 * largest(n_expected) + 4 * n_expected + 16 * at_a_time);
       std::vector<RitzPair> before;
       std::vector<Complex> accurate;
       unsigned int n_cycles = 0;

@@ -41,6 +41,15 @@ namespace squeal
       return result;
     }
 
+    /// [Re x, Im x, Re z, Im z].
+    Block right_and_left(const Modes &modes)
+    {
+      Block columns = modes.re;
+      for (const Block *block : {&modes.im, &modes.left_re, &modes.left_im})
+        columns.append(*block);
+      return columns;
+    }
+
     /// The modes of one degree less.
     struct Start
     {
@@ -66,10 +75,7 @@ namespace squeal
       Start start;
       for (const std::complex<double> &l : modes.lambda)
         start.frequencies.push_back(l.imag());
-      Block columns = std::move(modes.re);
-      for (const Block *block : {&modes.im, &modes.left_re, &modes.left_im})
-        columns.append(*block);
-      start.vectors = interpolate(lower.spaces(), model.spaces(), columns);
+      start.vectors = interpolate(lower.spaces(), model.spaces(), right_and_left(modes));
       return start;
     }
 
@@ -104,44 +110,42 @@ namespace squeal
       return start;
     };
     // Elements of degree 1 lock in bending: their frequencies are far too high.
-    double reach                  = model.parameters().discretization.degree == 2 ? 2.5 : 1.2;
-    Start start                   = start_up_to(reach);
-    const DavidsonProblem problem = model.davidson_problem();
-    EigensolverOptions rough      = options;
-    rough.tolerance               = std::max(1e-2, options.tolerance);
-    // Eigenvalues to a percent tell how far the degree moves them, the final ones for certain.
+    double reach                        = model.parameters().discretization.degree == 2 ? 2. : 1.3;
+    Start start                         = start_up_to(reach);
+    const DavidsonProblem problem       = model.davidson_problem();
     constexpr unsigned int max_attempts = 4;
     for (unsigned int attempt = 0; attempt < max_attempts; ++attempt)
     {
-      Modes modes;
-      double ratio = 1;
-      for (const EigensolverOptions &with : {rough, options})
+      constexpr double slack = 1.05;
+      const auto suffices    = [&](const Modes &modes)
+      { return slack * largest_ratio(start.frequencies, modes.lambda) <= reach; };
+      // Eigenvalues to a percent tell how far the degree moves them, and good neighbours above the
+      // window make the modes in it converge faster. All are corrected, because any may be one of
+      // the window.
+      EigensolverOptions rough = options;
+      rough.tolerance          = std::max(1e-2, options.tolerance);
+      rough.max_imaginary      = reach * options.max_imaginary;
+      Modes modes              = block_davidson(problem, std::move(start.vectors), rough);
+      Block found              = right_and_left(modes);
+      if (suffices(modes))
       {
-        modes = block_davidson(problem, start.vectors, with);
-        for (const Block *block : {&modes.re, &modes.im, &modes.left_re, &modes.left_im})
-          start.vectors.append(*block);
-        constexpr double slack = 1.05;
-        ratio                  = slack * largest_ratio(start.frequencies, modes.lambda);
-        if (ratio > reach)
-          break;
+        modes = block_davidson(problem, found, options);
+        if (suffices(modes))
+        {
+          std::ostringstream text;
+          text << "not proven without factors. " << start.frequencies.size() << " modes of degree "
+               << lower_degree << " up to " << options.max_imaginary * reach / (2 * M_PI)
+               << " Hz, proven complete, were corrected; the degree lowers frequencies by up to "
+               << 100 * (1 - 1 / largest_ratio(start.frequencies, modes.lambda)) << " %, and for "
+               << 100 * (1 - 1 / reach) << " % there were modes at hand";
+          modes.completeness = text.str();
+          normalise(problem.equations, modes);
+          return modes;
+        }
       }
-      if (ratio <= reach)
-      {
-        std::ostringstream text;
-        text << "not proven without factors. " << start.frequencies.size() << " modes of degree "
-             << lower_degree << " up to " << options.max_imaginary * reach / (2 * M_PI)
-             << " Hz, proven complete, were corrected; the degree lowers frequencies by up to "
-             << 100 * (1 - 1 / largest_ratio(start.frequencies, modes.lambda)) << " %, and for "
-             << 100 * (1 - 1 / reach) << " % there were modes at hand";
-        modes.completeness = text.str();
-        normalise(problem.equations, modes);
-        return modes;
-      }
-      reach                   = 1.1 * ratio;
-      const Block found       = std::move(start.vectors);
-      const unsigned int n_of = 4 * modes.lambda.size();
-      start                   = start_up_to(reach);
-      start.vectors.append(found.columns(found.n_columns() - n_of, n_of));
+      reach = 1.1 * slack * largest_ratio(start.frequencies, modes.lambda);
+      start = start_up_to(reach);
+      start.vectors.append(found);
     }
     throw SolverError("Elements of degree " + lower_degree +
                       " are so far off that modes may be missing. Try a finer mesh, or "

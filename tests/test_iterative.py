@@ -124,7 +124,8 @@ class ModesWithoutFactors(st.TestCase):
 
     def test_degree_three_and_what_is_reported(self):
         """Error bars and contributions are the same but for the border of contact, which a given pressure does not
-        have."""
+        have. They follow from vectors, which are as good as the root of the eigenvalues' tolerance, 3e-5, in the norm
+        of energy; the bars are residuals of these and of what is left of them."""
         settings = {**self.BRAKE, "Discretization/Degree": 3, "Discretization/Rotor cells": "2, 12, 1",
                     "Eigenproblem/Error bars": "true", "Contact/Steady pressure": "uniform"}
         direct, found = (self.analyse({**settings, **solver}) for solver in ({}, self.DAVIDSON))
@@ -135,10 +136,10 @@ class ModesWithoutFactors(st.TestCase):
             for key in keys:
                 scale = max(abs(row[key]) for row in b)
                 for one, other in zip(a, b):
-                    self.assertLessEqual(abs(one[key] - other[key]), 1e-4 * scale, (table, key))
+                    self.assertLessEqual(abs(one[key] - other[key]), 1e-3 * scale, (table, key))
         log = (found / "log.txt").read_text()
         self.assertIn("Completeness: not proven without factors.", log)
-        self.assertIn("modes of degree 2 up to 4800 Hz, proven complete, were corrected", log)
+        self.assertIn("modes of degree 2 up to 5200 Hz, proven complete, were corrected", log)
 
     def test_tolerance(self):
         """The tolerance is one of eigenvalues: what is loose is quicker, and not further off than it says."""
