@@ -156,6 +156,9 @@ namespace squeal
                     modes.seconds.left, of_bars, modes.n_solves);
       log.line(text);
     }
+    if (prm.eigenproblem.is_matrix_free())
+      log.line("Eigenproblem without factors: " + std::to_string(modes.n_solves) +
+               " multigrid cycles.");
     if (modes.n_rigid_body_modes > 0)
       log.line("Not listed: " + std::to_string(modes.n_rigid_body_modes) +
                " rigid-body modes at zero frequency.");

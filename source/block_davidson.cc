@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 namespace squeal
 {
@@ -485,7 +486,7 @@ namespace squeal
           if (is_wanted(pair.lambda))
             wanted.push_back(pair);
         // Accurate eigenvalues stay where they are.
-        std::vector<Complex> at_rest = accurate;
+        std::vector<Complex> at_rest = std::exchange(accurate, {});
         for (const RitzPair &pair : wanted)
         {
           const auto found = std::find_if(
@@ -495,7 +496,10 @@ namespace squeal
           if (found == at_rest.end())
             open.push_back(pair);
           else
+          {
+            accurate.push_back(*found);
             at_rest.erase(found);
+          }
         }
         const std::vector<Correction> corrections = corrections_of(open);
         n_cycles += corrections.size() * open.size();

@@ -34,7 +34,8 @@ namespace squeal
           "static equilibrium.",
           Patterns::Selection("block_krylov|krylov|dense|block_davidson|none"));
       prm.add_parameter("Tolerance", tolerance,
-                        "Backward error that every reported mode reaches, -.",
+                        "Backward error that every reported mode reaches, -; with block_davidson "
+                        "the estimated relative error of every eigenvalue.",
                         Patterns::Double(1e-15, 1e-2));
       prm.add_parameter(
           "Shift", shift,
@@ -62,8 +63,10 @@ namespace squeal
       prm.add_parameter(
           "Linear solver", linear_solver,
           "How the steady sliding state is solved for. direct: LU by MUMPS. iterative: GMRES with "
-          "multigrid, for models whose factors do not fit. auto: iterative where modes are not "
-          "asked for and the expected factors do not fit, else direct.",
+          "multigrid, for models whose factors do not fit. auto: iterative with "
+          "Eigenproblem/Solver = block_davidson, and where modes are not asked for and the "
+          "expected "
+          "factors do not fit, else direct.",
           Patterns::Selection("auto|direct|iterative"));
       prm.add_parameter(
           "Multigrid", multigrid,

@@ -114,6 +114,7 @@ namespace squeal
     Start start                         = start_up_to(reach);
     const DavidsonProblem problem       = model.davidson_problem();
     constexpr unsigned int max_attempts = 4;
+    unsigned int n_cycles               = 0;
     for (unsigned int attempt = 0; attempt < max_attempts; ++attempt)
     {
       constexpr double slack = 1.05;
@@ -127,9 +128,11 @@ namespace squeal
       rough.max_imaginary      = reach * options.max_imaginary;
       Modes modes              = block_davidson(problem, std::move(start.vectors), rough);
       Block found              = right_and_left(modes);
+      n_cycles += modes.n_solves;
       if (suffices(modes))
       {
         modes = block_davidson(problem, found, options);
+        n_cycles += modes.n_solves;
         if (suffices(modes))
         {
           std::ostringstream text;
@@ -139,6 +142,7 @@ namespace squeal
                << 100 * (1 - 1 / largest_ratio(start.frequencies, modes.lambda)) << " %, and for "
                << 100 * (1 - 1 / reach) << " % there were modes at hand";
           modes.completeness = text.str();
+          modes.n_solves     = n_cycles;
           normalise(problem.equations, modes);
           return modes;
         }
