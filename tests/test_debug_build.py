@@ -40,13 +40,21 @@ class DebugBuild(st.TestCase):
     def test_unit_tests(self):
         if not UNIT_TESTS.exists():
             self.skipTest("built without doctest")
-        # Without the steps of multigrid on fine meshes: minutes here, and its parts are in the others.
-        result = subprocess.run([UNIT_TESTS, "--test-case-exclude=*needs the same steps on a finer mesh"], env=st.ENVIRONMENT,
+        # Without those that take minutes here, and whose parts are in others.
+        slow = "*needs the same steps on a finer mesh,*modes without factors are those of the assembled equations"
+        result = subprocess.run([UNIT_TESTS, f"--test-case-exclude={slow}"], env=st.ENVIRONMENT,
                                 capture_output=True, text=True, timeout=1800)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
 
     def test_mortar_with_fields(self):
         self.compare({**TINY, **st.MORTAR, "Output/Fields": "all", "Output/Animation frames": 2})
+
+    def test_modes_without_factors(self):
+        davidson = {"Eigenproblem/Solver": "block_davidson", "Discretization/Degree": 2,
+                    "Discretization/Rotor cells": "3, 14, 1"}
+        self.compare({**davidson, "Scene": "strip", "Operation/Angular velocity": 2, "Contact/Friction/Coefficient": 0.3,
+                      "Eigenproblem/Maximum frequency": 30000})
+        self.compare({**davidson, "Discretization/Pad cells": "2, 3, 1", "Eigenproblem/Maximum frequency": 800}, ranks=2)
 
     def test_penalty_with_uniform_pressure(self):
         self.compare({**TINY, **st.PENALTY, "Contact/Steady pressure": "uniform"})
