@@ -110,9 +110,9 @@ namespace squeal
       std::vector<unsigned int> inaccurate(const std::vector<RitzPair> &ritz,
                                            const std::vector<Correction> &corrections,
                                            double &worst);
-      /// By how much the estimate was too small in the step before, for the eigenvalue that has
-      /// become this one: what the step has changed is nearly all of its error.
-      double index_of(const Complex &l) const;
+      /// The relative error of an eigenvalue whose estimate is given: times the factor by which the
+      /// estimate was too small in the step before, for the eigenvalue that has become this one.
+      double error_of(const Complex &l, double estimated) const;
       /// The basis becomes what the pairs of two steps span; the first ones are then given in it.
       void restart(std::vector<RitzPair> &ritz, const std::vector<RitzPair> &before);
       /// Right and left vectors of all given pairs.
@@ -137,7 +137,6 @@ namespace squeal
         double relative; ///< error
       };
       std::vector<Estimate> last_estimates;
-      static constexpr double safety          = 4; ///< a step may leave half of an error
       static constexpr unsigned int at_a_time = 8; ///< pairs whose vectors are in memory
     };
 
@@ -320,17 +319,21 @@ namespace squeal
       return result;
     }
 
-    double Davidson::index_of(const Complex &l) const
+    double Davidson::error_of(const Complex &l, const double estimated) const
     {
+      constexpr double safety = 2;
       // Before there is anything to compare with.
-      constexpr double unknown = 5;
+      constexpr double unknown = 10;
       const auto before        = std::min_element(last_estimates.begin(), last_estimates.end(),
                                                   [&](const Estimate &a, const Estimate &b) {
                                              return std::abs(a.lambda - l) < std::abs(b.lambda - l);
                                            });
       if (before == last_estimates.end())
-        return unknown;
-      return std::max(1., std::abs(before->lambda - l) / (std::abs(l) * before->relative));
+        return safety * unknown * estimated;
+      // The error before was change/(1 - rate), rate being what a step leaves.
+      const double change = std::abs(before->lambda - l) / std::abs(l),
+                   rate   = std::min(estimated / before->relative, 0.95);
+      return safety * std::max(1., change / before->relative) / (1 - rate) * estimated;
     }
 
     std::vector<unsigned int> Davidson::inaccurate(const std::vector<RitzPair> &ritz,
@@ -371,7 +374,7 @@ namespace squeal
           throw SolverError("The error of an eigenvalue could not be estimated: multigrid is no "
                             "positive definite preconditioner here. Try another Static "
                             "equilibrium/Multigrid, or Eigenproblem/Solver = block_krylov.");
-        const double error = safety * index_of(l) * estimated;
+        const double error = error_of(l, estimated);
         worst              = std::max(worst, error);
         estimates.push_back({l, estimated});
         if (error > options.tolerance)

@@ -504,6 +504,10 @@ namespace squeal
         modes = polish(problem, task.shift_invert(), std::move(found.vectors), inside,
                        task.radius(), false, options);
       }
+      if (!problem.has_reference()) // l^2 is real; rounding makes a complex pair of a double one
+        for (Complex &l : modes.lambda)
+          if (const double square = (l * l).real(); square < 0)
+            l = Complex(0, std::sqrt(-square));
       modes.n_solves += found.n_solves;
       modes.n_rigid_body_modes   = n_rigid;
       modes.n_reference          = n_expected + n_rigid;

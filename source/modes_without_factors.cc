@@ -119,7 +119,13 @@ namespace squeal
     {
       constexpr double slack = 1.05;
       const auto suffices    = [&](const Modes &modes)
-      { return slack * largest_ratio(start.frequencies, modes.lambda) <= reach; };
+      {
+        const auto is_inside = [&](const std::complex<double> &l)
+        { return l.imag() <= options.max_imaginary; };
+        return slack * largest_ratio(start.frequencies, modes.lambda) <= reach &&
+               std::size_t(std::count_if(modes.lambda.begin(), modes.lambda.end(), is_inside)) <=
+                   start.frequencies.size();
+      };
       // Eigenvalues to a percent tell how far the degree moves them, and good neighbours above the
       // window make the modes in it converge faster. All are corrected, because any may be one of
       // the window.
@@ -147,7 +153,7 @@ namespace squeal
           return modes;
         }
       }
-      reach = 1.1 * slack * largest_ratio(start.frequencies, modes.lambda);
+      reach = 1.1 * std::max(reach, slack * largest_ratio(start.frequencies, modes.lambda));
       start = start_up_to(reach);
       start.vectors.append(found);
     }

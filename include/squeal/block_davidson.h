@@ -36,11 +36,11 @@ namespace squeal
   ///
   /// An eigenvalue's error is of the second order, a product of both vectors' errors. It is
   /// accurate once
-  ///     4 f sqrt((r^H B r) (s^H B s)) / (2 |l|^2 |x|_M |y|_M) <= options.tolerance,
-  /// where f >= 1 is the factor by which this was too small in the step before, which the change of
-  /// l tells:
-  /// an estimate of its relative error. *Backward errors*, which the modes have, too, are of the
-  /// first order and larger. Once U is large, the pairs of the last two steps make a new one.
+  ///     2 f e <= options.tolerance,   e = sqrt((r^H B r) (s^H B s)) / (2 |l|^2 |x|_M |y|_M),
+  /// where f >= 1 is the factor by which e was too small in the step before: the error was the
+  /// change of l divided by 1 - q, q being the ratio of both e. So this is an estimate of its
+  /// relative error. *Backward errors*, which the modes have, too, are of the first order and
+  /// larger. Once U is large, the pairs of the last two steps make a new one.
   ///
   /// Nothing counts the modes: Modes::completeness is left empty. Those that @p start has are
   /// found, and others that emerge in the window, too. Throws SolverError if the pairs do not
