@@ -504,10 +504,11 @@ namespace squeal
         modes = polish(problem, task.shift_invert(), std::move(found.vectors), inside,
                        task.radius(), false, options);
       }
-      if (!problem.has_reference()) // l^2 is real; rounding makes a complex pair of a double one
-        for (Complex &l : modes.lambda)
-          if (const double square = (l * l).real(); square < 0)
-            l = Complex(0, std::sqrt(-square));
+      // Without any other term l^2 is real; rounding makes a complex pair of a double one.
+      constexpr double rounding = 1e-9;
+      for (Complex &l : modes.lambda)
+        if (!problem.has_reference() && std::abs(l.real()) <= rounding * l.imag())
+          l = Complex(0, std::abs(l));
       modes.n_solves += found.n_solves;
       modes.n_rigid_body_modes   = n_rigid;
       modes.n_reference          = n_expected + n_rigid;
