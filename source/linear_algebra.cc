@@ -63,8 +63,8 @@ namespace squeal
       return held;
     }
 
-    /// The row with the largest number of a column, which is left there.
-    std::pair<unsigned int, double> largest_of(const Block &column)
+    /// The row of the number of a column that is largest in modulus.
+    unsigned int row_of_largest(const Block &column)
     {
       struct
       {
@@ -75,7 +75,7 @@ namespace squeal
         if (const double value = std::abs(column.data()[i]); value > largest.value)
           largest = {value, int(column.row_range().begin + i)};
       MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, column.row_range().comm);
-      return {largest.row, largest.value};
+      return largest.row;
     }
 
     /// Hager's method (1984) for |A^T|_1 = |A|_inf: the convex function |A^T x|_1 of |x|_1 <= 1 has
@@ -100,7 +100,7 @@ namespace squeal
           break;
         norm                    = sum;
         const Block gradient    = matrix.product(signs, transposed);
-        const unsigned int best = largest_of(gradient).first;
+        const unsigned int best = row_of_largest(gradient);
         std::fill_n(x.data(), x.n_local(), 0.);
         if (matrix.rows.contains(best))
           x.data()[best - matrix.rows.begin] = 1;
