@@ -96,12 +96,12 @@ def eigenvalue(row):
     return complex(row["growth_rate_1_per_s"], 2 * math.pi * row["frequency_hz"])
 
 
-def run(*arguments, ranks=1, directory=None, timeout=300, executable=SQUEAL):
+def run(*arguments, ranks=1, directory=None, timeout=300, executable=SQUEAL, environment=ENVIRONMENT):
     """Runs the program; returns subprocess.CompletedProcess with text. A hang fails the test."""
     command = [str(executable), *(str(argument) for argument in arguments)]
     if ranks > 1:
         command = ["mpirun", "-np", str(ranks), *command]
-    process = subprocess.Popen(command, cwd=directory, env=ENVIRONMENT, stdin=subprocess.DEVNULL,
+    process = subprocess.Popen(command, cwd=directory, env=environment, stdin=subprocess.DEVNULL,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         out, err = process.communicate(timeout=timeout)

@@ -38,6 +38,12 @@ class CommandLine(st.TestCase):
         for word in ["case.prm", "0.123", "mortar", "output/case"]:
             self.assertIn(word, text)
 
+    def test_runs_without_a_directory_for_temporary_files(self):
+        """Many runs that start and end at the same time once shared one, and took it from each other."""
+        self.write("case.prm", TINY_ROTOR)
+        result = st.run("case.prm", directory=self.directory, environment={**st.ENVIRONMENT, "TMPDIR": "/dev/null"})
+        self.assertEqual(result.returncode, 0, result.stderr)
+
     def test_set_overrides_the_file(self):
         self.write("case.prm", st.SMALL_BRAKE)
         text = self.assertPrints("--check", "case.prm", "--set", "Contact/Friction/Coefficient=0.123",
