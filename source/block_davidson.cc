@@ -42,27 +42,15 @@ namespace squeal
                          const Block &pressures_im)
     {
       const unsigned int n_pairs = re.n_columns(), n = re.n_local();
-      std::vector<double> sums(3 * n_pairs); // a a, b b, a b
+      std::vector<std::pair<const double *, const double *>> parts;
       for (unsigned int j = 0; j < n_pairs; ++j)
-      {
-        const double *a = re.column(j), *b = im.column(j);
-        for (unsigned int i = 0; i < n; ++i)
-        {
-          sums[3 * j] += a[i] * a[i];
-          sums[3 * j + 1] += b[i] * b[i];
-          sums[3 * j + 2] += a[i] * b[i];
-        }
-      }
-      MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM,
-                    re.row_range().comm);
+        parts.push_back({re.column(j), im.column(j)});
+      const std::vector<reduced::MainPart> turned = reduced::main_parts(parts, re.row_range());
       MainParts result{Block(re.row_range(), n_pairs), Block(re.row_range(), n_pairs), {}};
       for (unsigned int j = 0; j < n_pairs; ++j)
       {
-        // (a + i b)^T (a + i b) becomes real and positive.
-        const Complex square(sums[3 * j] - sums[3 * j + 1], 2 * sums[3 * j + 2]),
-            turn          = std::polar(1., -std::arg(square) / 2);
-        const double both = sums[3 * j] + sums[3 * j + 1];
-        result.shares.push_back(both > 0 ? 2 * both / (both + std::abs(square)) : 1);
+        const auto &[turn, longer, shorter] = turned[j];
+        result.shares.push_back(longer > 0 ? 1 + shorter / longer : 1);
         for (const auto &[to, from_re, from_im] :
              {std::make_tuple(&result.columns, &re, &im),
               std::make_tuple(&result.pressures, &pressures_re, &pressures_im)})
@@ -145,34 +133,18 @@ namespace squeal
     Block clear_additions(const Block &basis, Block columns)
     {
       constexpr double smallest = 1e-6;
-      // Combinations of remainders of unit length that are not short.
-      const auto independent = [&](const DenseMatrix &before)
-      {
-        const unsigned int n = columns.n_columns();
-        DenseMatrix vectors(n, n, inner_products(columns, columns));
-        std::vector<double> scales(n);
-        for (unsigned int k = 0; k < n; ++k)
-          if (vectors(k, k) > smallest * smallest * before(k, k))
-            scales[k] = 1 / std::sqrt(vectors(k, k));
-        for (unsigned int k = 0; k < n; ++k)
-          for (unsigned int i = 0; i < n; ++i)
-            vectors(i, k) *= scales[i] * scales[k];
-        const std::vector<double> squares = symmetric_eigen(vectors);
-        std::vector<double> coefficients;
-        for (unsigned int k = 0; k < n; ++k)
-          if (squares[k] > smallest * smallest)
-            for (unsigned int i = 0; i < n; ++i)
-              coefficients.push_back(scales[i] * vectors(i, k) / std::sqrt(squares[k]));
-        columns = combine(columns, coefficients, n > 0 ? coefficients.size() / n : 0);
+      const auto products       = [&] {
+        return DenseMatrix(columns.n_columns(), columns.n_columns(),
+                                 inner_products(columns, columns));
       };
       // Twice is enough (Kahan); a third time for those that the first two have shortened.
       for (unsigned int pass = 0; pass < 3; ++pass)
       {
-        const DenseMatrix before(columns.n_columns(), columns.n_columns(),
-                                 inner_products(columns, columns));
+        const DenseMatrix before = products();
         if (basis.n_columns() > 0)
           subtract_combination(columns, basis, inner_products(basis, columns));
-        independent(before);
+        const DenseMatrix clear = independent_combinations(products(), before, smallest, smallest);
+        columns                 = combine(columns, clear.values, clear.n_columns);
       }
       return columns;
     }
@@ -214,36 +186,16 @@ namespace squeal
     std::vector<RitzPair> Davidson::ritz_pairs() const
     {
       const double radius = search_radius(options.max_imaginary);
-      const auto inside =
-          [&](const DenseMatrix &of_m, const DenseMatrix &of_p, const DenseMatrix &of_q)
-      {
-        std::vector<DensePair> pairs = quadratic_eigenpairs(of_m, of_p, of_q, 0, radius);
-        pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                                   [&](const DensePair &pair)
-                                   { return std::abs(pair.lambda) > radius; }),
-                    pairs.end());
-        return pairs;
-      };
-      const auto values = [](const std::vector<DensePair> &pairs)
-      {
-        std::vector<Complex> result;
-        for (const DensePair &pair : pairs)
-          result.push_back(pair.lambda);
-        return result;
-      };
-      std::vector<DensePair> right = inside(m, p, q),
-                             left  = inside(transposed(m), transposed(p), transposed(q));
-      std::sort(right.begin(), right.end(),
-                [](const DensePair &a, const DensePair &b)
+      std::vector<RitzPair> result;
+      for (DensePair &pair : quadratic_eigenpairs(m, p, q, 0, radius, true))
+        if (std::abs(pair.lambda) <= radius)
+          result.push_back({pair.lambda, std::move(pair.vector), std::move(pair.left)});
+      std::sort(result.begin(), result.end(),
+                [](const RitzPair &a, const RitzPair &b)
                 {
                   return std::make_pair(a.lambda.imag(), a.lambda.real()) <
                          std::make_pair(b.lambda.imag(), b.lambda.real());
                 });
-      const std::vector<unsigned int> partners = nearest_partners(values(right), values(left));
-      std::vector<RitzPair> result;
-      for (unsigned int j = 0; j < partners.size(); ++j)
-        result.push_back(
-            {right[j].lambda, std::move(right[j].vector), std::move(left[partners[j]].vector)});
       return result;
     }
 

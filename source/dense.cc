@@ -99,18 +99,44 @@ namespace squeal
     return eigenvalues;
   }
 
-  DenseEigenpairs general_eigen(DenseMatrix a)
+  DenseMatrix independent_combinations(DenseMatrix products, const DenseMatrix &before,
+                                       const double shortest, const double dependent)
+  {
+    const unsigned int n = products.n_rows;
+    DenseMatrix result(n, 0);
+    if (n == 0)
+      return result;
+    std::vector<double> scales(n);
+    for (unsigned int k = 0; k < n; ++k)
+      if (products(k, k) > shortest * shortest * before(k, k))
+        scales[k] = 1 / std::sqrt(products(k, k));
+    for (unsigned int k = 0; k < n; ++k)
+      for (unsigned int i = 0; i < n; ++i)
+        products(i, k) *= scales[i] * scales[k];
+    const std::vector<double> squares = symmetric_eigen(products);
+    for (unsigned int k = 0; k < n; ++k)
+      if (squares[k] > dependent * dependent)
+      {
+        for (unsigned int i = 0; i < n; ++i)
+          result.values.push_back(scales[i] * products(i, k) / std::sqrt(squares[k]));
+        ++result.n_columns;
+      }
+    return result;
+  }
+
+  DenseEigenpairs general_eigen(DenseMatrix a, const bool with_left)
   {
     const PetscBLASInt n = a.n_rows;
-    DenseEigenpairs result{std::vector<double>(n), std::vector<double>(n), DenseMatrix(n, n)};
+    DenseEigenpairs result{std::vector<double>(n), std::vector<double>(n), DenseMatrix(n, n),
+                           with_left ? DenseMatrix(n, n) : DenseMatrix()};
     PetscBLASInt info = 0, n_work = -1;
     double best_size = 0;
     for (int pass = 0; n > 0 && pass < 2; ++pass)
     {
       std::vector<double> work(pass == 0 ? 1 : n_work);
-      LAPACKgeev_("N", "V", &n, a.values.data(), &n, result.re.data(), result.im.data(), nullptr,
-                  &n, result.vectors.values.data(), &n, pass == 0 ? &best_size : work.data(),
-                  &n_work, &info);
+      LAPACKgeev_(with_left ? "V" : "N", "V", &n, a.values.data(), &n, result.re.data(),
+                  result.im.data(), result.left.values.data(), &n, result.vectors.values.data(), &n,
+                  pass == 0 ? &best_size : work.data(), &n_work, &info);
       if (info != 0)
         throw SolverError("LAPACK dgeev did not converge (info " + std::to_string(info) + ").");
       n_work = PetscBLASInt(best_size);
@@ -151,11 +177,32 @@ namespace squeal
       return largest <= 10 * std::numeric_limits<double>::epsilon() * bound * norm;
     }
 
+    /// The vector that begins in a row of a column, or its conjugate; @p is_complex: the next
+    /// column is the imaginary part.
+    std::vector<std::complex<double>> unpacked(const DenseMatrix &columns, const unsigned int row,
+                                               const unsigned int n, const unsigned int j,
+                                               const bool is_complex, const bool conjugate)
+    {
+      std::vector<std::complex<double>> x(n);
+      for (unsigned int i = 0; i < n; ++i)
+        x[i] = {columns(row + i, j),
+                is_complex ? (conjugate ? -1 : 1) * columns(row + i, j + 1) : 0.};
+      return x;
+    }
+
+    /// A^{-T} B of the first rows of B, if it is not empty.
+    DenseMatrix solve_left(const DenseMatrix &a, const DenseMatrix &b)
+    {
+      return b.values.empty() ? DenseMatrix() : solve(transposed(a), with_rows(b, a.n_rows));
+    }
+
     /// l^2 M x + Q x = 0 as the eigenproblem of Q^{-1} M: theta = -1/l^2.
-    std::vector<DensePair> without_velocity_term(const DenseMatrix &m, const DenseMatrix &q)
+    std::vector<DensePair> without_velocity_term(const DenseMatrix &m, const DenseMatrix &q,
+                                                 const bool with_left)
     {
       const unsigned int n    = m.n_rows;
-      const DenseEigenpairs e = general_eigen(solve(q, m));
+      const DenseEigenpairs e = general_eigen(solve(q, m), with_left);
+      const DenseMatrix left  = solve_left(q, e.left);
       // An infinite eigenvalue is theta = 0. What rounding makes of it cannot be told from a finite
       // eigenvalue of so small a theta, which would have no correct digit.
       double largest = 0;
@@ -170,15 +217,12 @@ namespace squeal
         const std::complex<double> theta(e.re[j], e.im[j]);
         if (std::abs(theta) > infinite)
         {
-          std::vector<std::complex<double>> x(n);
-          for (unsigned int i = 0; i < n; ++i)
-            x[i] = {e.vectors(i, j), complex_pair ? e.vectors(i, j + 1) : 0.};
           for (const SquareRoot &root : upper_square_roots(-1. / theta))
           {
-            pairs.push_back({root.value, x});
-            if (root.conjugate)
-              for (auto &value : pairs.back().vector)
-                value = std::conj(value);
+            pairs.push_back(
+                {root.value, unpacked(e.vectors, 0, n, j, complex_pair, root.conjugate), {}});
+            if (with_left)
+              pairs.back().left = unpacked(left, 0, n, j, complex_pair, !root.conjugate);
           }
         }
         j += complex_pair;
@@ -189,13 +233,13 @@ namespace squeal
 
   std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
                                               const DenseMatrix &q, const double shift,
-                                              const double scale)
+                                              const double scale, const bool with_left)
   {
     const unsigned int n = m.n_rows;
     if (n == 0)
       return {};
     if (p.n_rows == 0 && shift == 0)
-      return without_velocity_term(m, q);
+      return without_velocity_term(m, q, with_left);
 
     const double s  = shift / scale;
     DenseMatrix q_s = q, right(n, 2 * n);
@@ -207,7 +251,7 @@ namespace squeal
       right.values[k]                   = -(p_k + 2 * s * m_k);
       right.values[k + q.values.size()] = -m_k;
     }
-    const DenseMatrix top = solve(std::move(q_s), std::move(right));
+    const DenseMatrix top = solve(q_s, std::move(right));
 
     DenseMatrix companion(2 * n, 2 * n);
     for (unsigned int j = 0; j < 2 * n; ++j)
@@ -216,7 +260,8 @@ namespace squeal
     for (unsigned int i = 0; i < n; ++i)
       companion(n + i, i) = 1;
 
-    const DenseEigenpairs e = general_eigen(std::move(companion));
+    const DenseEigenpairs e = general_eigen(std::move(companion), with_left);
+    const DenseMatrix left  = solve_left(q_s, e.left);
     std::vector<DensePair> pairs;
     const double spread = std::sqrt(20 * n * std::numeric_limits<double>::epsilon());
     double largest      = 0;
@@ -234,12 +279,13 @@ namespace squeal
       if (std::abs(theta) > 1e-9 * largest)
       {
         // The lower half of the companion vector is x; conj(theta) has Im l > 0 and the conjugate
-        // vector.
-        std::vector<std::complex<double>> x(n);
-        for (unsigned int i = 0; i < n; ++i)
-          x[i] = {e.vectors(n + i, j), complex_pair ? -e.vectors(n + i, j + 1) : 0.};
-        if (std::abs(theta) > spread * largest || !is_massless(m, x))
-          pairs.push_back({shift + scale / std::conj(theta), x});
+        // vectors.
+        DensePair pair{
+            shift + scale / std::conj(theta), unpacked(e.vectors, n, n, j, complex_pair, true), {}};
+        if (with_left)
+          pair.left = unpacked(left, 0, n, j, complex_pair, false);
+        if (std::abs(theta) > spread * largest || !is_massless(m, pair.vector))
+          pairs.push_back(std::move(pair));
       }
       j += complex_pair;
     }

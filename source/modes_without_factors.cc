@@ -110,19 +110,24 @@ namespace squeal
       return start;
     };
     // Elements of degree 1 lock in bending: their frequencies are far too high.
-    double reach                        = model.parameters().discretization.degree == 2 ? 2. : 1.3;
-    Start start                         = start_up_to(reach);
+    double reach = model.parameters().discretization.degree == 2 ? 2. : 1.3;
+    Start start  = start_up_to(reach);
+    // Without any mode nothing tells how far the degree lowers frequencies.
+    for (constexpr double widest = 20; start.frequencies.empty() && reach < widest;)
+      start = start_up_to(reach *= 2);
     const DavidsonProblem problem       = model.davidson_problem();
     constexpr unsigned int max_attempts = 4;
     unsigned int n_cycles               = 0;
     for (unsigned int attempt = 0; attempt < max_attempts; ++attempt)
     {
       constexpr double slack = 1.05;
+      double ratio           = 1;
       const auto suffices    = [&](const Modes &modes)
       {
+        ratio                = std::max(ratio, largest_ratio(start.frequencies, modes.lambda));
         const auto is_inside = [&](const std::complex<double> &l)
         { return l.imag() <= options.max_imaginary; };
-        return slack * largest_ratio(start.frequencies, modes.lambda) <= reach &&
+        return slack * ratio <= reach &&
                std::size_t(std::count_if(modes.lambda.begin(), modes.lambda.end(), is_inside)) <=
                    start.frequencies.size();
       };
@@ -145,15 +150,15 @@ namespace squeal
           text << "not proven without factors. " << start.frequencies.size() << " modes of degree "
                << lower_degree << " up to " << options.max_imaginary * reach / (2 * M_PI)
                << " Hz, proven complete, were corrected; the degree lowers frequencies by up to "
-               << 100 * (1 - 1 / largest_ratio(start.frequencies, modes.lambda)) << " %, and for "
-               << 100 * (1 - 1 / reach) << " % there were modes at hand";
+               << 100 * (1 - 1 / ratio) << " %, and for " << 100 * (1 - 1 / reach)
+               << " % there were modes at hand";
           modes.completeness = text.str();
           modes.n_solves     = n_cycles;
           normalise(problem.equations, modes);
           return modes;
         }
       }
-      reach = 1.1 * std::max(reach, slack * largest_ratio(start.frequencies, modes.lambda));
+      reach = 1.1 * std::max(reach, slack * ratio);
       start = start_up_to(reach);
       start.vectors.append(found);
     }

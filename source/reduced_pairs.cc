@@ -59,49 +59,30 @@ namespace squeal
 
   void ReducedModel::solve_densely(Solutions &x, Solutions &y) const
   {
-    const auto pairs_of = [&](const bool of_left)
-    {
-      const auto operator_of = [&](const unsigned int order)
-      {
-        const DenseMatrix &a = small_problem[order];
-        return of_left ? transposed(a) : a;
-      };
-      std::vector<DensePair> pairs =
-          quadratic_eigenpairs(operator_of(2), has_velocity_terms ? operator_of(1) : DenseMatrix(),
-                               operator_of(0), 0, radius());
-      pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                                 [&](const DensePair &pair)
-                                 {
-                                   const double size = std::abs(pair.lambda);
-                                   return size > radius() ||
-                                          size <= rigid_body_limit(options.max_imaginary);
-                                 }),
-                  pairs.end());
-      return pairs;
-    };
-    const auto solutions_of =
-        [&](const std::vector<DensePair> &pairs, const std::vector<unsigned int> &which)
+    std::vector<DensePair> pairs = quadratic_eigenpairs(
+        small_problem[2], has_velocity_terms ? small_problem[1] : DenseMatrix(), small_problem[0],
+        0, radius(), true);
+    pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                               [&](const DensePair &pair)
+                               {
+                                 const double size = std::abs(pair.lambda);
+                                 return size > radius() ||
+                                        size <= rigid_body_limit(options.max_imaginary);
+                               }),
+                pairs.end());
+    const auto solutions_of = [&](std::vector<Complex> DensePair::*vector)
     {
       Solutions result;
-      result.re = result.im = DenseMatrix(dimension(), which.size());
-      for (unsigned int k = 0; k < which.size(); ++k)
+      result.re = result.im = DenseMatrix(dimension(), pairs.size());
+      for (unsigned int k = 0; k < pairs.size(); ++k)
       {
-        result.lambda.push_back(pairs[which[k]].lambda);
-        set_column(result, k, pairs[which[k]].vector);
+        result.lambda.push_back(pairs[k].lambda);
+        set_column(result, k, pairs[k].*vector);
       }
       return result;
     };
-    const std::vector<DensePair> right_pairs = pairs_of(false), left_pairs = pairs_of(true);
-    std::vector<Complex> lambda, left_lambda;
-    for (const DensePair &pair : right_pairs)
-      lambda.push_back(pair.lambda);
-    for (const DensePair &pair : left_pairs)
-      left_lambda.push_back(pair.lambda);
-    const std::vector<unsigned int> partners = nearest_partners(lambda, left_lambda);
-    std::vector<unsigned int> all(partners.size());
-    std::iota(all.begin(), all.end(), 0u);
-    x = solutions_of(right_pairs, all);
-    y = solutions_of(left_pairs, partners);
+    x = solutions_of(&DensePair::vector);
+    y = solutions_of(&DensePair::left);
   }
 
   void ReducedModel::set_column(Solutions &solutions, const unsigned int k,

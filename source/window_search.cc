@@ -213,30 +213,18 @@ namespace squeal
                      std::vector<Complex> &turns)
     {
       constexpr double much_shorter = 0.02;
-      const unsigned int n_pairs = pairs.n_columns() / 2, n = pairs.n_local();
-      std::vector<double> sums(3 * n_pairs); // a a, b b, a b
+      const unsigned int n_pairs    = pairs.n_columns() / 2;
+      std::vector<std::pair<const double *, const double *>> parts;
       for (unsigned int j = 0; j < n_pairs; ++j)
-      {
-        const double *a = pairs.column(2 * j), *b = pairs.column(2 * j + 1);
-        for (unsigned int i = 0; i < n; ++i)
-        {
-          sums[3 * j] += a[i] * a[i];
-          sums[3 * j + 1] += b[i] * b[i];
-          sums[3 * j + 2] += a[i] * b[i];
-        }
-      }
-      MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM,
-                    pairs.row_range().comm);
+        parts.push_back({pairs.column(2 * j), pairs.column(2 * j + 1)});
+      const std::vector<reduced::MainPart> turned = reduced::main_parts(parts, pairs.row_range());
       std::vector<double> coefficients;
       first.assign(1, 0);
       for (unsigned int j = 0; j < n_pairs; ++j)
       {
-        // (a + i b)^T (a + i b) becomes real and positive.
-        const Complex square(sums[3 * j] - sums[3 * j + 1], 2 * sums[3 * j + 2]);
-        const double both = sums[3 * j] + sums[3 * j + 1], angle = -std::arg(square) / 2,
-                     long_one = both + std::abs(square), short_one = both - std::abs(square);
-        const bool keeps_both = short_one > much_shorter * much_shorter * long_one;
-        turns.push_back(std::polar(1., angle));
+        const auto &[turn, longer, shorter] = turned[j];
+        const bool keeps_both               = shorter > much_shorter * much_shorter * longer;
+        turns.push_back(turn);
         first.push_back(first.back() + (keeps_both ? 2 : 1));
         coefficients.resize(std::size_t(2 * n_pairs) * first.back());
         const auto column = coefficients.begin() + std::size_t(2 * n_pairs) * first[j];
@@ -294,42 +282,24 @@ namespace squeal
       constexpr double rounding = 1e-12, dependent = 1e-6;
       Block pressures = last_rows(y, pressure_rows);
       clear_pressures(n_cleared, y);
-      const auto combine_all = [&](const std::vector<double> &coefficients, const unsigned int n)
-      {
-        for (Block *block : {&y, &g, &pressures})
-          *block = combine(*block, coefficients, n);
-      };
       // Twice is enough (Kahan).
       for (unsigned int pass = 0; pass < 2 && y.n_columns() > 0; ++pass)
       {
         const unsigned int n = y.n_columns();
         const DenseMatrix before(n, n, inner_products(y, y));
-        DenseMatrix vectors = before;
+        DenseMatrix products = before;
         if (n_columns() > 0)
         {
           const std::vector<double> part = inner_products(basis.y, y);
           subtract_combination(y, basis.y, part);
           subtract_combination(g, basis.g, part);
           subtract_combination(pressures, basis.pressures, part);
-          vectors = DenseMatrix(n, n, inner_products(y, y));
+          products = DenseMatrix(n, n, inner_products(y, y));
         }
-        // Remainders of unit length, without those that are rounding, and of these the well
-        // conditioned combinations.
-        std::vector<double> length(n);
-        for (unsigned int k = 0; k < n; ++k)
-          length[k] = vectors(k, k) > rounding * rounding * before(k, k)
-                          ? std::sqrt(vectors(k, k))
-                          : std::numeric_limits<double>::infinity();
-        for (unsigned int k = 0; k < n; ++k)
-          for (unsigned int i = 0; i < n; ++i)
-            vectors(i, k) /= length[i] * length[k];
-        const std::vector<double> squares = symmetric_eigen(vectors);
-        std::vector<double> coefficients;
-        for (unsigned int k = 0; k < n; ++k)
-          if (squares[k] > dependent * dependent)
-            for (unsigned int i = 0; i < n; ++i)
-              coefficients.push_back(vectors(i, k) / (length[i] * std::sqrt(squares[k])));
-        combine_all(coefficients, coefficients.size() / n);
+        const DenseMatrix clear =
+            independent_combinations(std::move(products), before, rounding, dependent);
+        for (Block *block : {&y, &g, &pressures})
+          *block = combine(*block, clear.values, clear.n_columns);
       }
       const Block m_y = multiply(problem.M, y);
       tests.append(shift_invert.solve_transposed(m_y));

@@ -2,6 +2,7 @@
 same equations, so that static.csv must agree to what either solves to, 1e-8, and eigenvalues to the tolerance."""
 
 import math
+import re
 import unittest
 
 import squeal_testing as st
@@ -140,6 +141,16 @@ class ModesWithoutFactors(st.TestCase):
         log = (found / "log.txt").read_text()
         self.assertIn("Completeness: not proven without factors.", log)
         self.assertIn("modes of degree 2 up to 5200 Hz, proven complete, were corrected", log)
+
+    def test_window_without_modes(self):
+        """The first mode above it tells how far the degree lowers frequencies."""
+        results = self.analyse({**self.BRAKE, **self.DAVIDSON, "Eigenproblem/Maximum frequency": 300})
+        self.assertEqual(st.read_table(results / "modes.csv"), [])
+        found = re.search(r"Completeness: not proven without factors. ([1-9]\d*) modes of degree 1 up to (\d+)\S* Hz.* by up "
+                          r"to ([0-9.]+) %, and for ([0-9.]+) %", (results / "log.txt").read_text())
+        self.assertGreater(float(found[2]), 600)
+        self.assertGreater(float(found[3]), 1)
+        self.assertGreater(float(found[4]), float(found[3]))
 
     def test_tolerance(self):
         """The tolerance is one of eigenvalues: what is loose is quicker, and not further off than it says."""

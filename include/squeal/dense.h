@@ -57,14 +57,22 @@ namespace squeal
   /// vectors.
   std::vector<double> symmetric_eigen(DenseMatrix &a);
 
+  /// Of remainders of columns (their parts along others were taken off) the combinations that are
+  /// orthonormal, as columns of coefficients. @p products are those of the remainders, @p before
+  /// those of the columns: left out are remainders shorter than @p shortest, relatively, and
+  /// combinations of remainders of unit length that are shorter than @p dependent.
+  DenseMatrix independent_combinations(DenseMatrix products, const DenseMatrix &before,
+                                       double shortest, double dependent);
+
   struct DenseEigenpairs
   {
     std::vector<double> re, im;
     DenseMatrix vectors; ///< LAPACK's packing: a complex pair as two columns, Re and Im
+    DenseMatrix left;    ///< u^H A = theta u^H, packed alike; on demand
   };
 
   /// LAPACK dgeev; of each complex pair the eigenvalue with positive imaginary part comes first.
-  DenseEigenpairs general_eigen(DenseMatrix a);
+  DenseEigenpairs general_eigen(DenseMatrix a, bool with_left = false);
 
   /// The roots l with Im l >= 0 that come with an eigenvalue l^2 and, if it is complex, with its
   /// conjugate: of the four +-l, +-conj(l) two. The vector of the second is the conjugate one then.
@@ -75,11 +83,12 @@ namespace squeal
   };
   std::vector<SquareRoot> upper_square_roots(std::complex<double> square);
 
-  /// One eigenpair of a small quadratic problem; vector has the size of the problem.
+  /// One eigenpair Q(l) x = 0 of a small quadratic problem; vectors have the size of the problem.
   struct DensePair
   {
     std::complex<double> lambda;
     std::vector<std::complex<double>> vector;
+    std::vector<std::complex<double>> left; ///< y^T Q(l) = 0; on demand
   };
 
   /// All finite eigenpairs with Im l >= 0 of (l^2 M + l P + Q) x = 0, shift-inverted at the real @p
@@ -90,9 +99,12 @@ namespace squeal
   /// one for them, and theirs is the accuracy that dgeev gives. Without a velocity term and at
   /// shift 0 the problem is solved in l^2, so that eigenvalues come in exact
   /// +- pairs. @p p may have zero rows, which means zero. M may be singular: infinite eigenvalues
-  /// are left out. LAPACK dgeev. Throws SolverError.
+  /// are left out. With left vectors [u; u'] of that matrix, those of the problem are
+  ///     y = Q(s)^{-T} conj(u).
+  /// LAPACK dgeev. Throws SolverError.
   std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
-                                              const DenseMatrix &q, double shift, double scale);
+                                              const DenseMatrix &q, double shift, double scale,
+                                              bool with_left = false);
 
   /// The root of a l^2 + b l + c near a given one.
   std::complex<double> nearest_root(std::complex<double> a, std::complex<double> b,

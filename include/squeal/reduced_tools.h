@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <memory>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 /// Small matrices beside blocks of long vectors: the tools of ReducedModel, of contacts that open
@@ -193,6 +195,41 @@ namespace squeal
       std::vector<Number> all(offsets.back() + counts.back());
       MPI_Allgatherv(list.data(), n, type, all.data(), counts.data(), offsets.data(), type, comm);
       list = std::move(all);
+    }
+
+    /// How a complex vector a + i b is turned so that a is as long as can be, a and b orthogonal.
+    struct MainPart
+    {
+      std::complex<double> turn; ///< factor of modulus 1
+      double longer, shorter;    ///< |a|^2 and |b|^2 afterwards
+    };
+    /// Of vectors given by the local parts of a and b.
+    inline std::vector<MainPart>
+    main_parts(const std::vector<std::pair<const double *, const double *>> &vectors,
+               const RowRange &rows)
+    {
+      std::vector<double> sums(3 * vectors.size()); // a a, b b, a b
+      for (std::size_t j = 0; j < vectors.size(); ++j)
+      {
+        const auto [a, b] = vectors[j];
+        for (unsigned int i = 0; i < rows.n_local(); ++i)
+        {
+          sums[3 * j] += a[i] * a[i];
+          sums[3 * j + 1] += b[i] * b[i];
+          sums[3 * j + 2] += a[i] * b[i];
+        }
+      }
+      MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, rows.comm);
+      std::vector<MainPart> result;
+      for (std::size_t j = 0; j < vectors.size(); ++j)
+      {
+        // (a + i b)^T (a + i b) becomes real and positive.
+        const std::complex<double> square(sums[3 * j] - sums[3 * j + 1], 2 * sums[3 * j + 2]);
+        const double both = sums[3 * j] + sums[3 * j + 1];
+        result.push_back({std::polar(1., -std::arg(square) / 2), (both + std::abs(square)) / 2,
+                          (both - std::abs(square)) / 2});
+      }
+      return result;
     }
 
     /// The principal components of a block, heaviest first, by the inner product of a part of its

@@ -300,3 +300,55 @@ TEST_CASE("dense: solve and gemm")
   for (unsigned int i = 0; i < 3; ++i)
     CHECK(d(i, 0) == -1);
 }
+
+TEST_CASE("dense: left vectors come with the right ones, of the same eigenvalue")
+{
+  // Flutter, divergence, and a system whose left vectors differ much from the right ones; by l^2,
+  // by the companion matrix, and at a shift.
+  for (const double load : {1., 2.2, 5.})
+    for (const double b : {0., 0.1})
+      for (const double shift : {0., 0.3})
+      {
+        CAPTURE(load);
+        CAPTURE(b);
+        CAPTURE(shift);
+        const DenseMatrix stiffness = ziegler_stiffness(load),
+                          damping   = b == 0 ? none : ziegler_damping(b);
+        const auto pairs = quadratic_eigenpairs(ziegler_mass, damping, stiffness, shift, 0.9, true);
+        CHECK(pairs.size() >= 2);
+        for (const DensePair &pair : pairs)
+        {
+          CHECK(residual(pair, ziegler_mass, damping, stiffness) <= 1e-14);
+          const DensePair adjoint{pair.lambda, pair.left, {}};
+          REQUIRE(pair.left.size() == 2);
+          CHECK(residual(adjoint, transposed(ziegler_mass), transposed(damping),
+                         transposed(stiffness)) <= 1e-14);
+        }
+      }
+  CHECK(quadratic_eigenpairs(ziegler_mass, none, ziegler_stiffness(1), 0, 1)[0].left.empty());
+}
+
+TEST_CASE("dense: independent combinations of remainders")
+{
+  // Remainders (1, 0), (1, 1e-3), (1e-9, 0) and (0, 1e-13) of columns of length 1: the third is a
+  // short copy of the first, the last is rounding.
+  const DenseMatrix remainders = matrix(2, {1, 1, 1e-9, 0, 0, 1e-3, 0, 1e-13}),
+                    before     = matrix(4, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
+  DenseMatrix products(4, 4);
+  gemm(true, 1, remainders, remainders, 0, products);
+  const DenseMatrix clear = independent_combinations(products, before, 1e-12, 1e-6);
+  REQUIRE(clear.n_rows == 4);
+  REQUIRE(clear.n_columns == 2);
+  DenseMatrix basis(2, 2), unit(2, 2);
+  gemm(false, 1, remainders, clear, 0, basis);
+  gemm(true, 1, basis, basis, 0, unit);
+  for (unsigned int j = 0; j < 2; ++j)
+  {
+    CHECK(clear(3, j) == 0);
+    for (unsigned int i = 0; i < 2; ++i)
+      CHECK(std::abs(unit(i, j) - (i == j ? 1 : 0)) <= 1e-9);
+  }
+  // Where (1, 1e-3) counts as the direction of the others, one is left.
+  CHECK(independent_combinations(products, before, 1e-12, 1e-2).n_columns == 1);
+  CHECK(independent_combinations(DenseMatrix(), DenseMatrix(), 1e-12, 1e-6).n_columns == 0);
+}
