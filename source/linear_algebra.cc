@@ -389,7 +389,12 @@ namespace squeal
         MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
     try
     {
-      if (!lu)
+      // A pivot is at least this times what it eliminates. With MUMPS' own 0.01 solutions with
+      // large models lose digits (relative errors of 1e-9, and the modes had to be polished); the
+      // factors are as large and take as long.
+      if (lu)
+        SQUEAL_PETSC(MatMumpsSetCntl(mat, 1, 0.1));
+      else
         SQUEAL_PETSC(MatMumpsSetIcntl(mat, 24, 1)); // null pivots are counted, as an inertia needs
       check_interruption();
       analyse(matrix);
