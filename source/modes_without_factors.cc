@@ -122,9 +122,13 @@ namespace squeal
     {
       constexpr double slack = 1.05;
       double ratio           = 1;
-      const auto suffices    = [&](const Modes &modes)
+      const auto note        = [&](const Modes &modes)
       {
-        ratio                = std::max(ratio, largest_ratio(start.frequencies, modes.lambda));
+        ratio = std::max(ratio, largest_ratio(start.frequencies, modes.lambda));
+        n_cycles += modes.n_solves;
+      };
+      const auto suffices = [&](const Modes &modes)
+      {
         const auto is_inside = [&](const std::complex<double> &l)
         { return l.imag() <= options.max_imaginary; };
         return slack * ratio <= reach &&
@@ -139,11 +143,11 @@ namespace squeal
       rough.max_imaginary      = reach * options.max_imaginary;
       Modes modes              = block_davidson(problem, std::move(start.vectors), rough);
       Block found              = right_and_left(modes);
-      n_cycles += modes.n_solves;
+      note(modes);
       if (suffices(modes))
       {
         modes = block_davidson(problem, found, options);
-        n_cycles += modes.n_solves;
+        note(modes);
         if (suffices(modes))
         {
           std::ostringstream text;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 // LAPACK in complex arithmetic, which PETSc's interface for real numbers does not have.
 extern "C"
