@@ -1,6 +1,6 @@
-#include <squeal/brake_squeal.h>
-#include <squeal/errors.h>
-#include <squeal/interruption.h>
+#include <squeal/base/errors.h>
+#include <squeal/base/signals.h>
+#include <squeal/run/driver.h>
 
 #include <deal.II/base/mpi.h>
 

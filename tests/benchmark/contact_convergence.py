@@ -14,7 +14,7 @@ pressure is left out: it is singular at the edges of the pad.
 The reference is a matching mesh of high degree (default: the highest degree given, one refinement more), so an error of
 its own size means nothing. Corners and clamped edges are singular, so the rates end at those of the singularities whatever
 the degree; the question here is whether matching and non-matching meshes differ. (Rates of a smooth solution:
-tests/unit/contact_convergence.cc.)
+tests/unit/statics/contact_convergence.cc.)
 
 The brake as measured: --scene brake --degrees 1 2 3 --cycles 3 --reference 4 2 --maximum-unknowns 120000; its reference
 has 163 000 unknowns of degree 4 and takes 11.4 GiB.

@@ -25,7 +25,7 @@ import pathlib
 import sys
 import tempfile
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
 import error_statistics as es  # noqa: E402
 import squeal_testing as st  # noqa: E402

@@ -4,7 +4,7 @@
 
 #include <deal.II/base/quadrature_lib.h>
 
-#include <squeal/mortar.h>
+#include <squeal/mesh/mortar.h>
 
 /// Surfaces for the tests of their faces and of the pairing.
 namespace squeal::tests

@@ -5,7 +5,7 @@
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/fe/fe_values.h>
 
-#include <squeal/spaces.h>
+#include <squeal/mesh/finite_element_space.h>
 
 /// What the tests on meshes share.
 namespace squeal::tests
@@ -22,7 +22,7 @@ namespace squeal::tests
 
   /// Refines the cells for which the function, given the cell's centre and body, says so.
   template <int dim, typename Function>
-  void refine_where(Spaces<dim> &spaces, const Function &wanted)
+  void refine_where(FiniteElementSpace<dim> &spaces, const Function &wanted)
   {
     for (const auto &cell : spaces.triangulation.active_cell_iterators())
       if (cell->is_locally_owned() && wanted(cell->center(), cell->material_id()))
@@ -34,9 +34,10 @@ namespace squeal::tests
   /// The nodal interpolant of a displacement field on some bodies, as a column: values at free
   /// nodes where the component has an equation, 0 elsewhere.
   template <int dim, typename Field>
-  Block interpolate(const Spaces<dim> &spaces, const std::vector<Body> &bodies, const Field &field)
+  MultiVector interpolate(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
+                          const Field &field)
   {
-    Block column(spaces.rows, 1);
+    MultiVector column(spaces.rows, 1);
     std::vector<dealii::types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());
     for (const auto &cell : spaces.nodes.active_cell_iterators())
       if (cell->is_locally_owned() && is_one_of(cell->material_id(), bodies))
@@ -50,7 +51,7 @@ namespace squeal::tests
           for (unsigned int c = 0; c < dim; ++c)
           {
             const unsigned int row = spaces.equation(cell_nodes[a], c);
-            if (row != Spaces<dim>::none && spaces.rows.contains(row))
+            if (row != FiniteElementSpace<dim>::none && spaces.rows.contains(row))
               column.column(0)[row - spaces.rows.begin] = u[c];
           }
         }
@@ -59,8 +60,8 @@ namespace squeal::tests
   }
 
   template <int dim>
-  Block translation(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
-                    const unsigned int component)
+  MultiVector translation(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
+                          const unsigned int component)
   {
     return interpolate(spaces, bodies,
                        [&](const Point<dim> &)
@@ -73,9 +74,9 @@ namespace squeal::tests
 
   /// A constant contact pressure: every multiplier has this value.
   template <int dim>
-  Block constant_multiplier(const Spaces<dim> &spaces, const double value)
+  MultiVector constant_multiplier(const FiniteElementSpace<dim> &spaces, const double value)
   {
-    Block column(spaces.rows, 1);
+    MultiVector column(spaces.rows, 1);
     std::fill(column.column(0) + (spaces.first_local_multiplier - spaces.rows.begin),
               column.column(0) + spaces.rows.n_local(), value);
     return column;
@@ -84,7 +85,7 @@ namespace squeal::tests
   /// The integral of a function over some bodies as they are meshed, with the quadrature of the
   /// assembly.
   template <int dim, typename Function>
-  double integrate(const Spaces<dim> &spaces, const std::vector<Body> &bodies,
+  double integrate(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
                    const Function &function)
   {
     dealii::FEValues<dim> fe_values(spaces.mapping, spaces.fe,
@@ -103,8 +104,8 @@ namespace squeal::tests
 
   /// The same over a boundary; the function gets the place and the outward normal.
   template <int dim, typename Function>
-  double integrate_boundary(const Spaces<dim> &spaces, const dealii::types::boundary_id boundary,
-                            const Function &function)
+  double integrate_boundary(const FiniteElementSpace<dim> &spaces,
+                            const dealii::types::boundary_id boundary, const Function &function)
   {
     dealii::FEFaceValues<dim> fe_values(
         spaces.mapping, spaces.fe, dealii::QGauss<dim - 1>(spaces.fe.degree + 2),

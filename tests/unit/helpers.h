@@ -1,8 +1,8 @@
 #pragma once
 
-#include <squeal/dense.h>
-#include <squeal/linear_algebra.h>
-#include <squeal/matrix_market.h>
+#include <squeal/linalg/dense.h>
+#include <squeal/linalg/linear_algebra.h>
+#include <squeal/linalg/matrix_market.h>
 
 #include <deal.II/base/mpi.h>
 
@@ -89,10 +89,10 @@ namespace squeal::tests
     return distribute(list, rows);
   }
 
-  inline Block block_of(const RowRange &rows, const unsigned int n_columns,
-                        const std::function<double(unsigned int, unsigned int)> &value)
+  inline MultiVector block_of(const RowRange &rows, const unsigned int n_columns,
+                              const std::function<double(unsigned int, unsigned int)> &value)
   {
-    Block block(rows, n_columns);
+    MultiVector block(rows, n_columns);
     for (unsigned int j = 0; j < n_columns; ++j)
       for (unsigned int row = rows.begin; row < rows.end; ++row)
         block.column(j)[row - rows.begin] = value(row, j);
@@ -100,7 +100,7 @@ namespace squeal::tests
   }
 
   /// A block on every rank, as a dense matrix.
-  inline DenseMatrix replicated(const Block &block)
+  inline DenseMatrix replicated(const MultiVector &block)
   {
     const RowRange &rows = block.row_range();
     DenseMatrix all(rows.size, block.n_columns());
@@ -115,14 +115,14 @@ namespace squeal::tests
   /// A small distributed matrix on every rank.
   inline DenseMatrix replicated(const RowRange &rows, const Matrix &matrix)
   {
-    const Block identity =
+    const MultiVector identity =
         block_of(rows, rows.size,
                  [](const unsigned int i, const unsigned int j) { return i == j ? 1. : 0.; });
     return replicated(multiply(matrix, identity));
   }
 
   /// x^T A y of two columns.
-  inline double bilinear_form(const Block &x, const Matrix &matrix, const Block &y)
+  inline double bilinear_form(const MultiVector &x, const Matrix &matrix, const MultiVector &y)
   {
     return inner_products(x, multiply(matrix, y))[0];
   }

@@ -2,8 +2,8 @@
 
 #include "fields.h"
 
-#include <squeal/body_operators.h>
-#include <squeal/static_equilibrium.h>
+#include <squeal/bodies/body_operators.h>
+#include <squeal/statics/static_equilibrium.h>
 
 /// What the tests of the static equilibrium share.
 namespace squeal::tests
@@ -17,16 +17,16 @@ namespace squeal::tests
   struct Result
   {
     Contact<dim> contact; ///< with the active set of the state
-    Block state;
+    MultiVector state;
     typename Contact<dim>::Pressure pressure;
     std::vector<ContactResultants> resultants;
     unsigned int n_iterations;
   };
 
-  /// As BrakeSqueal does it, with optional friction.
+  /// As Driver does it, with optional friction.
   template <int dim>
-  Result<dim> solve(const Spaces<dim> &spaces, const ContactModel<dim> &model, const bool friction,
-                    const std::vector<Body> &pads)
+  Result<dim> solve(const FiniteElementSpace<dim> &spaces, const ContactModel<dim> &model,
+                    const bool friction, const std::vector<Body> &pads)
   {
     const BodyMatrices rotor = assemble_body(spaces, {rotor_body}, rotor_material, false);
     const BodyMatrices pad   = assemble_body(spaces, pads, pad_material, false);
@@ -56,19 +56,19 @@ namespace squeal::tests
 
   /// The largest deviation of the displacements of some bodies from a field, relative to the field.
   template <int dim, typename Field>
-  double deviation(const Spaces<dim> &spaces, const Block &state, const std::vector<Body> &bodies,
-                   const Field &field)
+  double deviation(const FiniteElementSpace<dim> &spaces, const MultiVector &state,
+                   const std::vector<Body> &bodies, const Field &field)
   {
-    const Block expected = interpolate(spaces, bodies, field);
-    const Block ones     = interpolate(spaces, bodies,
-                                       [](const Point<dim> &)
-                                       {
-                                     Tensor<1, dim> one;
-                                     for (unsigned int c = 0; c < dim; ++c)
-                                       one[c] = 1;
-                                     return one;
-                                   });
-    double largest       = 0;
+    const MultiVector expected = interpolate(spaces, bodies, field);
+    const MultiVector ones     = interpolate(spaces, bodies,
+                                             [](const Point<dim> &)
+                                             {
+                                           Tensor<1, dim> one;
+                                           for (unsigned int c = 0; c < dim; ++c)
+                                             one[c] = 1;
+                                           return one;
+                                         });
+    double largest             = 0;
     for (unsigned int i = 0; i < expected.n_local(); ++i)
       if (ones.column(0)[i] != 0)
         largest = std::max(largest, std::abs(state.column(0)[i] - expected.column(0)[i]));
@@ -77,7 +77,7 @@ namespace squeal::tests
 
   /// The largest deviation of the multipliers from a constant pressure, relative to it.
   template <int dim>
-  double deviation_of_multipliers(const Spaces<dim> &spaces, const Result<dim> &result,
+  double deviation_of_multipliers(const FiniteElementSpace<dim> &spaces, const Result<dim> &result,
                                   const double expected)
   {
     double largest = 0;

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <squeal/linalg/dense.h>
+#include <squeal/mesh/finite_element_space.h>
+#include <squeal/parameters/materials.h>
+
+#include <deal.II/fe/fe_values.h>
+
+#include <complex>
+#include <vector>
+
+namespace squeal
+{
+  /// m M + k K + g G + m_star M* with the matrices of body_operators.h: a body's equations of
+  /// motion at one eigenvalue.
+  struct OperatorFactors
+  {
+    std::complex<double> m, k, g, m_star;
+  };
+
+  /// Products of a body's operators with many functions of one space, tested with another on the
+  /// same mesh, cell by cell. No matrix of a cell is formed: all functions at once are evaluated at
+  /// the quadrature points and tested there, two products with matrices of the reference cell.
+  template <int dim>
+  class CellResiduals
+  {
+  public:
+    using CellIterator = typename dealii::DoFHandler<dim>::active_cell_iterator;
+
+    CellResiduals(const FiniteElementSpace<dim> &trial, const FiniteElementSpace<dim> &test);
+
+    /// Geometry of a cell of the space of the tests.
+    void reinit(const CellIterator &cell);
+
+    /// @p r := [Q_j x_j, Q_j^H z_j] for the functions @p u = [Re X, Im X, Re Z, Im Z], Q_j made
+    /// with the j-th factors. One row for each node of the cell; a function has dim columns side by
+    /// side, its components.
+    void apply(const Material &material, const std::vector<OperatorFactors> &factors,
+               const DenseMatrix &u, DenseMatrix &r);
+
+    /// Derivatives on the reference cell at the quadrature points of functions given by their
+    /// values at the nodes of the tests, one column each: for stiffness().
+    DenseMatrix reference_derivatives(const DenseMatrix &functions) const;
+
+    /// The stiffness K_ab^ik = int C_ijkl d_j W_a d_l W_b of those functions on the cell: entry (i
+    /// n
+    /// + a, k n + b).
+    void stiffness(const Material &material, const DenseMatrix &derivatives, DenseMatrix &result);
+
+  private:
+    struct Point
+    {
+      std::array<double, dim * dim> inverse; ///< (e, d): d xi_e / d x_d
+      std::array<double, dim> transport;
+    };
+    void combine_at_points(const Material &material, const OperatorFactors &factors,
+                           double *const *re, double *const *im) const;
+
+    const FiniteElementSpace<dim> &test;
+    const unsigned int n_q;
+    DenseMatrix evaluation; ///< values, then derivatives on the reference cell, of the trials
+    DenseMatrix testing;    ///< the same of the tests, transposed
+    dealii::FEValues<dim> geometry;
+    std::vector<Point> points;
+    std::vector<double> jxw;
+    DenseMatrix fields, scaled, products;
+  };
+} // namespace squeal

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <squeal/assessment/cell_residuals.h>
+#include <squeal/contact/contact.h>
+#include <squeal/mesh/cell_map.h>
+
+namespace squeal
+{
+  /// The problem of one cell for what one degree more adds: the functions of the hierarchical
+  /// complement and, on a pad's contact face, their pressures.
+  struct LocalProblem
+  {
+    /// Component times number of functions plus function; contact pressures are component dim.
+    std::vector<int> unknowns;
+    DenseMatrix matrix;
+    bool symmetric = true; ///< and positive: no contact
+  };
+
+  /// Sets up the local problems of theory.md, section 6, on the cells of the space of one degree
+  /// more.
+  template <int dim>
+  class LocalProblems
+  {
+  public:
+    using CellIterator = typename dealii::DoFHandler<dim>::active_cell_iterator;
+
+    /// @p contact may be null; then there is none.
+    LocalProblems(const FiniteElementSpace<dim> &spaces, const CellMap<dim> &map,
+                  const CellResiduals<dim> &integrals, const Contact<dim> *contact,
+                  double pad_pressure, bool with_friction);
+
+    /// The values of the functions at the nodes, one column each.
+    const DenseMatrix functions;
+
+    /// The problem of a cell with its number among this rank's, to whose shape @p integrals was
+    /// set. Functions that would move a fixed or a hanging node are left out.
+    LocalProblem make(const CellIterator &cell, unsigned int number, const Material &material,
+                      CellResiduals<dim> &integrals);
+
+  private:
+    /// The face of a pad's cell that is in contact, or -1.
+    int contact_face(const CellIterator &cell) const;
+    void add_pressures(const CellIterator &cell, int face, const std::vector<bool> &direct,
+                       std::vector<int> &kept) const;
+    void add_contact(const CellIterator &cell, int face, const std::vector<int> &kept,
+                     DenseMatrix &local);
+
+    const FiniteElementSpace<dim> &spaces;
+    const CellMap<dim> &map;
+    const Contact<dim> *const contact;
+    const double pad_pressure;
+    const bool with_friction;
+    const unsigned int n; ///< nodes of a cell
+    const DenseMatrix derivatives;
+    dealii::FEFaceValues<dim> face_values;
+    DenseMatrix stiffness;
+  };
+} // namespace squeal

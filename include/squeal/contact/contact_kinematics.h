@@ -1,0 +1,336 @@
+#pragma once
+
+#include <squeal/linalg/compressed_rows.h>
+#include <squeal/linalg/dense.h>
+#include <squeal/mesh/finite_element_space.h>
+#include <squeal/mesh/mortar.h>
+
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace squeal
+{
+  /// A node that carries unknowns, as a node of a contact face sees it.
+  template <int dim>
+  struct FreeNode
+  {
+    double weight;
+    std::array<int, dim + 1> equations; ///< displacement components and multiplier; -1: none
+  };
+
+  /// A face with the equations of its nodes: each node is interpolated from free nodes.
+  template <int dim>
+  struct ContactFace
+  {
+    SurfaceFace<dim> shape;
+    std::vector<std::vector<FreeNode<dim>>> nodes;
+  };
+
+  /// What the kinematics on one pair of faces are made of: shape functions of both faces and the
+  /// directions at the pair's quadrature points. Less than a seventh of the kinematics themselves.
+  template <int dim>
+  struct PairShapes
+  {
+    unsigned int n_points = 0, first_point = 0;
+    DenseMatrix on_rotor, on_pad; ///< (node, point)
+    DenseMatrix d_phi;            ///< of the rotor's shape functions, along the transport field
+    std::vector<dealii::Tensor<1, dim>> normals, directions; ///< n, e
+    std::vector<double> weights, speeds, radii;
+    std::vector<dealii::Point<dim>> positions;
+    const ContactFace<dim> *rotor = nullptr, *pad = nullptr;
+
+    PairShapes(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
+               const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
+               const Geometry<dim> &geometry, double angular_velocity);
+  };
+
+  /// The displacement jump and its parts on one pair of faces, as rows over the local displacements
+  /// (rotor nodes, then pad nodes; components within) and columns over the pair's quadrature
+  /// points: jump(u).b = sum_i b(i, q) u_i for the direction b. Made when first asked for, and
+  /// kept.
+  template <int dim>
+  struct ContactKinematics
+  {
+    const std::shared_ptr<const PairShapes<dim>> shapes;
+    const unsigned int n_points, first_point;
+    const DenseMatrix &psi; ///< multiplier's shape functions of the pad face
+    const std::vector<double> &weights, &speeds, &radii;
+    const std::vector<dealii::Point<dim>> &positions;
+    const ContactFace<dim> *const rotor, *const pad;
+    /// For the turning of the directions: slopes[a][c] = (d_a u_R).c with a in {e, b} and c in {n,
+    /// e, b}, and the change -W [[.]]_tangential of the transport field w, W = grad w, where the
+    /// contact point moves along the rotor: its components along e and b. Empty unless asked for.
+    std::array<std::array<DenseMatrix, 3>, 2> slopes;
+    std::array<DenseMatrix, 2> moved_w;
+
+    explicit ContactKinematics(std::shared_ptr<const PairShapes<dim>> given)
+        : shapes(std::move(given)), n_points(shapes->n_points), first_point(shapes->first_point),
+          psi(shapes->on_pad), weights(shapes->weights), speeds(shapes->speeds),
+          radii(shapes->radii), positions(shapes->positions), rotor(shapes->rotor), pad(shapes->pad)
+    {
+    }
+    ContactKinematics(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
+                      const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
+                      const Geometry<dim> &geometry, double angular_velocity)
+        : ContactKinematics(std::make_shared<const PairShapes<dim>>(
+              element, rotor_face, pad_face, pair, geometry, angular_velocity))
+    {
+    }
+
+    /// [[.]].n
+    const DenseMatrix &n() const
+    {
+      return jump_along(0);
+    }
+    /// [[.]].e
+    const DenseMatrix &e() const
+    {
+      return jump_along(1);
+    }
+    /// [[.]].b with b = n x e; empty in 2D.
+    const DenseMatrix &b() const
+    {
+      return jump_along(2);
+    }
+    /// (d_phi u_R).e
+    const DenseMatrix &e_phi() const
+    {
+      return slope_along(1);
+    }
+    /// (d_phi u_R).b; empty in 2D.
+    const DenseMatrix &b_phi() const
+    {
+      return slope_along(2);
+    }
+
+    /// Makes slopes and moved_w.
+    void add_slopes(const FaceElement<dim> &element, const FacePair<dim> &pair,
+                    const Geometry<dim> &geometry);
+
+    /// Distributes a local matrix over displacements x displacements.
+    void add(EntryList &entries, const DenseMatrix &local) const
+    {
+      for_nodes(
+          [&](const unsigned int a, const FreeNode<dim> &row)
+          {
+            for_nodes(
+                [&](const unsigned int b, const FreeNode<dim> &column)
+                {
+                  for (unsigned int i = 0; i < dim; ++i)
+                    for (unsigned int k = 0; k < dim; ++k)
+                      entries.add(row.equations[i], column.equations[k],
+                                  row.weight * column.weight * local(a * dim + i, b * dim + k));
+                });
+          });
+    }
+
+    /// Distributes a local matrix over displacements x multipliers, and its transpose on demand.
+    /// Only active multipliers (flags by equation) couple.
+    void add_coupling(EntryList &entries, const DenseMatrix &local, const std::vector<bool> &active,
+                      const bool transpose_too) const
+    {
+      for_nodes(
+          [&](const unsigned int a, const FreeNode<dim> &row)
+          {
+            for (unsigned int m = 0; m < pad->nodes.size(); ++m)
+              for (const FreeNode<dim> &column : pad->nodes[m])
+                for (unsigned int i = 0; i < dim && is_active(active, column); ++i)
+                {
+                  const double value = row.weight * column.weight * local(a * dim + i, m);
+                  entries.add(row.equations[i], column.equations[dim], value);
+                  if (transpose_too)
+                    entries.add(column.equations[dim], row.equations[i], value);
+                }
+          });
+    }
+
+    /// Distributes a local matrix over active multipliers x active multipliers.
+    void add_multipliers(EntryList &entries, const DenseMatrix &local,
+                         const std::vector<bool> &active) const
+    {
+      for (unsigned int a = 0; a < pad->nodes.size(); ++a)
+        for (const FreeNode<dim> &row : pad->nodes[a])
+          for (unsigned int b = 0; b < pad->nodes.size() && is_active(active, row); ++b)
+            for (const FreeNode<dim> &column : pad->nodes[b])
+              if (is_active(active, column))
+                entries.add(row.equations[dim], column.equations[dim],
+                            row.weight * column.weight * local(a, b));
+    }
+
+    static bool is_active(const std::vector<bool> &active, const FreeNode<dim> &node)
+    {
+      return node.equations[dim] >= 0 && active[node.equations[dim]];
+    }
+
+    /// Adds the local forces sum_q c_q rows(:, q) on the displacements to a list of vector entries.
+    void add_forces(std::vector<PetscInt> &equations, std::vector<double> &values,
+                    const DenseMatrix &rows, const std::vector<double> &c) const
+    {
+      for_nodes(
+          [&](const unsigned int a, const FreeNode<dim> &node)
+          {
+            for (unsigned int i = 0; i < dim; ++i)
+            {
+              double force = 0;
+              for (unsigned int q = 0; q < n_points; ++q)
+                force += rows(a * dim + i, q) * c[q];
+              equations.push_back(node.equations[i]);
+              values.push_back(node.weight * force);
+            }
+          });
+    }
+
+    /// sum_i rows(i, q) local_i at every point.
+    std::vector<double> at_points(const DenseMatrix &rows, const std::vector<double> &local) const
+    {
+      std::vector<double> result(n_points);
+      for (unsigned int q = 0; q < n_points; ++q)
+        for (unsigned int i = 0; i < rows.n_rows; ++i)
+          result[q] += rows(i, q) * local[i];
+      return result;
+    }
+
+    template <typename Function>
+    void for_nodes(const Function &function) const
+    {
+      for (unsigned int a = 0; a < rotor->nodes.size() + pad->nodes.size(); ++a)
+        for (const FreeNode<dim> &free : node(a))
+          function(a, free);
+    }
+
+    /// sum_q c_q left(:, q) right(:, q)^T
+    DenseMatrix product(const DenseMatrix &left, const std::vector<double> &c,
+                        const DenseMatrix &right) const
+    {
+      const std::vector<unsigned int> left_rows = rows_of(left), right_rows = rows_of(right);
+      const DenseMatrix dense = product(left, left_rows, c, right, right_rows);
+      DenseMatrix result(left.n_rows, right.n_rows);
+      for (unsigned int j = 0; j < right_rows.size(); ++j)
+        for (unsigned int i = 0; i < left_rows.size(); ++i)
+          result(left_rows[i], right_rows[j]) = dense(i, j);
+      return result;
+    }
+
+    /// Distributes that product over displacements x displacements, the same places whatever c is.
+    void add_product(RepeatedEntries &entries, const DenseMatrix &left,
+                     const std::vector<double> &c, const DenseMatrix &right) const
+    {
+      const std::vector<unsigned int> left_rows = rows_of(left), right_rows = rows_of(right);
+      const DenseMatrix local = product(left, left_rows, c, right, right_rows);
+      for (unsigned int j = 0; j < right_rows.size(); ++j)
+        for (const FreeNode<dim> &column : node(right_rows[j] / dim))
+          for (unsigned int i = 0; i < left_rows.size(); ++i)
+            for (const FreeNode<dim> &row : node(left_rows[i] / dim))
+              entries.add(row.equations[left_rows[i] % dim], column.equations[right_rows[j] % dim],
+                          row.weight * column.weight * local(i, j));
+    }
+
+    /// The local multipliers out of a replicated vector.
+    std::vector<double> local_multipliers(const std::vector<double> &global) const
+    {
+      std::vector<double> local(psi.n_rows);
+      for (unsigned int m = 0; m < pad->nodes.size(); ++m)
+        for (const FreeNode<dim> &node : pad->nodes[m])
+          if (node.equations[dim] >= 0)
+            local[m] += node.weight * global[node.equations[dim]];
+      return local;
+    }
+
+    /// The same, zero where a multiplier is not active.
+    std::vector<double> active_multipliers(const std::vector<double> &global,
+                                           const std::vector<bool> &active) const
+    {
+      std::vector<double> local(psi.n_rows);
+      for (unsigned int m = 0; m < pad->nodes.size(); ++m)
+        for (const FreeNode<dim> &node : pad->nodes[m])
+          if (is_active(active, node))
+            local[m] += node.weight * global[node.equations[dim]];
+      return local;
+    }
+
+    /// The local displacements out of a replicated vector.
+    std::vector<double> local_values(const std::vector<double> &global) const
+    {
+      std::vector<double> local((rotor->nodes.size() + pad->nodes.size()) * dim);
+      for_nodes(
+          [&](const unsigned int a, const FreeNode<dim> &node)
+          {
+            for (unsigned int c = 0; c < dim; ++c)
+              if (node.equations[c] >= 0)
+                local[a * dim + c] += node.weight * global[node.equations[c]];
+          });
+      return local;
+    }
+
+  private:
+    /// The rows that do not vanish: directions in or across a flat face have such components.
+    static std::vector<unsigned int> rows_of(const DenseMatrix &a)
+    {
+      std::vector<char> is_there(a.n_rows);
+      for (unsigned int q = 0; q < a.n_columns; ++q)
+        for (unsigned int i = 0; i < a.n_rows; ++i)
+          is_there[i] |= a(i, q) != 0;
+      std::vector<unsigned int> rows;
+      for (unsigned int i = 0; i < a.n_rows; ++i)
+        if (is_there[i])
+          rows.push_back(i);
+      return rows;
+    }
+    /// Of the product those rows and columns only.
+    DenseMatrix product(const DenseMatrix &left, const std::vector<unsigned int> &left_rows,
+                        const std::vector<double> &c, const DenseMatrix &right,
+                        const std::vector<unsigned int> &right_rows) const
+    {
+      DenseMatrix scaled(n_points, left_rows.size()), transposed(n_points, right_rows.size()),
+          result(left_rows.size(), right_rows.size());
+      for (unsigned int i = 0; i < left_rows.size(); ++i)
+        for (unsigned int q = 0; q < n_points; ++q)
+          scaled(q, i) = c[q] * left(left_rows[i], q);
+      for (unsigned int i = 0; i < right_rows.size(); ++i)
+        for (unsigned int q = 0; q < n_points; ++q)
+          transposed(q, i) = right(right_rows[i], q);
+      gemm(true, 1, scaled, transposed, 0, result);
+      return result;
+    }
+    /// Rotor nodes, then pad nodes.
+    const std::vector<FreeNode<dim>> &node(const unsigned int a) const
+    {
+      const unsigned int n_rotor = rotor->nodes.size();
+      return a < n_rotor ? rotor->nodes[a] : pad->nodes[a - n_rotor];
+    }
+    /// Directions are 0: n, 1: e, 2: b.
+    const DenseMatrix &jump_along(const unsigned int direction) const
+    {
+      return along(direction, shapes->on_rotor, &shapes->on_pad, jumps[direction]);
+    }
+    const DenseMatrix &slope_along(const unsigned int direction) const
+    {
+      return along(direction, shapes->d_phi, nullptr, turning_slopes[direction]);
+    }
+    /// The component of (node, point) values on the rotor minus those on the pad, if any.
+    const DenseMatrix &along(unsigned int direction, const DenseMatrix &on_rotor,
+                             const DenseMatrix *on_pad, DenseMatrix &kept) const;
+    mutable std::array<DenseMatrix, 3> jumps, turning_slopes;
+  };
+
+  /// One pad against the rotor: this rank's share of the pad's faces, all faces of the rotor's
+  /// side, their common quadrature.
+  template <int dim>
+  struct PairedInterface
+  {
+    std::string name;
+    std::vector<ContactFace<dim>> pad_faces, rotor_faces;
+    std::vector<FacePair<dim>> pairs;
+  };
+
+  /// Pairs the contact surfaces of a scene. The contact faces are gathered on all ranks, because
+  /// the ghost cells of a distributed mesh do not contain the opposite surface. Each rank works on
+  /// as many of the pad's faces as the others, whoever owns the cells: a pad is often one rank's.
+  /// Collective.
+  template <int dim>
+  std::vector<PairedInterface<dim>> pair_interfaces(const FiniteElementSpace<dim> &spaces,
+                                                    const FaceElement<dim> &element);
+} // namespace squeal

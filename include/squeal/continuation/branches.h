@@ -1,0 +1,36 @@
+#pragma once
+
+#include <squeal/assessment/stability.h>
+
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// The modes at one value of a parameter, with the numbers of the branches they belong to.
+  struct BranchPoint
+  {
+    double value = 0;
+    Modes modes;
+    std::vector<unsigned int> branches; ///< by mode
+    std::vector<double> overlaps;       ///< with the branch's mode at the point before; 0: new
+    unsigned int n_branches = 0;        ///< branches so far
+    std::vector<ModeRow> rows;          ///< of the modes
+  };
+
+  /// The branches of the modes of @p next, which continue those of @p before: the assignment with
+  /// the largest overlaps
+  ///     o_ij = |z_i^H [(l_i + l'_j) M + P] x'_j| / |2 l_i|,
+  /// z_i the left vector before: at equal operators o_ij = delta_ij. Fills @p next.branches; a mode
+  /// without a predecessor begins a new branch.
+  ///
+  /// Returns whether every continuation is beyond doubt: an overlap above 0.8 and no second one
+  /// above half of it. Modes in the uppermost hundredth of the window may come and go.
+  bool continue_branches(const QuadraticEigenproblem &problem, const BranchPoint &before,
+                         double max_imaginary, BranchPoint &next);
+
+  /// The same where the vectors cannot be compared, because the meshes differ: the assignment with
+  /// the least sum of squared distances of the eigenvalues. A mode that would have to move by more
+  /// than a tenth begins a new branch.
+  void continue_by_eigenvalues(const BranchPoint &before, BranchPoint &next);
+} // namespace squeal

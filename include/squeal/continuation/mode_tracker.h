@@ -1,0 +1,122 @@
+#pragma once
+
+#include <squeal/continuation/branches.h>
+#include <squeal/continuation/reduced_halves.h>
+
+#include <map>
+
+namespace squeal
+{
+  /// The modes of a model at many values of its parameters: by projection near an anchor, a value
+  /// with a full solution, and by a full solution where that cannot be certified.
+  ///
+  /// Modes come as coordinates in the bases or as whole vectors; all that is done with them here
+  /// takes either.
+  class ModeTracker
+  {
+  public:
+    ModeTracker(const EigensolverOptions &options, const std::string &solver);
+
+    /// Another model with a mesh of its own. The old anchor is forgotten.
+    void set_model(Model &model);
+
+    /// Assembles the model and solves. Throws SolverError, InputError.
+    Modes solve(const Parameters::All &parameters);
+    /// The same without projection; the result depends on the parameters only, not on what was
+    /// solved before.
+    Modes solve_fully(const Parameters::All &parameters);
+    /// Makes a full solution for these parameters the anchor. Modes in coordinates become invalid.
+    void anchor(const Parameters::All &parameters, const Modes &modes);
+
+    /// Whether the bases of the projection have become so large that it is time for restart().
+    bool is_crowded() const
+    {
+      return reduced.is_crowded();
+    }
+    /// Bases of the last solutions only. Modes in coordinates become invalid, but for these of the
+    /// last solution, which are given in the new ones.
+    Modes restart(const Modes &modes)
+    {
+      ++n_restarts_;
+      return reduced.restart(modes);
+    }
+    unsigned int n_restarts() const
+    {
+      return n_restarts_;
+    }
+
+    /// Of the anchor: part of the state of a run that is to be resumed.
+    std::vector<double> varying_terms() const
+    {
+      return reduced.varying_terms();
+    }
+    void keep_apart(const std::vector<double> &varying_terms)
+    {
+      reduced.keep_apart(varying_terms);
+    }
+
+    bool is_whole(const Modes &modes) const
+    {
+      return !ReducedHalves::is_reduced(modes, whole_rows);
+    }
+    Modes whole(const Modes &modes) const
+    {
+      return is_whole(modes) ? modes : reduced.expand(modes);
+    }
+
+    /// The functions of stability.h and branches.h, for modes of the last solution.
+    std::vector<ModeRow> analyse(const Modes &modes) const;
+    /// Nothing if the model cannot be differentiated by the parameter.
+    std::vector<std::complex<double>> sensitivities(const std::string &parameter,
+                                                    const Modes &modes) const;
+    /// @p before may be older than the last anchor only if it is whole.
+    bool continue_branches(const BranchPoint &before, BranchPoint &next) const;
+
+    /// Assembles the model and gives the whole problem, to which whole modes belong.
+    const QuadraticEigenproblem &assemble(const Parameters::All &parameters);
+    std::vector<ParameterDerivative> derivatives(const std::string &parameter) const
+    {
+      return model->derivatives(parameter, reduced.inverse());
+    }
+
+    unsigned int n_full_solutions() const
+    {
+      return n_full;
+    }
+    /// Processor seconds of this rank; assembly has the contact and the static states, also those
+    /// of full solutions.
+    struct Seconds
+    {
+      double assembly = 0, counting = 0, projection = 0, full = 0;
+    };
+    const Seconds &seconds() const
+    {
+      return seconds_;
+    }
+
+  private:
+    void assemble_model(const Parameters::All &parameters, const LinearOperator &nearby);
+    /// Of the model as it is assembled now.
+    const QuadraticEigenproblem &whole_problem() const;
+    /// Whether the reference problem has as many modes in the disc as the anchor's: counted again
+    /// where it is another one.
+    bool has_count_of_anchor();
+    /// What tells reference problems apart.
+    std::vector<double> reference_key();
+
+    Model *model = nullptr;
+    EigensolverOptions options;
+    const std::unique_ptr<Eigensolver> solver;
+    ReducedHalves reduced;
+    std::optional<std::optional<MirrorSymmetry>> symmetry; ///< of the model, once asked for
+    RowRange whole_rows;
+    unsigned int n_full = 0, n_restarts_ = 0;
+    Seconds seconds_;
+    mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
+    bool is_as_solved = false; ///< whether nothing was assembled since the last full solution
+
+    bool is_counted = false; ///< as many modes as the anchor has, at the counted key
+    std::vector<double> counted_key;
+    std::map<std::shared_ptr<const Matrix>, double> fingerprints; ///< of matrices that stay
+  };
+} // namespace squeal

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <squeal/assessment/divergence.h>
+#include <squeal/assessment/tables.h>
+#include <squeal/base/log.h>
+#include <squeal/continuation/mode_tracker.h>
+#include <squeal/parameters/parameter_file.h>
+
+#include <chrono>
+#include <memory>
+
+namespace squeal
+{
+  /// Follows the modes of a model along one parameter and, if asked for, locates critical values.
+  ///
+  /// Points near an anchor, a value with a full solution, are solved by projection. Where branches
+  /// cannot be told apart the step is halved, up to max_halvings times. Tables are on disk after
+  /// each point. A sweep that was killed resumes after its last full solution, which with the
+  /// parameters determines all that follows: the tables become the same to the last digit.
+  ///
+  /// A parameter of the geometry or the discretisation changes the mesh: each point then has a
+  /// model of its own, branches continue by overlaps where the unknowns are the same in number and
+  /// by eigenvalues otherwise, and critical values are only bracketed.
+  class Sweep
+  {
+  public:
+    static constexpr unsigned int max_halvings = 5;
+
+    /// @p make_model serves parameters that change the mesh; it may be empty.
+    Sweep(ParameterFile &file, Model &model, const ModelFactory &make_model,
+          const EigensolverOptions &options, const std::string &directory, MPI_Comm comm, Log &log);
+
+    /// Throws InputError, SolverError.
+    void run();
+
+  private:
+    /// A value at which something happens, on one branch or between two.
+    struct Critical
+    {
+      std::string kind; ///< onset, end, coalescence, divergence, divergence_end
+      double value = 0, accuracy = 0;
+      std::complex<double> lambda;
+      int branch = -1, other = -1;
+      unsigned int iterations = 0;
+    };
+
+    const Parameters::All &parameters_at(double value);
+    /// Modes, rows and branches at a value; those of @p before, if any, go on. Returns whether they
+    /// do without doubt.
+    bool solve(double value, const BranchPoint *before, BranchPoint &point, bool fully = false);
+    /// Whether so much time has passed since the state was saved that the next value should be
+    /// solved in full, from which alone a sweep can be resumed.
+    bool is_state_old() const;
+    void make_mesh(double value);
+    /// From a point to a value: branches continued, critical values in between located.
+    BranchPoint advance(const BranchPoint &from, double value, unsigned int n_halvings);
+    BranchPoint advance_on_new_mesh(const BranchPoint &from, double value);
+    void write(const BranchPoint &point);
+    bool resume(BranchPoint &last, unsigned int &n_done);
+    /// Makes a point that was solved fully the new anchor, and saves it. After a projection it
+    /// keeps the bases small.
+    void settle(BranchPoint &point);
+
+    void find_critical_values(const BranchPoint &from, const BranchPoint &to);
+    /// Onsets and ends at a point itself, whose operators are the present ones: Re l = 0 there up
+    /// to rounding, and dl/dp takes it across. @p before is the point before or null.
+    void find_critical_values_at(const BranchPoint &point, const BranchPoint *before,
+                                 double direction);
+    /// det Q = 0 where a real eigenvalue that grows comes or goes.
+    void find_divergence(const BranchPoint &from, const BranchPoint &to);
+    bool is_marginal(const std::complex<double> lambda) const
+    {
+      return std::abs(lambda.real()) <= 10 * options.tolerance * std::abs(lambda);
+    }
+    /// Re l = 0 on a branch.
+    Critical onset(const BranchPoint &from, const BranchPoint &to, unsigned int branch);
+    /// ((l_i - l_j)/2)^2 = 0 by Newton's method: this is smooth where the eigenvalues themselves
+    /// are not.
+    Critical coalescence(const BranchPoint &from, const BranchPoint &to, unsigned int branch,
+                         unsigned int other);
+    /// The eigenvalues nearest to the given ones at a value, and their derivatives.
+    struct Evaluation
+    {
+      std::vector<std::complex<double>> lambda, derivative;
+      double uncertainty = 0; ///< sum over the eigenvalues of condition, backward error and |l|
+    };
+    Evaluation evaluate(double value, const std::vector<std::complex<double>> &expected);
+    void report(const Critical &critical);
+
+    std::string state_file() const
+    {
+      return directory + "/sweep.state";
+    }
+
+    ParameterFile &file;
+    const ModelFactory make_model;
+    std::unique_ptr<Model> own_model; ///< of the present mesh, where the parameter changes it
+    const std::string parameter;
+    const bool keeps_mesh;
+    const EigensolverOptions options;
+    const std::string directory;
+    const MPI_Comm comm;
+    Log &log;
+    ModeTracker follower;
+    std::unique_ptr<Table> sweep_csv, critical_csv;
+    std::chrono::steady_clock::time_point last_saved = std::chrono::steady_clock::now();
+  };
+} // namespace squeal

@@ -1,0 +1,122 @@
+#pragma once
+
+#include <squeal/linalg/linear_algebra.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// Where a term of the equations of motion comes from.
+  enum class Origin
+  {
+    inertia,
+    elasticity,
+    material_damping,
+    transport,
+    contact,          ///< normal coupling N
+    friction,         ///< mu T, circulatory
+    friction_damping, ///< P_R, Q_R of the turning sliding direction
+    falling_friction, ///< P_R, Q_R of mu'
+    prestress,        ///< geometric stiffness of the static stress and pressure, conservative
+    turning_friction, ///< geometric stiffness of the friction traction, circulatory
+    velocity          ///< a given velocity matrix (scene matrices)
+  };
+
+  /// Whether a term belongs to the conservative reference problem, by which modes are counted.
+  inline bool is_conservative(const Origin origin)
+  {
+    return origin == Origin::inertia || origin == Origin::elasticity || origin == Origin::contact ||
+           origin == Origin::transport || origin == Origin::prestress;
+  }
+
+  /// Whether a term acts on the contact surfaces only.
+  inline bool is_of_contact(const Origin origin)
+  {
+    return origin == Origin::contact || origin == Origin::friction ||
+           origin == Origin::friction_damping || origin == Origin::falling_friction ||
+           origin == Origin::turning_friction;
+  }
+
+  /// One term coefficient * matrix * (d/dt)^order u of the equations of motion. Matrices are shared
+  /// between terms: D = alpha M + beta K stores nothing.
+  struct Term
+  {
+    Origin origin;
+    unsigned int order; ///< 0: position, 1: velocity, 2: acceleration
+    double coefficient;
+    std::shared_ptr<const Matrix> matrix;
+  };
+
+  /// The terms of one order that are not zero.
+  std::vector<Term> terms_of_order(const std::vector<Term> &terms, unsigned int order);
+
+  /// (l^2 M + l P + Q) x = 0 with real matrices, M symmetric positive semi-definite. No mesh, no
+  /// dimension.
+  struct QuadraticEigenproblem
+  {
+    RowRange rows;
+    Matrix M, P, Q;                       ///< P may be empty
+    unsigned int n_constraints       = 0; ///< rows of contact pressures: M and P vanish there
+    unsigned int n_local_constraints = 0; ///< of this rank; they are its last rows
+    /// Whether the contact is compliant: the constraint N^T u = C Lambda has a matrix C > 0, so
+    /// that the pressures follow from the displacements by themselves.
+    bool compliant = false;
+
+    /// The symmetric position matrix of the conservative reference problem l^2 M + Q_ref, whose
+    /// modes can be counted by inertia, or what makes Q_ref - omega^2 M of it: it is wanted once or
+    /// twice, and then its memory for other things. Neither: Q itself is symmetric and there is no
+    /// P.
+    Matrix reference;
+    std::function<Matrix(double omega)> make_shifted_reference;
+    std::string reference_name; ///< what the reference problem is, for the log
+
+    bool has_reference() const
+    {
+      return reference || make_shifted_reference;
+    }
+    /// Q_ref - omega^2 M.
+    Matrix shifted_reference(double omega) const;
+
+    /// Whether zero eigenvalues must be looked for (they rule out a shift of zero).
+    bool may_move_rigidly = true;
+  };
+
+  /// The equations of motion as they are before their terms are summed: the halves of a symmetric
+  /// brake (mirror.h) sum theirs each by itself, and nobody the whole.
+  struct EquationsOfMotion
+  {
+    RowRange rows;
+    std::vector<Term> terms;
+
+    /// The position matrix of the reference problem, by which modes are counted.
+    enum class Reference
+    {
+      conservative_terms,
+      symmetric_part ///< of all position terms
+    };
+    Reference reference = Reference::conservative_terms;
+    std::string reference_name; ///< as the other members of QuadraticEigenproblem
+    unsigned int n_constraints = 0, n_local_constraints = 0;
+    bool compliant = false, may_move_rigidly = true;
+
+    /// The terms of one order that are not zero.
+    std::vector<Term> of_order(unsigned int order) const;
+    /// Those of the reference problem; none if it is the problem itself.
+    std::vector<Term> reference_terms() const;
+    /// Those of Q_ref - omega^2 M.
+    std::vector<Term> shifted_reference_terms(double omega) const;
+    /// All of the problem but its matrices.
+    QuadraticEigenproblem without_matrices() const;
+  };
+
+  /// The terms of each order summed; the reference is made from the terms when it is wanted.
+  QuadraticEigenproblem sum_of(const EquationsOfMotion &equations);
+
+  /// sum over the terms, or the empty matrix.
+  Matrix sum_of_terms(const RowRange &rows, const std::vector<Term> &terms);
+  /// The same of those of one order.
+  Matrix sum_of(const RowRange &rows, const std::vector<Term> &terms, unsigned int order);
+} // namespace squeal

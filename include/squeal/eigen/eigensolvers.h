@@ -1,0 +1,51 @@
+#pragma once
+
+#include <squeal/eigen/subspace_iteration.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace squeal
+{
+  /// Finds the modes of a quadratic eigenproblem in a window.
+  class Eigensolver
+  {
+  public:
+    virtual ~Eigensolver() = default;
+    /// Throws SolverError if a mode of the window is missing or cannot be computed to the
+    /// tolerance.
+    virtual Modes solve(const QuadraticEigenproblem &problem,
+                        const EigensolverOptions &options) const = 0;
+    /// Whether it compares the modes with |l| <= search_radius(options.max_imaginary), and only
+    /// those, with the reference problem's number.
+    virtual bool counts_in_disc(const EigensolverOptions &) const
+    {
+      return false;
+    }
+    /// The frequencies at which it counts the modes of a reference problem, in this order: who
+    /// makes problems may make the first shifted matrix along with the others.
+    virtual std::vector<double> counted_frequencies(const EigensolverOptions &,
+                                                    bool /*may_move_rigidly*/) const
+    {
+      return {};
+    }
+  };
+
+  /// The order of modes: by |Im l|, then by Re l.
+  inline bool precedes(const std::complex<double> &a, const std::complex<double> &b)
+  {
+    return std::make_pair(a.imag(), a.real()) < std::make_pair(b.imag(), b.real());
+  }
+
+  /// x^H M x = 1 with the largest component real, z^H Q'(l) x = 2 l, and the condition numbers.
+  void normalise(const QuadraticEigenproblem &problem, Modes &modes);
+
+  /// Turns the largest component of each vector to the real axis; x and z stay normalised.
+  void turn_to_real(Modes &modes);
+
+  /// The solver of that name: block_krylov, krylov or dense. To add one: a class and a row in the
+  /// table.
+  std::unique_ptr<Eigensolver> make_eigensolver(const std::string &name);
+} // namespace squeal

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <squeal/eigen/eigenproblem.h>
+
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace squeal
+{
+  /// Of some numbers, each other: products with it tell matrices apart.
+  MultiVector scattered_vector(const RowRange &rows);
+
+  /// Whether the inertia of the reference counts the problem's own modes: there is no P, and Q is
+  /// the reference up to rounding. Collective.
+  bool is_own_reference(const QuadraticEigenproblem &problem);
+
+  /// The number of eigenfrequencies below @p omega of the conservative reference problem, by the
+  /// inertia of an LDL^T factorisation of Q_ref - omega^2 M (Sylvester): negative pivots minus one
+  /// per constraint.
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, double omega);
+  /// The same with the given Q_ref - omega^2 M.
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const Matrix &shifted);
+  /// The same for several frequencies, with one sum of the matrices and one analysis of their
+  /// pattern: @p shifted is Q_ref - omegas[0]^2 M.
+  std::vector<unsigned int> count_reference_modes(const QuadraticEigenproblem &problem,
+                                                  const std::vector<double> &omegas,
+                                                  Matrix shifted);
+
+  /// count_reference_modes() with a memory: counts again only if the reference problem is another
+  /// one, which the products with a fixed vector tell.
+  class RememberedCounts
+  {
+  public:
+    /// The numbers of modes below each of the @p omegas. Throws SolverError. Collective.
+    std::vector<unsigned int> operator()(const QuadraticEigenproblem &problem,
+                                         const std::vector<double> &omegas);
+
+  private:
+    struct Count
+    {
+      std::vector<double> fingerprint; ///< of Q_ref - omega^2 M and M
+      std::vector<unsigned int> n_modes;
+    };
+    std::map<std::vector<double>, Count> counted; ///< by the omegas
+  };
+
+  /// Counts the modes of reference problems by inertia (count_reference_modes()), of several that
+  /// differ in which contacts are open, with one factorisation.
+  ///
+  /// Contacts R that open take their rows and columns out of A = Q_ref - omega^2 M. With the Schur
+  /// complement S of what is left, S^{-1} = (A^{-1})_RR and
+  ///     negative(A without R) = negative(A) - negative((A^{-1})_RR)
+  /// (Haynsworth), at the cost of a solution for each row of R.
+  class InertiaCount
+  {
+  public:
+    InertiaCount(const RowRange &rows, const unsigned int n_local_constraints, const double omega)
+        : rows(rows), n_local_constraints(n_local_constraints), omega(omega)
+    {
+    }
+    const RowRange &row_range() const
+    {
+      return rows;
+    }
+    /// Of the reference problem of these terms. Throws SolverError. Collective.
+    unsigned int count(const std::vector<Term> &terms);
+
+  private:
+    /// A factorised problem whose contacts are to be opened.
+    struct Base
+    {
+      std::vector<Term> terms; ///< conservative ones without the contact's
+      std::shared_ptr<const Matrix> contact;
+      std::vector<unsigned int> open; ///< rows of open contacts, ascending
+      std::unique_ptr<const Factorization> factors;
+      unsigned int negative = 0;
+      std::vector<unsigned int> solved; ///< rows with a column of A^{-1}
+      MultiVector columns;
+    };
+    /// Rows of pressures that act on no displacement, ascending, on all ranks.
+    std::vector<unsigned int> open_contacts(const Matrix &contact) const;
+    unsigned int n_constraints() const;
+    /// Whether these terms are the base's with more contacts open.
+    bool is_opened_base(const std::vector<Term> &others, const Matrix &contact,
+                        const std::vector<unsigned int> &open) const;
+    void make_base(const std::vector<Term> &others, std::shared_ptr<const Matrix> contact,
+                   std::vector<unsigned int> open);
+    /// negative((A^{-1})_RR), or -1 if rounding might decide.
+    int negative_of_inverse(const std::vector<unsigned int> &added);
+
+    const RowRange rows;
+    const unsigned int n_local_constraints;
+    const double omega;
+    Base base;
+  };
+} // namespace squeal

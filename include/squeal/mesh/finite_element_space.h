@@ -1,0 +1,100 @@
+#pragma once
+
+#include <squeal/linalg/linear_algebra.h>
+#include <squeal/mesh/geometry.h>
+
+#include <deal.II/base/conditional_ostream.h>
+#include <deal.II/distributed/tria.h>
+#include <deal.II/dofs/dof_handler.h>
+#include <deal.II/fe/fe_q.h>
+#include <deal.II/fe/mapping_q_cache.h>
+#include <deal.II/lac/affine_constraints.h>
+#include <deal.II/lac/la_parallel_vector.h>
+
+#include <memory>
+
+namespace squeal
+{
+  /// One free node and its weight in the interpolation of a (perhaps hanging) node.
+  struct WeightedNode
+  {
+    dealii::types::global_dof_index node;
+    double weight;
+  };
+
+  /// Mesh, finite element and numbering.
+  ///
+  /// Displacement components share one scalar element, so everything is indexed by *nodes* (degrees
+  /// of freedom of the scalar element). An *equation* is a row of the eigenproblem: a displacement
+  /// component of a node that is neither fixed nor hanging, or the contact pressure of a node on a
+  /// pad's contact face. Fixed components and hanging nodes have no equation: nothing is stored or
+  /// solved for them. Each rank's equations are contiguous, its displacements first, then its
+  /// multipliers.
+  template <int dim>
+  class FiniteElementSpace
+  {
+  public:
+    static constexpr unsigned int none = -1;
+
+    FiniteElementSpace(const Geometry<dim> &geometry, unsigned int degree, bool with_multipliers,
+                       MPI_Comm comm);
+
+    /// The same scene on the *same* mesh with another degree. The mesh must outlive it unchanged.
+    FiniteElementSpace(const FiniteElementSpace &other, unsigned int degree);
+
+    /// Numbers nodes and equations on the present mesh. Call it after every change of the mesh.
+    void distribute();
+
+    /// The equation of displacement @p component at a locally relevant node, or none.
+    unsigned int equation(const dealii::types::global_dof_index node,
+                          const unsigned int component) const
+    {
+      return to_equation(equations[component](node));
+    }
+    /// The equation of the contact pressure at a locally relevant node, or none.
+    unsigned int multiplier(const dealii::types::global_dof_index node) const
+    {
+      return to_equation(equations[dim](node));
+    }
+
+    /// The free nodes that interpolate a locally relevant node: itself unless it hangs or lies on
+    /// the far side of a periodic boundary.
+    std::vector<WeightedNode> expand(dealii::types::global_dof_index node) const;
+
+    const Geometry<dim> &geometry;
+    const MPI_Comm comm;
+
+  private:
+    using Mesh = dealii::parallel::distributed::Triangulation<dim>;
+    const std::shared_ptr<Mesh> mesh; ///< shared by spaces of other degrees
+
+  public:
+    Mesh &triangulation;
+    const dealii::FE_Q<dim> fe;
+    dealii::MappingQCache<dim> mapping;
+    dealii::DoFHandler<dim> nodes;
+    dealii::AffineConstraints<double> hanging; ///< and periodic nodes
+    /// Nodes of own and ghost cells, nodes that these hang on, nodes that share a matrix entry with
+    /// own ones.
+    dealii::IndexSet relevant_nodes;
+    RowRange rows;
+    unsigned int n_displacements = 0, n_multipliers = 0; ///< global
+    unsigned int first_local_multiplier = 0;             ///< global row
+
+  private:
+    using NodeVector = dealii::LinearAlgebra::distributed::Vector<double>;
+    static unsigned int to_equation(const double value)
+    {
+      return value < 0 ? none : static_cast<unsigned int>(value);
+    }
+    /// Makes the geometry isoparametric: cells are polynomials through their nodes, which lie on
+    /// the manifold, except for hanging ones (@p constraints), which lie where their parents'
+    /// polynomial is. Without that fine faces would leave gaps to, or overlap, the coarse one that
+    /// they hang on, and the coordinates themselves, hence rotations, would not be finite element
+    /// functions.
+    void shape_cells(const dealii::AffineConstraints<double> &constraints);
+
+    const bool with_multipliers;
+    std::vector<NodeVector> equations; ///< dim components and the multiplier; -1: none
+  };
+} // namespace squeal

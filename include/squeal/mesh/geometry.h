@@ -1,0 +1,135 @@
+#pragma once
+
+#include <squeal/parameters/parameters.h>
+
+#include <deal.II/base/point.h>
+#include <deal.II/base/tensor.h>
+#include <deal.II/grid/tria.h>
+
+#include <array>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// Bodies are material ids of the mesh.
+  enum Body : dealii::types::material_id
+  {
+    rotor_body     = 0,
+    upper_pad_body = 1,
+    lower_pad_body = 2
+  };
+
+  inline bool is_pad(const dealii::types::material_id body)
+  {
+    return body != rotor_body;
+  }
+
+  /// A pair of faces in contact: the pad's face is the mortar (slave) side.
+  struct ContactInterface
+  {
+    std::string name; ///< of the pad, as in static.csv
+    Body pad;
+    dealii::types::boundary_id pad_face, rotor_face;
+  };
+
+  /// A boundary on which some displacement components are zero.
+  template <int dim>
+  struct Support
+  {
+    dealii::types::boundary_id boundary;
+    std::array<bool, dim> fixed;
+  };
+
+  /// A pressure on a boundary, Pa, against the outward normal.
+  template <int dim>
+  struct PressureLoad
+  {
+    dealii::types::boundary_id boundary;
+    std::function<double(const dealii::Point<dim> &)> pressure;
+  };
+
+  /// What the cells of one material id are.
+  struct Part
+  {
+    Body body;             ///< to which they belong; the rotor, or the pad of a contact interface
+    unsigned int material; ///< in the order of Parameters::All::materials()
+    bool curved = true;    ///< whether edges follow circles about the z axis (3D)
+  };
+
+  /// The bodies of a scene: coarse mesh, boundary names, supports, loads, contact pairs, transport
+  /// field.
+  template <int dim>
+  struct Geometry
+  {
+    /// Boundary names, for example "rotor.inner" or "upper_pad.contact".
+    std::map<std::string, dealii::types::boundary_id> boundaries;
+
+    std::vector<Support<dim>> supports;
+    std::vector<PressureLoad<dim>> loads;
+    std::vector<ContactInterface> interfaces;
+
+    /// By material id. Where bodies are of one material each, the two are the same.
+    std::vector<Part> parts = {{rotor_body, 0}, {upper_pad_body, 1}, {lower_pad_body, 1}};
+    /// The material ids of the cells of one material, of bodies that there are.
+    std::vector<Body> bodies_of(unsigned int material) const;
+
+    /// Whether supports and closed contact leave a body a rigid motion.
+    bool may_move_rigidly = false;
+
+    /// Of a mesh file: its measures for the log, and as a table.
+    std::string report, report_table;
+
+    /// The transport field w of theory.md, section 1: the rotor's velocity is Omega w.
+    dealii::Tensor<1, dim> transport(const dealii::Point<dim> &x) const;
+
+    /// Fills an empty triangulation: disjoint bodies with material ids, manifolds and boundary ids.
+    void make_coarse_mesh(dealii::Triangulation<dim> &triangulation) const;
+
+    /// The coarse mesh as vertices and cells; ids of the boundaries follow from positions.
+    std::vector<dealii::Point<dim>> vertices;
+    std::vector<dealii::CellData<dim>> cells;
+
+    struct BoundaryRule
+    {
+      Body body;
+      unsigned int coordinate; ///< in 3D 0: radius, 1: angle, 2: z; in 2D 0: x, 1: y
+      double value;
+      dealii::types::boundary_id id;
+    };
+    std::vector<BoundaryRule> rules;
+    /// Ids of faces by their vertices in ascending order, where there are no rules (3D). Other
+    /// faces of the boundary are free.
+    std::map<std::array<unsigned int, 4>, dealii::types::boundary_id> named_faces;
+
+    /// Boundaries that are one: the second continues the first along x (strip). Invalid: none.
+    std::pair<dealii::types::boundary_id, dealii::types::boundary_id> periodic = {
+        dealii::numbers::invalid_boundary_id, dealii::numbers::invalid_boundary_id};
+    bool is_periodic() const
+    {
+      return periodic.first != dealii::numbers::invalid_boundary_id;
+    }
+  };
+
+  /// Interval ends of n equal cells on [a, b], of which the first (last) is divided @p at_start (@p
+  /// at_end) times, each time at @p ratio times the last cut's distance from the end. So each layer
+  /// is @p ratio times as thick as the next one inwards, but the outermost one, which is not
+  /// divided any more, is ratio/(1 - ratio) times as thick as its neighbour.
+  std::vector<double> graded_points(double a, double b, unsigned int n, unsigned int at_start,
+                                    unsigned int at_end, double ratio);
+
+  /// Interval ends of n cells on [a, b], as equal as they can be while the ascending @p lines are
+  /// among the ends; with fewer cells than intervals the lines are left out.
+  std::vector<double> aligned_points(double a, double b, unsigned int n,
+                                     const std::vector<double> &lines);
+
+  /// Annular rotor about the z axis with mid-plane z = 0 and up to two sector pads on its plane
+  /// faces.
+  Geometry<3> make_brake(const Parameters::All &parameters);
+
+  /// Elastic layer y in [-thickness, 0], periodic in x and fixed below, under a block on y in [0,
+  /// ...].
+  Geometry<2> make_strip(const Parameters::All &parameters);
+} // namespace squeal

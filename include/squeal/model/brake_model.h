@@ -1,0 +1,192 @@
+#pragma once
+
+#include <squeal/base/log.h>
+#include <squeal/bodies/body_operators.h>
+#include <squeal/eigen/block_davidson.h>
+#include <squeal/eigen/subspace_iteration.h>
+#include <squeal/model/model.h>
+#include <squeal/statics/static_equilibrium.h>
+
+#include <cmath>
+#include <memory>
+
+namespace squeal
+{
+  /// One term of the equations of motion of a body, as a multiple of a matrix of body_operators.h.
+  struct BodyTerm
+  {
+    enum class Kind
+    {
+      M,
+      K,
+      G,
+      M_star
+    };
+    Origin origin;
+    unsigned int order; ///< of the time derivative
+    Kind matrix;
+    double coefficient;
+  };
+
+  /// M q'' + (D + 2 Omega G) q' + (K - Omega^2 M*) q of theory.md, section 2, as far as the stage
+  /// has it, for what is made of one material.
+  std::vector<BodyTerm> body_terms(const Parameters::All &parameters,
+                                   const Parameters::BodyMaterial &body);
+
+  /// Rotor and pads on a mesh: their equations of motion, linearised about the static sliding
+  /// equilibrium (theory.md, sections 2 and 3).
+  template <int dim>
+  class BrakeModel : public Model
+  {
+  public:
+    /// @p timer is told the phases mesh, assembly, contact and static.
+    BrakeModel(const Geometry<dim> &geometry, const Parameters::All &parameters, MPI_Comm comm,
+               Log &log, PhaseTimer &timer);
+
+    /// The same brake on the same mesh, which must stay as it is, with elements of another degree.
+    BrakeModel(const BrakeModel &other, const Parameters::All &parameters, PhaseTimer &timer);
+
+    /// Numbers the unknowns of the present mesh and forgets all matrices. Call it after every
+    /// change of the mesh.
+    void distribute();
+
+    void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) override;
+    EquationsOfMotion equations() const override;
+    std::vector<ParameterDerivative> derivatives(const std::string &only,
+                                                 const LinearOperator &nearby = {}) const override;
+
+    std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override;
+    std::optional<MirrorSymmetry> mirror_symmetry() const override
+    {
+      return find_mirror_symmetry(spaces_);
+    }
+
+    /// The equations without the bodies' matrices, and multigrid as the preconditioner, for
+    /// parameters whose solver is block_davidson. The model must outlive it unchanged. Collective.
+    DavidsonProblem davidson_problem() const;
+
+    FiniteElementSpace<dim> &spaces()
+    {
+      return spaces_;
+    }
+    /// Null without pads.
+    const Contact<dim> *contact() const
+    {
+      return contact_.get();
+    }
+    /// The static equilibrium, or null if none was computed.
+    const StaticEquilibrium *equilibrium() const
+    {
+      return equilibrium_.get();
+    }
+    /// The steady pressure and its resultants.
+    const typename Contact<dim>::Pressure &pressure() const
+    {
+      return pressure_;
+    }
+    std::vector<ContactResultants> resultants() const;
+    const FiniteElementSpace<dim> &spaces() const
+    {
+      return spaces_;
+    }
+    const Parameters::All &parameters() const
+    {
+      return prm;
+    }
+
+    /// The loads at these parameters on a space of the mesh: the geometry's, scaled from the
+    /// Pads/Pressure that it was made with, and the centrifugal one.
+    MultiVector static_load(const Parameters::All &parameters,
+                            const FiniteElementSpace<dim> &spaces) const;
+
+    static ContactModel<dim> contact_model(const Parameters::All &parameters);
+    /// N, mu T, P_R and Q_R of theory.md, section 3, and the turning, as far as the parameters ask.
+    static std::vector<Term> contact_terms(const Contact<dim> &contact,
+                                           const typename Contact<dim>::Pressure &pressure,
+                                           const Parameters::All &parameters);
+    /// The gain of friction on the contact pressure; zero without friction.
+    SelfLocking self_locking() const;
+    /// Where friction feeds energy into a mode.
+    typename Contact<dim>::FrictionWork friction_work(const Modes &modes, unsigned int mode) const;
+
+  private:
+    /// The matrices of a material are assembled once a mesh; the terms scale them to the present
+    /// material.
+    struct AssembledBody
+    {
+      BodyMatrices matrices;
+      Material material; ///< with which they were assembled
+    };
+
+    /// The terms of the bodies, of order zero only or all. Matrices that are there already stay.
+    void add_bodies(bool with_motion);
+    /// The terms of the bodies without matrices.
+    void add_matrix_free_bodies();
+    /// The terms of one order, those of the bodies in one pass over the cells.
+    Matrix matrix_free_sum(unsigned int order) const;
+    /// Makes the iterative solver and tells the log.
+    void make_iterative_solver(bool needs_border);
+    /// Whether the static equilibrium is solved without factors.
+    bool solves_iteratively() const;
+    void find_steady_state(bool iterates, const LinearOperator &nearby);
+    /// All contacts closed and scaled to the stiffness, that of the solver if there is one.
+    void close_contact(const IterativeStatics<dim> *solver);
+    void add_contact();
+    void add_prestress();
+    /// Of the rotor's materials.
+    MultiVector centrifugal_load(const Parameters::All &parameters,
+                                 const FiniteElementSpace<dim> &spaces) const;
+    /// Of the bodies whose static stress the parameters ask for.
+    std::vector<Matrix> stress_stiffnesses(const Parameters::All &parameters,
+                                           const MultiVector &state) const;
+
+    static bool is_body_term(const Term &term)
+    {
+      return term.origin == Origin::elasticity || term.origin == Origin::transport ||
+             term.origin == Origin::material_damping;
+    }
+
+    // Derivatives with respect to parameters.
+
+    struct Parameter
+    {
+      std::string path;
+      double value;
+      std::vector<Term> terms; ///< d/dp of the bodies' terms
+    };
+    std::vector<Parameter> differentiable_parameters() const;
+    void add_moduli(unsigned int m, const Parameters::BodyMaterial &body, double beta,
+                    std::vector<Parameter> &parameters) const;
+    /// The step of central differences; what is differentiated is linear or nearly so.
+    static double step(const Parameter &parameter)
+    {
+      return 1e-4 * (parameter.value != 0 ? std::abs(parameter.value) : 1.);
+    }
+    /// The parameters with another value of one that contact, loads or prestress depend on.
+    Parameters::All varied(const std::string &parameter, double value) const;
+    /// The contact's and the loads' part of the static residual at the static state.
+    MultiVector static_residual(const Parameters::All &parameters,
+                                const Contact<dim> &contact) const;
+    /// dx_0/dp at fixed active set, one column for each parameter.
+    MultiVector state_derivatives(const std::vector<Parameter> &parameters,
+                                  const LinearOperator &nearby) const;
+
+    const Geometry<dim> geometry;
+    const MPI_Comm comm;
+    Log &log;
+    PhaseTimer &timer;
+    FiniteElementSpace<dim> spaces_;
+    Parameters::All prm;               ///< of the terms
+    const double load_pressure;        ///< Pads/Pressure of the geometry's loads, Pa
+    std::vector<AssembledBody> bodies; ///< by material
+    std::unique_ptr<Contact<dim>> contact_;
+    std::unique_ptr<StaticEquilibrium> equilibrium_;
+    /// While the equilibrium is solved for, and where modes are to be found without factors.
+    std::unique_ptr<IterativeStatics<dim>> iterative;
+    KnownTerms of_state; ///< the bodies' terms of the equilibrium
+    /// For states that follow one another while the bodies stay as they are.
+    std::unique_ptr<DirectStatics<dim>> statics;
+    bool may_keep_statics = true; ///< they have not turned out to be of no use
+    typename Contact<dim>::Pressure pressure_;
+  };
+} // namespace squeal

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <squeal/model/model.h>
+
+namespace squeal
+{
+  /// Matrix Market files instead of bodies: M q'' + c P q' + (K + p N) q = 0.
+  class MatrixModel : public Model
+  {
+  public:
+    /// Reads the files. Throws InputError.
+    MatrixModel(const Parameters::Matrices &names, MPI_Comm comm);
+
+    void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) override;
+    EquationsOfMotion equations() const override;
+    std::vector<ParameterDerivative> derivatives(const std::string &only,
+                                                 const LinearOperator &nearby = {}) const override;
+
+    std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override
+    {
+      return {{"all"}, std::vector<unsigned int>(rows.n_local(), 0)};
+    }
+
+    unsigned int size() const
+    {
+      return rows.size;
+    }
+
+  private:
+    RowRange rows;
+    std::shared_ptr<const Matrix> mass, velocity, stiffness, circulatory;
+    double circulatory_factor = 1, velocity_factor = 1;
+  };
+} // namespace squeal

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <squeal/eigen/eigenproblem.h>
+#include <squeal/linalg/gmres.h>
+#include <squeal/parameters/parameters.h>
+#include <squeal/symmetry/mirror.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace squeal
+{
+  /// How the equations of motion depend on one parameter: d/dp of their terms.
+  struct ParameterDerivative
+  {
+    std::string parameter; ///< path of the key
+    double value;          ///< present value, in the unit of the key
+    std::vector<Term> terms;
+  };
+
+  /// The equations of motion of a scene as a list of terms: what sweeps, sensitivities and the
+  /// search for critical values need to know of it.
+  class Model
+  {
+  public:
+    virtual ~Model() = default;
+
+    /// Makes the terms for these parameters, again where they have changed. What does not depend
+    /// on what has changed since the last call keeps its matrix. Throws InputError, SolverError.
+    ///
+    /// With @p nearby, products with the inverse of the position matrix for parameters of an
+    /// earlier call that are nearly the same, the static state follows from the last one by
+    /// iteration.
+    virtual void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) = 0;
+
+    const std::vector<Term> &terms() const
+    {
+      return terms_;
+    }
+
+    /// The terms, and what is known of the problem that they make.
+    virtual EquationsOfMotion equations() const = 0;
+
+    /// { M, P, Q } and the reference problem for counting modes.
+    QuadraticEigenproblem problem() const
+    {
+      return sum_of(equations());
+    }
+
+    /// The derivatives of the terms with respect to the parameters that the scene uses, the steady
+    /// pressure's own dependence included; the active set of the contact is held fixed. With a
+    /// path: of that parameter only, or nothing if the terms cannot be differentiated by it. @p
+    /// nearby as in assemble().
+    virtual std::vector<ParameterDerivative>
+    derivatives(const std::string &only = "", const LinearOperator &nearby = {}) const = 0;
+
+    /// Names of the bodies and, for each row of this rank, the number of its body.
+    virtual std::pair<std::vector<std::string>, std::vector<unsigned int>>
+    bodies_of_rows() const = 0;
+
+    /// The reflection about the rotor's mid-plane, if the equations have one.
+    virtual std::optional<MirrorSymmetry> mirror_symmetry() const
+    {
+      return {};
+    }
+
+  protected:
+    void add_term(const Origin origin, const unsigned int order, const double coefficient,
+                  Matrix matrix)
+    {
+      if (matrix)
+        terms_.push_back(
+            {origin, order, coefficient, std::make_shared<const Matrix>(std::move(matrix))});
+    }
+    std::vector<Term> terms_;
+  };
+
+  /// Makes a model with a mesh of its own, where a parameter changes the mesh.
+  using ModelFactory = std::function<std::unique_ptr<Model>(const Parameters::All &)>;
+} // namespace squeal

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <squeal/parameters/parameters.h>
+
+#include <iosfwd>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// A parameter file with its overrides, read strictly: an unknown key is an error that names the
+  /// file, the line, the section, and the nearest known key.
+  class ParameterFile
+  {
+  public:
+    /// All parameters at their defaults.
+    ParameterFile();
+
+    /// Reads @p filename, then applies @p overrides of the form "Section/Key=value", then checks
+    /// the rules across keys. Throws InputError.
+    void read(const std::string &filename, const std::vector<std::string> &overrides);
+
+    const Parameters::All &parameters() const
+    {
+      return *all;
+    }
+
+    /// The present value of a number. Throws InputError, naming the nearest key, if there is none
+    /// of that path or if it is not a number.
+    double value_of(const std::string &path) const;
+    /// Sets a number and checks all rules; parameters() then refers to the new value. Throws
+    /// InputError.
+    void vary(const std::string &path, double value);
+
+    /// Sets any key as vary() does.
+    void choose(const std::string &path, const std::string &value);
+
+    /// The text of the file, byte for byte.
+    const std::string &original_text() const
+    {
+      return original;
+    }
+
+    /// All parameters used, as a parameter file.
+    void print_used(std::ostream &out) const;
+
+    /// Every key with default, unit and allowed values. @p format is prm, json or md.
+    void print_manual(std::ostream &out, const std::string &format) const;
+
+  private:
+    struct Entry
+    {
+      std::vector<std::string> section;
+      std::string key;
+      std::string path; ///< Section/.../Key
+      std::string pattern;
+      std::string documentation;
+      std::string default_value;
+    };
+
+    const Entry &entry_of(const std::string &path, const std::string &where) const;
+    void parse_text(const std::string &text, const std::string &filename);
+    void set(const std::string &path, const std::string &value, const std::string &where);
+
+    std::unique_ptr<Parameters::All> all;
+    dealii::ParameterHandler prm;
+    std::vector<Entry> entries;
+    std::string original;
+  };
+} // namespace squeal

@@ -1,0 +1,357 @@
+#pragma once
+
+#include <squeal/parameters/friction_laws.h>
+#include <squeal/parameters/materials.h>
+
+#include <deal.II/base/parameter_handler.h>
+
+#include <array>
+#include <complex>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace squeal
+{
+  /// The paper's modelling ladder (theory.md, section 5).
+  enum class Stage
+  {
+    elastic,
+    transport,
+    friction,
+    friction_damping,
+    full
+  };
+
+  /// What a stage brings into the equations of motion.
+  struct StageTerms
+  {
+    bool transport        = false; ///< 2 Omega G and -Omega^2 M*
+    bool friction         = false; ///< mu T
+    bool friction_damping = false; ///< P_R, Q_R
+    bool material_damping = false; ///< D
+  };
+  StageTerms terms_of(Stage stage);
+
+  namespace Parameters
+  {
+    // One struct per section of the parameter file: defaults are the member initialisers, every
+    // text carries its unit, and check() holds the rules that no pattern of a single key can
+    // express. check() throws InputError with the path of the key.
+
+    struct MaterialSection : Material
+    {
+      explicit MaterialSection(const Material &defaults) : Material(defaults) {}
+      void declare(dealii::ParameterHandler &prm);
+      void check(const std::string &section) const;
+    };
+
+    struct Rotor
+    {
+      double inner_radius = 0.05;
+      double outer_radius = 0.15;
+      double thickness    = 0.012;
+      std::string clamped = "inner";
+      MaterialSection material{Material{1.25e11, 0.25, 7200, 0, 1e-7}};
+
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
+    struct Pads
+    {
+      std::string arrangement = "both";
+      double inner_radius     = 0.09;
+      double outer_radius     = 0.14;
+      double sector_angle     = 50;
+      double thickness        = 0.012;
+      std::string back_face   = "guided";
+      double pressure         = 1e6;
+      std::string profile     = "1";
+      MaterialSection material{Material{1e10, 0.3, 2500, 0, 2e-6}};
+
+      bool upper() const
+      {
+        return arrangement == "both" || arrangement == "upper";
+      }
+      bool lower() const
+      {
+        return arrangement == "both";
+      }
+      int n_pads() const
+      {
+        return int(upper()) + int(lower());
+      }
+
+      void declare(dealii::ParameterHandler &prm);
+      void check(const Rotor &rotor) const;
+    };
+
+    struct Operation
+    {
+      double angular_velocity = 20;
+      void declare(dealii::ParameterHandler &prm);
+    };
+
+    struct Contact
+    {
+      std::string formulation            = "mortar";
+      double penalty_stiffness           = 1e12;
+      std::string steady_pressure        = "computed";
+      std::string friction_law           = "constant";
+      double friction_coefficient        = 0.6;
+      double friction_coefficient_moving = 0.3;
+      double friction_decay_speed        = 1;
+      std::string friction_expression    = "";
+      double smoothing_speed             = 0;
+      std::string initial_gap            = "0";
+      bool self_locking_check            = false;
+
+      /// Whether the pressure is a multiplier, with or without compliance.
+      bool mortar() const
+      {
+        return formulation != "penalty";
+      }
+      /// 1/k_C where it acts on the multiplier, m^3/N.
+      double compliance() const
+      {
+        return formulation == "mortar_penalty" ? 1 / penalty_stiffness : 0;
+      }
+      FrictionLaw law() const;
+
+      void declare(dealii::ParameterHandler &prm);
+      void check(Stage stage, double angular_velocity) const;
+    };
+
+    /// The two-dimensional scene: an elastic layer, periodic in x, under a block. Materials,
+    /// pressure and support of the block are those of the sections Rotor and Pads.
+    struct Strip
+    {
+      double length          = 0.2;
+      double thickness       = 0.02;
+      double block_length    = 0.05;
+      double block_thickness = 0.02;
+
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
+    /// Volumes of a mesh file that have a material of their own.
+    struct MeshPart
+    {
+      std::string volumes = "";
+      std::string body    = "pads";
+      MaterialSection material{Material{2.1e11, 0.3, 7850, 0, 1e-7}};
+
+      void declare(dealii::ParameterHandler &prm);
+    };
+
+    /// The scene of a mesh file: what its groups are.
+    struct Mesh
+    {
+      std::string file = "", axis = "z", origin_text = "0, 0, 0", curved = "rotor";
+      double scale      = 1;
+      std::string rotor = "rotor", pads = "", contact_pairs = "", pressure_on = "";
+      std::string clamped = "", guided = "";
+      std::array<std::string, 3> fixed = {{"", "", ""}};
+      std::array<MeshPart, 4> parts;
+
+      /// Surfaces of pad and rotor that touch. Throws InputError.
+      std::vector<std::pair<std::string, std::string>> pairs() const;
+      /// In units of the file. Throws InputError.
+      std::array<double, 3> origin() const;
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
+    struct Discretization
+    {
+      unsigned int degree                     = 2;
+      std::array<unsigned int, 3> rotor_cells = {{5, 36, 1}};
+      std::array<unsigned int, 3> pad_cells   = {{3, 6, 1}};
+      bool align_rotor                        = true;
+      unsigned int clamp_layers               = 1;
+      unsigned int pad_edge_layers            = 0;
+      double layer_ratio                      = 0.2;
+      std::string rotor_cells_text            = "5, 36, 1";
+      std::string pad_cells_text              = "3, 6, 1";
+
+      void declare(dealii::ParameterHandler &prm);
+      void check();
+    };
+
+    struct Refinement
+    {
+      std::string strategy          = "none";
+      unsigned int cycles           = 1;
+      double tolerance              = 1e-3;
+      unsigned int maximum_unknowns = 500000;
+      double maximum_time           = 0;
+      double maximum_memory         = 0;
+      std::string reference         = "";
+
+      /// The number of meshes a run may use.
+      unsigned int n_cycles() const
+      {
+        return strategy == "none" ? 1 : cycles;
+      }
+      /// The eigenvalues of the file @p reference; none if there is no file. Throws InputError.
+      std::vector<std::complex<double>> reference_eigenvalues() const;
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
+    struct StaticEquilibrium
+    {
+      std::string linear_solver       = "auto";
+      std::string multigrid           = "gamg";
+      unsigned int maximum_iterations = 300;
+
+      void declare(dealii::ParameterHandler &prm);
+    };
+
+    struct Eigenproblem
+    {
+      double minimum_frequency = 0;
+      double maximum_frequency = 6000;
+      std::string solver       = "block_krylov";
+      double tolerance         = 1e-9;
+      double shift             = 0;
+      bool error_bars          = true;
+      bool mirror_symmetry     = true;
+
+      /// Whether modes are wanted, or the static equilibrium only.
+      bool is_solved() const
+      {
+        return solver != "none";
+      }
+      /// Whether they are found without factors and without the bodies' matrices.
+      bool is_matrix_free() const
+      {
+        return solver == "block_davidson";
+      }
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
+    /// Terms of the size of the static stress, off by default.
+    struct Prestress
+    {
+      bool centrifugal_load = false;
+      bool stress_stiffness = false;
+      bool turning_contact  = false;
+
+      /// Whether the displacements of the static equilibrium are needed.
+      bool needs_state() const
+      {
+        return centrifugal_load || stress_stiffness;
+      }
+      void declare(dealii::ParameterHandler &prm);
+    };
+
+    struct Sweep
+    {
+      std::string parameter        = "none";
+      std::string values           = "";
+      std::string second_parameter = "none";
+      std::string second_values    = "";
+      bool critical_values         = false;
+
+      bool active() const
+      {
+        return parameter != "none";
+      }
+      /// Whether two parameters span a stability map.
+      bool is_map() const
+      {
+        return second_parameter != "none";
+      }
+      /// Whether the mesh stays as it is when a parameter changes.
+      static bool keeps_mesh(const std::string &parameter);
+      /// The values, ascending or descending as given. Throw InputError.
+      std::vector<double> points() const;
+      std::vector<double> second_points() const;
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
+    struct Matrices
+    {
+      std::string mass, velocity, stiffness, circulatory;
+      double circulatory_factor = 1;
+      double velocity_factor    = 1;
+
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
+    struct Output
+    {
+      std::string directory         = "";
+      std::string fields            = "unstable";
+      unsigned int animation_frames = 16;
+      bool sensitivities            = false;
+      void declare(dealii::ParameterHandler &prm);
+    };
+
+    /// A material of the scene, the section of its keys, and in the scene mesh the volumes that
+    /// are made of it.
+    struct BodyMaterial
+    {
+      std::string section;
+      bool of_rotor;
+      MaterialSection material;
+      std::string volumes;
+    };
+
+    /// The names of the stages in their order.
+    extern const std::vector<std::string> stage_names;
+
+    /// Everything a run needs to know.
+    struct All
+    {
+      std::string scene      = "brake";
+      std::string stage_name = "full";
+      Rotor rotor;
+      Pads pads;
+      Strip strip;
+      Mesh mesh;
+      Operation operation;
+      Contact contact;
+      Discretization discretization;
+      Refinement refinement;
+      StaticEquilibrium static_equilibrium;
+      Eigenproblem eigenproblem;
+      Prestress prestress;
+      Sweep sweep;
+      Matrices matrices;
+      Output output;
+
+      Stage stage() const;
+      StageTerms terms() const
+      {
+        return terms_of(stage());
+      }
+      /// The materials of the scene: the rotor's, the pads', those of the parts of a mesh file.
+      std::vector<BodyMaterial> materials() const;
+      /// The material of a section, "Rotor", "Pads", "Mesh/Part 1" and so on.
+      MaterialSection &material(const std::string &section);
+      /// The number of contact pairs.
+      int n_pads() const
+      {
+        return scene == "mesh"    ? int(mesh.pairs().size())
+               : scene == "strip" ? int(pads.arrangement != "none")
+                                  : pads.n_pads();
+      }
+
+      /// Makes every member an entry of @p prm; parsing @p prm then fills the members.
+      void declare(dealii::ParameterHandler &prm);
+
+      /// The rules across keys. Throws InputError.
+      void check();
+
+    private:
+      void check_matrix_free() const;
+    };
+  } // namespace Parameters
+} // namespace squeal

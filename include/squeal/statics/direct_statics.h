@@ -1,0 +1,146 @@
+#pragma once
+
+#include <squeal/contact/contact.h>
+#include <squeal/symmetry/parity_space.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace squeal
+{
+  /// The tangent of the static problem at fixed active set, the sum of these terms: the body terms
+  /// of order 0, N, and with friction d tau/dp at the given pressure.
+  template <int dim>
+  std::vector<Term> static_terms(const std::vector<Term> &body_terms, const Contact<dim> &contact,
+                                 const typename Contact<dim>::Pressure &pressure,
+                                 bool with_friction);
+
+  /// Terms as they were, without keeping their matrices.
+  class KnownTerms
+  {
+  public:
+    KnownTerms() = default;
+    explicit KnownTerms(const std::vector<Term> &terms)
+    {
+      for (const Term &term : terms)
+        known.emplace_back(term.matrix, term.coefficient);
+    }
+    bool are(const std::vector<Term> &terms) const
+    {
+      return std::equal(known.begin(), known.end(), terms.begin(), terms.end(),
+                        [](const auto &before, const Term &term) {
+                          return before.first.lock() == term.matrix &&
+                                 before.second == term.coefficient;
+                        });
+    }
+
+  private:
+    std::vector<std::pair<std::weak_ptr<const Matrix>, double>> known;
+  };
+
+  class ReleaseSolver;
+
+  /// Linear problems of the static equilibrium by factors (LU by MUMPS, one step of iterative
+  /// refinement).
+  ///
+  /// A friction law that depends on the pressure, and penalty contact with its many points, change
+  /// the matrix in each step; for mortar contact one factorisation, at first with all contacts
+  /// closed, serves all active sets of a moderate number of releases, and all friction coefficients
+  /// and loads: serves() tells, so that a sweep may keep it.
+  ///
+  /// A brake and a load that are their own mirror image have a symmetric state: with the basis V of
+  /// symmetric vectors, V^T A V y = V^T b is a problem of half the size (theory.md, section 4). The
+  /// antisymmetric half is needed for what is no state, as the effects of single contacts. Where
+  /// there are several ranks, half of them factorises each. Symmetry of matrix, right side and
+  /// active set is checked; without it the whole is solved.
+  template <int dim>
+  class DirectStatics
+  {
+  public:
+    /// @p symmetry of the mesh. @p both_halves: solve_columns() will be called. Only the
+    /// @p body_terms of order 0 are used.
+    DirectStatics(const RowRange &rows, const std::vector<Term> &body_terms,
+                  const ContactModel<dim> &model, bool with_friction,
+                  std::optional<MirrorSymmetry> symmetry, bool both_halves);
+    ~DirectStatics();
+
+    /// Whether one factorisation serves this contact and others.
+    static bool may_serve(const Contact<dim> &contact)
+    {
+      return may_serve(contact.contact_model()) &&
+             contact.released_multipliers().size() <= most_releases;
+    }
+    /// Whether the factors are also those of other bodies' terms and another contact, up to the
+    /// active set and the friction coefficient. Collective.
+    bool serves(const std::vector<Term> &body_terms, const Contact<dim> &contact) const;
+
+    const std::vector<Term> &body_terms() const
+    {
+      return of_bodies;
+    }
+
+    /// The state at the present active set and the pressure of the step before. Throws SolverError.
+    MultiVector solve(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+                      const MultiVector &right_hand_side);
+
+    /// |b - A x| / |b| of the last solution: large where A is singular.
+    double relative_residual() const;
+
+    /// Solutions of the last linear problem for other right sides, one for each of the given
+    /// multipliers' rows. If multipliers are mirror images of each other, so are their right sides.
+    MultiVector solve_columns(const Contact<dim> &contact, const MultiVector &right_hand_sides,
+                              const std::vector<unsigned int> &multipliers);
+
+  private:
+    static constexpr unsigned int most_releases = 400;
+
+    static bool may_serve(const ContactModel<dim> &model)
+    {
+      return model.mortar && model.friction.kind != FrictionLaw::Kind::expression;
+    }
+
+    /// The whole, or a half.
+    struct Part
+    {
+      std::unique_ptr<const Subcommunicator> group;
+      std::unique_ptr<const ParitySpace> space; ///< none: the whole
+      std::unique_ptr<ReleaseSolver> solver;    ///< on the ranks that have a part of it
+    };
+    static const RowRange &rows_of(const Part &part, const RowRange &whole)
+    {
+      return part.space ? part.space->row_range() : whole;
+    }
+    /// New factors of the tangent.
+    void factorise(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure);
+    /// With all contacts closed.
+    void factorise_closed(const Contact<dim> &contact,
+                          const typename Contact<dim>::Pressure &pressure);
+    double change_of_friction(const Contact<dim> &contact,
+                              const typename Contact<dim>::Pressure &pressure);
+    void make_parts();
+    /// The whole from now on.
+    void forget_symmetry();
+    /// Whether the mirror images of all these rows are among them.
+    bool contains_images(const std::vector<unsigned int> &multipliers) const;
+
+    const RowRange rows; ///< of the whole
+    const std::vector<Term> of_bodies;
+    const bool with_friction, both_halves;
+    bool factor_once;
+    std::optional<MirrorSymmetry> symmetry;
+    std::vector<Part> parts;
+    /// What factors for all active sets were made with.
+    struct Base
+    {
+      Contact<dim> contact;                   ///< all closed
+      double coefficient;                     ///< of Contact::friction_slopes()
+      typename Contact<dim>::Pressure slopes; ///< likewise; none: without friction so far
+      std::shared_ptr<const Matrix> friction; ///< once another coefficient needs it
+    };
+    std::optional<Base> base;
+  };
+} // namespace squeal

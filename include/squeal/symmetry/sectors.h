@@ -1,0 +1,24 @@
+#pragma once
+
+#include <squeal/eigen/eigensolvers.h>
+#include <squeal/symmetry/mirror.h>
+
+namespace squeal
+{
+  /// The modes of a problem that is its own mirror image are symmetric, S x = x, or antisymmetric,
+  /// S x = -x: two problems of half the size,
+  ///     V^T (l^2 M + l P + Q) V y = 0,   x = V y,
+  /// are solved one after the other: together in half of the time, with a third of the memory for
+  /// factors at a time (tests/benchmark/mirror.py). With several ranks, half of them solves each
+  /// half at the same time, unless factors are to be kept; those of the symmetric half, which has
+  /// fewer modes, count the reference modes of both. The whole problem's matrices are not summed.
+  /// Collective.
+  /// Backward errors are those of the halves: by how much matrices that stay symmetric would have
+  /// to change.
+  ///
+  /// Without a symmetry, or if the matrices do not have it, the whole problem is solved, and no
+  /// mode's symmetry is known.
+  Modes solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
+                          const EigensolverOptions &options,
+                          const std::optional<MirrorSymmetry> &symmetry);
+} // namespace squeal

@@ -1,0 +1,124 @@
+#include <squeal/assessment/divergence.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace squeal
+{
+  Root find_root(double low, double f_low, double high, double f_high,
+                 const std::function<std::pair<double, double>(double)> &function)
+  {
+    constexpr unsigned int max_iterations = 40;
+    const double size                     = std::max(std::abs(low), std::abs(high));
+    Root root;
+    double p = low - f_low * (high - low) / (f_high - f_low);
+    for (root.iterations = 1; root.iterations <= max_iterations; ++root.iterations)
+    {
+      const auto [value, slope] = function(p);
+      if (value * f_low > 0)
+      {
+        low   = p;
+        f_low = value;
+      }
+      else
+      {
+        high   = p;
+        f_high = value;
+      }
+      double next = p;
+      if (value != 0)
+        next = std::isfinite(slope) && slope != 0 ? p - value / slope
+                                                  : low - f_low * (high - low) / (f_high - f_low);
+      if ((next - low) * (next - high) > 0) // Newton left the interval
+        next = (low + high) / 2;
+      root.accuracy = std::abs(next - p);
+      p             = next;
+      if (root.accuracy <= 1e-11 * size)
+        break;
+    }
+    root.value = p;
+    return root;
+  }
+
+  std::optional<Root> find_root(const double low, const double high,
+                                const std::function<std::pair<double, double>(double)> &function)
+  {
+    const auto [f_low, slope_low]   = function(low);
+    const auto [f_high, slope_high] = function(high);
+    const double size               = std::max(std::abs(low), std::abs(high));
+    for (const auto &[p, f, slope] :
+         {std::make_tuple(low, f_low, slope_low), std::make_tuple(high, f_high, slope_high)})
+    {
+      if (f == 0)
+        return Root{p, 0, 0};
+      if (std::abs(f) <= 1e-11 * size * std::abs(slope))
+        return Root{p - f / slope, std::abs(f / slope), 0};
+    }
+    if (f_low * f_high > 0)
+      return {};
+    return find_root(low, f_low, high, f_high, function);
+  }
+
+  std::vector<unsigned int> divergent_modes(const Modes &modes)
+  {
+    std::vector<unsigned int> result;
+    for (unsigned int j = 0; j < modes.lambda.size(); ++j)
+      if (modes.lambda[j].imag() == 0 && modes.lambda[j].real() > 0)
+        result.push_back(j);
+    return result;
+  }
+
+  namespace
+  {
+    MultiVector column_times(const Matrix &matrix, const MultiVector &block,
+                             const unsigned int column)
+    {
+      MultiVector x(block.row_range(), 1);
+      std::copy_n(block.column(column), block.n_local(), x.data());
+      x                 = multiply(matrix, x);
+      const double size = std::sqrt(inner_products(x, x)[0]);
+      for (unsigned int i = 0; i < x.n_local(); ++i)
+        x.data()[i] /= size;
+      return x;
+    }
+  } // namespace
+
+  StaticInstability::StaticInstability(const QuadraticEigenproblem &problem, const Modes &modes,
+                                       const unsigned int mode)
+      : b(column_times(problem.M, modes.re, mode)), c(column_times(problem.M, modes.left_re, mode))
+  {
+  }
+
+  StaticInstability::Result
+  StaticInstability::evaluate(const QuadraticEigenproblem &problem,
+                              const std::vector<ParameterDerivative> &derivatives) const
+  {
+    Result result;
+    result.derivatives.assign(derivatives.size(), std::numeric_limits<double>::quiet_NaN());
+    try
+    {
+      const Factorization factorization(problem.Q, Factorization::Kind::lu,
+                                        "the position matrix (for static instability)");
+      const MultiVector x = factorization.solve(b), z = factorization.solve_transposed(c);
+      const double reciprocal = inner_products(c, x)[0];
+      if (!std::isfinite(reciprocal)) // singular up to rounding
+        return result;
+      result.value = 1 / reciprocal;
+      for (unsigned int k = 0; k < derivatives.size(); ++k)
+      {
+        double sum = 0;
+        for (const Term &term : derivatives[k].terms)
+          if (term.order == 0)
+            sum += term.coefficient * inner_products(z, multiply(*term.matrix, x))[0];
+        result.derivatives[k] = result.value * result.value * sum;
+      }
+    }
+    catch (const SingularMatrix &)
+    {
+      result.value = 0; // this is the point itself
+    }
+    return result;
+  }
+} // namespace squeal

@@ -1,0 +1,569 @@
+#include <squeal/assessment/cell_residuals.h>
+#include <squeal/assessment/error_estimators.h>
+#include <squeal/assessment/local_problems.h>
+#include <squeal/assessment/stability.h>
+#include <squeal/mesh/cell_map.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  using namespace dealii;
+  using Complex = std::complex<double>;
+
+  namespace
+  {
+    /// [Re X, Im X, Re Z, Im Z] of all modes; the static state, if given, is the last one's Re X.
+    MultiVector columns_of(const Modes &modes, const MultiVector *state)
+    {
+      MultiVector columns = modes.re;
+      if (state)
+        columns.append(*state);
+      for (const MultiVector *block : {&modes.im, &modes.left_re, &modes.left_im})
+      {
+        columns.append(*block);
+        if (state)
+          columns.append(MultiVector(block->row_range(), 1));
+      }
+      return columns;
+    }
+
+    /// Sums of body terms at the eigenvalue l: sum c l^order for each kind of matrix.
+    OperatorFactors factors_at(const std::vector<BodyTerm> &terms, const Complex l)
+    {
+      std::array<Complex, 4> sums{};
+      for (const BodyTerm &term : terms)
+        sums[static_cast<unsigned int>(term.matrix)] +=
+            term.coefficient * (term.order == 0   ? 1.
+                                : term.order == 1 ? l
+                                                  : l * l);
+      const auto of = [&](const BodyTerm::Kind kind)
+      { return sums[static_cast<unsigned int>(kind)]; };
+      return {of(BodyTerm::Kind::M), of(BodyTerm::Kind::K), of(BodyTerm::Kind::G),
+              of(BodyTerm::Kind::M_star)};
+    }
+
+    template <int dim>
+    class Estimator
+    {
+    public:
+      Estimator(const BrakeModel<dim> &model, const Modes &modes);
+      EigenvalueErrors run();
+
+    private:
+      MultiVector interpolate(const MultiVector &column);
+      void release_at_border();
+      void find_contact_terms();
+      /// The functions of a cell in the space of one degree more: n rows, the dim components of a
+      /// column side by side, then the pressures of all. They also go to @p result.
+      void lift_cell(unsigned int number, const std::vector<Column> &columns, DenseMatrix &coarse,
+                     MultiVector &result);
+      void add_bodies();
+      void add_contact();
+      void share_faces();
+      /// Adds Z^H Q+ X to T.
+      void add_products();
+      void eliminate(EigenvalueErrors &errors);
+      std::vector<std::vector<Complex>> other_borders(EigenvalueErrors &errors) const;
+      void add_state_correction(const DenseMatrix &functions, unsigned int number,
+                                const std::vector<int> &unknowns, const double *solution);
+      void add_static_residual();
+      std::vector<Complex> other_pressure();
+      void find_corrections(EigenvalueErrors &errors);
+      unsigned int material_of(const typename DoFHandler<dim>::active_cell_iterator &cell) const
+      {
+        return base.geometry.parts[cell->material_id()].material;
+      }
+
+      const BrakeModel<dim> &model;
+      const Parameters::All &prm;
+      const Modes &modes;
+      const unsigned int m; ///< modes
+      /// Whether the eigenvalues depend on the steady pressure, so that its error is wanted: then
+      /// the static state goes through the same local problems as one more vector.
+      const bool with_state;
+      const unsigned int n_vectors;        ///< modes and state
+      const FiniteElementSpace<dim> &base; ///< of the modes
+      FiniteElementSpace<dim> spaces;      ///< of one degree more
+      std::unique_ptr<Contact<dim>> contact;
+      std::vector<Term> contact_terms;
+      typename Contact<dim>::Pressure pressure;
+
+      const unsigned int n; ///< nodes of a cell, degree p + 1
+      const DenseMatrix lift;
+      CellResiduals<dim> cell_residuals;
+      std::unique_ptr<CellMap<dim>> base_map, map;
+      MultiVector lifted;            ///< the columns, interpolated
+      std::vector<Column> residuals; ///< of the columns
+      const std::vector<Parameters::BodyMaterial> materials;
+      /// By material: the factors of its matrices at each eigenvalue.
+      std::vector<std::vector<OperatorFactors>> factors;
+      DenseMatrix t_re, t_im;               ///< T
+      std::vector<Column> state_correction; ///< sums and numbers of summands
+    };
+
+    template <int dim>
+    Estimator<dim>::Estimator(const BrakeModel<dim> &model, const Modes &modes)
+        : model(model), prm(model.parameters()), modes(modes), m(modes.lambda.size()),
+          with_state(model.equilibrium() && model.contact() && prm.terms().friction_damping),
+          n_vectors(m + with_state), base(model.spaces()), spaces(base, base.fe.degree + 1),
+          n(spaces.fe.n_dofs_per_cell()), lift(interpolation(base.fe, spaces.fe)),
+          cell_residuals(base, spaces), materials(prm.materials()), t_re(m, m), t_im(m, m)
+    {
+      for (const Parameters::BodyMaterial &material : materials)
+      {
+        factors.emplace_back();
+        for (const Complex &l : modes.lambda)
+          factors.back().push_back(factors_at(body_terms(prm, material), l));
+        if (with_state)
+          factors.back().push_back(factors_at(body_terms(prm, material), 0));
+      }
+    }
+
+    /// Z^H R of two blocks of columns [Re, Im], added.
+    void add_product(const DenseMatrix &z, const DenseMatrix &r, DenseMatrix &re, DenseMatrix &im)
+    {
+      const unsigned int m = re.n_rows;
+      DenseMatrix products(2 * m, 2 * m);
+      gemm(true, 1, z, r, 0, products);
+      for (unsigned int j = 0; j < m; ++j)
+        for (unsigned int i = 0; i < m; ++i)
+        {
+          re(i, j) += products(i, j) + products(m + i, m + j);
+          im(i, j) += products(i, m + j) - products(m + i, j);
+        }
+    }
+
+    /// The columns 2m ... 4m (the left ones), or the first 2m.
+    DenseMatrix half(const DenseMatrix &all, const bool left)
+    {
+      const unsigned int n_columns = all.n_columns / 2;
+      const auto begin = all.values.begin() + (left ? std::size_t(n_columns) * all.n_rows : 0);
+      return {all.n_rows, n_columns, {begin, begin + std::size_t(n_columns) * all.n_rows}};
+    }
+
+    template <int dim>
+    void Estimator<dim>::lift_cell(const unsigned int number, const std::vector<Column> &columns,
+                                   DenseMatrix &coarse, MultiVector &result)
+    {
+      const unsigned int n_base = base.fe.n_dofs_per_cell(), n_columns = columns.size();
+      if (coarse.n_columns != (dim + 1) * n_columns)
+        coarse = DenseMatrix(n_base, (dim + 1) * n_columns);
+      std::fill(coarse.values.begin(), coarse.values.end(), 0.);
+      for (unsigned int j = 0; j < n_columns; ++j)
+        for (const auto &entry : base_map->cells[number])
+        {
+          // Component c of node a; the pressures come last.
+          const unsigned int c = entry.unknown / n_base, a = entry.unknown % n_base,
+                             column = c < dim ? j * dim + c : dim * n_columns + j;
+          coarse(a, column) += entry.weight * columns[j].local_element(entry.index);
+        }
+      DenseMatrix fine(n, coarse.n_columns);
+      gemm(false, 1, lift, coarse, 0, fine);
+      for (unsigned int j = 0; j < n_columns; ++j)
+        for (const auto &entry : map->cells[number])
+          if (entry.direct && entry.index < result.n_local())
+          {
+            const unsigned int c = entry.unknown / n, a = entry.unknown % n,
+                               column     = c < dim ? j * dim + c : dim * n_columns + j;
+            result.column(j)[entry.index] = fine(a, column);
+          }
+    }
+
+    template <int dim>
+    void Estimator<dim>::add_bodies()
+    {
+      const std::vector<Column> columns =
+          base_map->import(columns_of(modes, with_state ? &model.equilibrium()->state : nullptr));
+      DenseMatrix coarse, u(base.fe.n_dofs_per_cell(), dim * 4 * n_vectors),
+          r(n, dim * 4 * n_vectors);
+      unsigned int number = 0;
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          lift_cell(number, columns, coarse, lifted);
+          std::copy_n(coarse.values.begin(), u.values.size(), u.values.begin());
+          cell_residuals.reinit(cell);
+          const unsigned int material = material_of(cell);
+          cell_residuals.apply(materials[material].material, factors[material], u, r);
+          for (unsigned int j = 0; j < 4 * n_vectors; ++j)
+            for (const auto &entry : map->cells[number])
+              if (entry.unknown < dim * n)
+                residuals[j].local_element(entry.index) +=
+                    entry.weight * r.values[std::size_t(j) * dim * n + entry.unknown];
+          ++number;
+        }
+      for (Column &column : residuals)
+        column.compress(VectorOperation::add);
+    }
+
+    /// One column, interpolated.
+    template <int dim>
+    MultiVector Estimator<dim>::interpolate(const MultiVector &column)
+    {
+      const std::vector<Column> imported = base_map->import(column);
+      MultiVector result(spaces.rows, 1);
+      DenseMatrix coarse;
+      for (unsigned int number = 0; number < map->cells.size(); ++number)
+        lift_cell(number, imported, coarse, result);
+      return result;
+    }
+
+    /// The border of contact stays where it is: pressures are enriched only where all contacts are
+    /// closed. The enriched space has nodes on both sides of the border, and each that is closed or
+    /// open by mistake would outweigh all other residuals.
+    template <int dim>
+    void Estimator<dim>::release_at_border()
+    {
+      MultiVector closed(base.rows, 1);
+      for (unsigned int row = base.first_local_multiplier; row < base.rows.end; ++row)
+        closed.data()[row - base.rows.begin] = model.contact()->is_closed(row);
+      MultiVector fine_closed = interpolate(closed);
+      std::fill(fine_closed.data(),
+                fine_closed.data() + (spaces.first_local_multiplier - spaces.rows.begin), 1.);
+      const std::vector<double> flags = replicate(fine_closed);
+      std::vector<unsigned int> released;
+      for (unsigned int row = 0; row < flags.size(); ++row)
+        if (std::abs(flags[row] - 1) > 1e-9)
+          released.push_back(row);
+      contact->set_closed(released, false);
+    }
+
+    /// Contact on the enriched space, with the static state interpolated. Mortar: pressures of the
+    /// modes vanish where it is open, so that constraints need not be released there.
+    template <int dim>
+    void Estimator<dim>::find_contact_terms()
+    {
+      if (!model.contact() || base.geometry.interfaces.empty())
+        return;
+      contact = std::make_unique<Contact<dim>>(spaces, BrakeModel<dim>::contact_model(prm));
+      contact->scale_as(*model.contact());
+      const bool mortar = prm.contact.mortar();
+      if (model.equilibrium())
+      {
+        const MultiVector fine_state = interpolate(model.equilibrium()->state);
+        if (!mortar)
+          contact->update_active_set(fine_state);
+        pressure = contact->pressure_of(fine_state);
+      }
+      else
+        pressure = contact->uniform_pressure(prm.pads.pressure);
+      contact_terms = BrakeModel<dim>::contact_terms(*contact, pressure, prm);
+      if (mortar)
+        release_at_border();
+    }
+
+    template <int dim>
+    void Estimator<dim>::add_contact()
+    {
+      if (!contact)
+        return;
+      for (const unsigned int order : {0u, 1u})
+      {
+        const Matrix A = sum_of(spaces.rows, contact_terms, order);
+        if (!A)
+          continue;
+        for (const bool is_left : {false, true}) // one after the other: copies are large
+        {
+          const unsigned int side   = is_left ? 2 * n_vectors : 0;
+          const MultiVector vectors = lifted.columns(side, 2 * n_vectors),
+                            product =
+                                is_left ? multiply_transposed(A, vectors) : multiply(A, vectors);
+          for (unsigned int j = 0; j < m; ++j) // the state has its own terms
+          {
+            const Complex l = modes.lambda[j], factor = order == 0 ? 1.
+                                                        : is_left  ? std::conj(l)
+                                                                   : l;
+            for (unsigned int i = 0; i < product.n_local(); ++i)
+            {
+              const Complex value =
+                  factor * Complex(product.column(j)[i], product.column(n_vectors + j)[i]);
+              residuals[side + j].local_element(i) += value.real();
+              residuals[side + n_vectors + j].local_element(i) += value.imag();
+            }
+          }
+        }
+      }
+    }
+
+    template <int dim>
+    void Estimator<dim>::add_products()
+    {
+      const unsigned int n_local = lifted.n_local();
+      DenseMatrix z(n_local, 2 * n_vectors), r(n_local, 2 * n_vectors);
+      std::copy_n(lifted.column(2 * n_vectors), z.values.size(), z.values.begin());
+      for (unsigned int j = 0; j < 2 * n_vectors; ++j)
+        std::copy_n(residuals[j].begin(), n_local, &r.values[std::size_t(j) * n_local]);
+      DenseMatrix re(n_vectors, n_vectors), im(n_vectors, n_vectors);
+      add_product(z, r, re, im);
+      for (unsigned int j = 0; j < m; ++j)
+        for (unsigned int i = 0; i < m; ++i)
+        {
+          t_re(i, j) += re(i, j);
+          t_im(i, j) += im(i, j);
+        }
+    }
+
+    /// Residuals of faces, edges and vertices are divided among the cells that share them: with m
+    /// cells that have a local problem there, out of m' whose stiffness resists, each takes
+    /// 1/sqrt(m m') of it, so that the local energies sum to the right one for equal cells. m' > m
+    /// where finer cells hang on a face.
+    template <int dim>
+    void Estimator<dim>::share_faces()
+    {
+      std::vector<Column> counts = map->zeros(2);
+      for (const auto &entries : map->cells)
+        for (const auto &entry : entries)
+          counts[!entry.direct].local_element(entry.index) += 1;
+      for (Column &count : counts)
+      {
+        count.compress(VectorOperation::add);
+        count.update_ghost_values();
+      }
+      std::vector<double> shares(lifted.n_local());
+      for (unsigned int i = 0; i < shares.size(); ++i)
+      {
+        const double direct = counts[0].local_element(i),
+                     all    = direct + (counts[1].local_element(i) > 0);
+        shares[i]           = std::sqrt(std::max(1., direct * all));
+      }
+      for (Column &residual : residuals)
+      {
+        for (unsigned int i = 0; i < shares.size(); ++i)
+          residual.local_element(i) /= shares[i];
+        residual.update_ghost_values();
+      }
+    }
+
+    template <int dim>
+    void Estimator<dim>::eliminate(EigenvalueErrors &errors)
+    {
+      LocalProblems<dim> local(spaces, *map, cell_residuals, contact.get(), prm.pads.pressure,
+                               prm.terms().friction);
+      const unsigned int n_w = local.functions.n_columns, n_wide = (dim + 1) * 4 * n_vectors;
+      DenseMatrix all(n, n_wide), tested(n_w, n_wide);
+      unsigned int number = 0;
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
+      {
+        if (!cell->is_locally_owned())
+          continue;
+        const unsigned int material = material_of(cell);
+        cell_residuals.reinit(cell);
+        LocalProblem problem =
+            local.make(cell, number, materials[material].material, cell_residuals);
+        std::fill(all.values.begin(), all.values.end(), 0.);
+        for (unsigned int j = 0; j < 4 * n_vectors; ++j)
+          for (const auto &entry : map->cells[number])
+            if (entry.direct)
+              all.values[std::size_t(j) * (dim + 1) * n + entry.unknown] =
+                  residuals[j].local_element(entry.index);
+        gemm(true, 1, local.functions, all, 0, tested);
+        const unsigned int n_kept = problem.unknowns.size();
+        DenseMatrix r(n_kept, 4 * n_vectors);
+        for (unsigned int j = 0; j < 4 * n_vectors; ++j)
+          for (unsigned int i = 0; i < n_kept; ++i)
+            r(i, j) = tested.values[std::size_t(j) * (dim + 1) * n_w + problem.unknowns[i]];
+        const DenseMatrix right    = half(r, false),
+                          solution = problem.symmetric
+                                         ? solve_positive(std::move(problem.matrix), right)
+                                         : solve(std::move(problem.matrix), right);
+        DenseMatrix e_re(n_vectors, n_vectors), e_im(n_vectors, n_vectors);
+        add_product(half(r, true), solution, e_re, e_im);
+        std::vector<std::complex<float>> parts;
+        for (unsigned int j = 0; j < m; ++j)
+          for (unsigned int i = 0; i < m; ++i)
+          {
+            // Damping makes the stiffness complex.
+            const Complex e = Complex(e_re(i, j), e_im(i, j)) / factors[material][j].k;
+            t_re(i, j) -= e.real();
+            t_im(i, j) -= e.imag();
+            if (i == j)
+              parts.emplace_back(e / (2. * modes.lambda[j]));
+          }
+        errors.cells.push_back(std::move(parts));
+        if (with_state)
+          add_state_correction(local.functions, number, problem.unknowns,
+                               &solution.values[n_kept * m]);
+        ++number;
+      }
+    }
+
+    /// What a cell's problem adds to the static state. Functions on faces appear in each cell's
+    /// problem, with its share of the residual: their mean counts.
+    template <int dim>
+    void
+    Estimator<dim>::add_state_correction(const DenseMatrix &functions, const unsigned int number,
+                                         const std::vector<int> &unknowns, const double *solution)
+    {
+      const unsigned int n_w = functions.n_columns;
+      std::vector<double> values((dim + 1) * n);
+      for (unsigned int r = 0; r < unknowns.size(); ++r)
+        for (unsigned int a = 0; a < n; ++a)
+          values[unknowns[r] / n_w * n + a] += functions(a, unknowns[r] % n_w) * solution[r];
+      for (const auto &entry : map->cells[number])
+        if (entry.direct)
+        {
+          state_correction[0].local_element(entry.index) += values[entry.unknown];
+          state_correction[1].local_element(entry.index) += 1;
+        }
+    }
+
+    /// K x_0 + N Lambda_0 + mu T Lambda_0 - f of the interpolated state: the bodies' part is there.
+    template <int dim>
+    void Estimator<dim>::add_static_residual()
+    {
+      const MultiVector state   = lifted.columns(m, 1),
+                        loads[] = {model.static_load(prm, spaces),
+                                   contact->load(pressure, prm.terms().friction)};
+      const auto add            = [&](const double factor, const MultiVector &block)
+      {
+        for (unsigned int i = 0; i < block.n_local(); ++i)
+          residuals[m].local_element(i) += factor * block.data()[i];
+      };
+      for (const Term &term : contact_terms)
+        if (term.origin == Origin::contact || term.origin == Origin::friction)
+          add(term.coefficient, multiply(*term.matrix, state));
+      for (const MultiVector &load : loads)
+        add(-1, load);
+    }
+
+    /// First-order changes of the eigenvalues, like F, by the steady pressure's own error:
+    ///     -2 z_i^H (dQ + l_j dP) x_j / (2 l_i),
+    /// dP and dQ the friction damping of what the local problems add to the pressure. The two is
+    /// for the answer of V_h to that, which is of the same size and would cost a factorisation.
+    template <int dim>
+    std::vector<Complex> Estimator<dim>::other_pressure()
+    {
+      MultiVector state = lifted.columns(m, 1);
+      state_correction[0].compress(VectorOperation::add);
+      state_correction[1].compress(VectorOperation::add);
+      for (unsigned int i = 0; i < state.n_local(); ++i)
+        if (const double count = state_correction[1].local_element(i); count > 0)
+          state.data()[i] += state_correction[0].local_element(i) / count;
+      auto damping = contact->friction_damping(contact->pressure_of(state));
+      std::vector<Term> changes;
+      const auto add = [&](const unsigned int order, Matrix &&matrix)
+      {
+        if (matrix)
+          changes.push_back({Origin::friction_damping, order, 1.,
+                             std::make_shared<const Matrix>(std::move(matrix))});
+      };
+      add(1, std::move(damping.P));
+      add(0, std::move(damping.Q));
+      add(1, std::move(damping.P_falling));
+      add(0, std::move(damping.Q_falling));
+      for (Term term : contact_terms)
+        if (term.origin == Origin::friction_damping || term.origin == Origin::falling_friction)
+        {
+          term.coefficient *= -1;
+          changes.push_back(term);
+        }
+      std::vector<Complex> f(m * m);
+      const auto vectors = [&](const unsigned int part)
+      { return lifted.columns(part * n_vectors, m); };
+      for (const unsigned int order : {0u, 1u})
+      {
+        const std::vector<Complex> form = sesquilinear_form(
+            vectors(2), vectors(3), sum_of(spaces.rows, changes, order), vectors(0), vectors(1));
+        for (unsigned int i = 0; i < m; ++i)
+          for (unsigned int j = 0; j < m; ++j)
+            f[i + m * j] -= (order == 0 ? 1. : modes.lambda[j]) * form[i + m * j] / modes.lambda[i];
+      }
+      return f;
+    }
+
+    /// Corrections and bounds out of T, summed over all ranks.
+    template <int dim>
+    void Estimator<dim>::find_corrections(EigenvalueErrors &errors)
+    {
+      // T, then sum |Re| of the cells' parts of each mode
+      std::vector<double> sums = t_re.values;
+      sums.insert(sums.end(), t_im.values.begin(), t_im.values.end());
+      sums.resize(2 * m * m + m);
+      for (const auto &cell : errors.cells)
+        for (unsigned int j = 0; j < m; ++j)
+          sums[2 * m * m + j] += std::abs(cell[j].real());
+      MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, spaces.comm);
+      std::vector<Complex> f(m * m);
+      for (unsigned int i = 0; i < m; ++i)
+        for (unsigned int j = 0; j < m; ++j)
+          f[i + m * j] =
+              -Complex(sums[i + m * j], sums[m * m + i + m * j]) / (2. * modes.lambda[i]);
+      std::vector<std::vector<std::vector<Complex>>> alternatives = {other_borders(errors)};
+      if (with_state)
+        alternatives.push_back({other_pressure()});
+      errors.bounds =
+          bound_errors(modes.lambda, f, {sums.end() - m, sums.end()}, base.fe.degree, alternatives);
+      for (unsigned int j = 0; j < m; ++j)
+      {
+        const double algebraic =
+            algebraic_error(modes.lambda[j], modes.backward_error[j], modes.condition[j]);
+        errors.bounds.growth_rate[j] += algebraic;
+        errors.bounds.imaginary[j] += algebraic;
+      }
+    }
+
+    /// First-order changes of the eigenvalues by another border of contact, like F. Their parts go
+    /// to the pads' cells that share the border's nodes.
+    template <int dim>
+    std::vector<std::vector<Complex>> Estimator<dim>::other_borders(EigenvalueErrors &errors) const
+    {
+      if (!model.equilibrium())
+        return {};
+      BorderEffects effects = border_effects(model.equilibrium()->border, modes.re, modes.im,
+                                             modes.left_re, modes.left_im);
+      if (effects.rows.empty())
+        return {};
+      for (unsigned int k = 0; k < m * m; ++k)
+        for (std::vector<Complex> *products : {&effects.smaller, &effects.larger})
+          (*products)[k] /= -2. * modes.lambda[k % m];
+
+      // By row: its number in the list plus one
+      std::vector<Column> places = base_map->zeros(1);
+      for (unsigned int i = 0; i < effects.rows.size(); ++i)
+        if (base.rows.contains(effects.rows[i]))
+          places[0].local_element(effects.rows[i] - base.rows.begin) = i + 1;
+      places[0].update_ghost_values();
+      for (unsigned int cell = 0; cell < errors.cells.size(); ++cell)
+        for (const auto &entry : base_map->cells[cell])
+          if (const unsigned int place = places[0].local_element(entry.index); place > 0)
+            for (unsigned int j = 0; j < m; ++j)
+              errors.cells[cell][j] += effects.parts[place - 1][j] / (2. * modes.lambda[j]);
+      return {std::move(effects.smaller), std::move(effects.larger)};
+    }
+
+    template <int dim>
+    EigenvalueErrors Estimator<dim>::run()
+    {
+      EigenvalueErrors errors;
+      if (m == 0)
+        return errors;
+      spaces.distribute();
+      base_map         = std::make_unique<CellMap<dim>>(base);
+      map              = std::make_unique<CellMap<dim>>(spaces);
+      lifted           = MultiVector(spaces.rows, 4 * n_vectors);
+      residuals        = map->zeros(4 * n_vectors);
+      state_correction = map->zeros(2);
+      find_contact_terms();
+      add_bodies();
+      add_contact();
+      if (with_state)
+        add_static_residual();
+      add_products();
+      share_faces();
+      eliminate(errors);
+      find_corrections(errors);
+      return errors;
+    }
+  } // namespace
+
+  template <int dim>
+  EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const Modes &modes)
+  {
+    return Estimator<dim>(model, modes).run();
+  }
+
+  template EigenvalueErrors estimate_errors<2>(const BrakeModel<2> &, const Modes &);
+  template EigenvalueErrors estimate_errors<3>(const BrakeModel<3> &, const Modes &);
+} // namespace squeal

@@ -1,0 +1,157 @@
+#include <squeal/assessment/local_problems.h>
+
+#include <deal.II/base/quadrature_lib.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  template <int dim>
+  LocalProblems<dim>::LocalProblems(const FiniteElementSpace<dim> &spaces, const CellMap<dim> &map,
+                                    const CellResiduals<dim> &integrals,
+                                    const Contact<dim> *contact, const double pad_pressure,
+                                    const bool with_friction)
+      : functions(hierarchical_complement(spaces.fe)), spaces(spaces), map(map), contact(contact),
+        pad_pressure(pad_pressure), with_friction(with_friction), n(spaces.fe.n_dofs_per_cell()),
+        derivatives(integrals.reference_derivatives(functions)),
+        face_values(spaces.mapping, spaces.fe, QGauss<dim - 1>(spaces.fe.degree + 1),
+                    update_values | update_normal_vectors | update_quadrature_points |
+                        update_JxW_values),
+        stiffness(dim * functions.n_columns, dim * functions.n_columns)
+  {
+  }
+
+  template <int dim>
+  int LocalProblems<dim>::contact_face(const CellIterator &cell) const
+  {
+    for (const unsigned int f : cell->face_indices())
+      for (const ContactInterface &interface : spaces.geometry.interfaces)
+        if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == interface.pad_face)
+          return f;
+    return -1;
+  }
+
+  /// Appends the contact pressures of a pad's cell: the traces of the complement's functions that
+  /// do not vanish on the contact face, where it is closed.
+  template <int dim>
+  void LocalProblems<dim>::add_pressures(const CellIterator &cell, const int face,
+                                         const std::vector<bool> &direct,
+                                         std::vector<int> &kept) const
+  {
+    const std::vector<Point<dim>> &points = spaces.fe.get_unit_support_points();
+    std::vector<types::global_dof_index> nodes(n);
+    cell->get_dof_indices(nodes);
+    for (unsigned int w = 0; w < functions.n_columns; ++w)
+    {
+      bool on_face = false, is_free = true;
+      for (unsigned int a = 0; a < n; ++a)
+        if (functions(a, w) != 0 && std::abs(points[a][face / 2] - face % 2) < 1e-12)
+        {
+          on_face = true;
+          is_free &= direct[dim * n + a] && contact->is_closed(spaces.multiplier(nodes[a]));
+        }
+      if (on_face && is_free)
+        kept.push_back(dim * functions.n_columns + w);
+    }
+  }
+
+  /// The contact's part of a pad's local problem, the rotor held: with v.n and v.e along the
+  /// rotor's normal and the sliding direction, penalty
+  ///     int (v.n + mu v.e) k_C u.n,
+  /// mortar -int (v.n + mu v.e) p, -int psi u.n - 1/k_C int psi p.
+  template <int dim>
+  void LocalProblems<dim>::add_contact(const CellIterator &cell, const int face,
+                                       const std::vector<int> &kept, DenseMatrix &local)
+  {
+    const ContactModel<dim> &law = contact->contact_model();
+    const double scale = contact->pressure_scale(), omega = law.angular_velocity;
+    face_values.reinit(cell, face);
+    const unsigned int n_w = functions.n_columns;
+    std::vector<double> traces(n_w);
+    std::vector<unsigned int> on_face;
+    for (const unsigned int q : face_values.quadrature_point_indices())
+    {
+      const Tensor<1, dim> normal = -face_values.normal_vector(q);
+      Tensor<1, dim> e            = spaces.geometry.transport(face_values.quadrature_point(q));
+      e -= (e * normal) * normal;
+      const double speed = e.norm();
+      e *= (omega < 0 ? -1 : 1) / speed;
+      const double mu =
+          with_friction ? law.friction.traction(std::abs(omega) * speed, pad_pressure).d_pressure
+                        : 0.;
+      for (unsigned int w = 0; w < n_w; ++w)
+      {
+        traces[w] = 0;
+        for (unsigned int a = 0; a < n; ++a)
+          traces[w] += functions(a, w) * face_values.shape_value(a, q);
+      }
+      // Most functions vanish on the face.
+      on_face.clear();
+      for (unsigned int r = 0; r < kept.size(); ++r)
+        if (std::abs(traces[kept[r] % n_w]) > 1e-12)
+          on_face.push_back(r);
+      const double k = law.mortar ? 0 : law.penalty_stiffness;
+      for (const unsigned int r : on_face)
+      {
+        const unsigned int c = kept[r] / n_w;
+        const double v       = traces[kept[r] % n_w];
+        for (const unsigned int s : on_face)
+        {
+          const unsigned int d = kept[s] / n_w;
+          const double u       = traces[kept[s] % n_w];
+          double value         = 0;
+          if (c < dim && d < dim)
+            value = k * (normal[c] + mu * e[c]) * normal[d];
+          else if (c < dim)
+            value = -scale * (normal[c] + mu * e[c]);
+          else if (d < dim)
+            value = -scale * normal[d];
+          else
+            value = -scale * scale * law.compliance;
+          local(r, s) += face_values.JxW(q) * v * u * value;
+        }
+      }
+    }
+  }
+
+  template <int dim>
+  LocalProblem LocalProblems<dim>::make(const CellIterator &cell, const unsigned int number,
+                                        const Material &material, CellResiduals<dim> &integrals)
+  {
+    const unsigned int n_w = functions.n_columns;
+    LocalProblem problem;
+    std::vector<int> &kept = problem.unknowns;
+    std::vector<bool> direct((dim + 1) * n);
+    for (const auto &entry : map.cells[number])
+      direct[entry.unknown] = direct[entry.unknown] || entry.direct;
+    for (unsigned int c = 0; c < dim; ++c)
+      for (unsigned int w = 0; w < n_w; ++w)
+      {
+        bool is_free = true;
+        for (unsigned int a = 0; a < n && is_free; ++a)
+          is_free = functions(a, w) == 0 || direct[c * n + a];
+        if (is_free)
+          kept.push_back(c * n_w + w);
+      }
+    const int face             = contact ? contact_face(cell) : -1;
+    const unsigned int n_moves = kept.size();
+    if (face >= 0 && contact->contact_model().mortar)
+      add_pressures(cell, face, direct, kept);
+
+    integrals.stiffness(material, derivatives, stiffness);
+    problem.matrix = DenseMatrix(kept.size(), kept.size());
+    for (unsigned int s = 0; s < n_moves; ++s)
+      for (unsigned int r = 0; r < n_moves; ++r)
+        problem.matrix(r, s) = stiffness(kept[r], kept[s]);
+    if (face >= 0)
+      add_contact(cell, face, kept, problem.matrix);
+    problem.symmetric = face < 0;
+    return problem;
+  }
+
+  template class LocalProblems<2>;
+  template class LocalProblems<3>;
+} // namespace squeal

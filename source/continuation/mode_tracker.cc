@@ -1,0 +1,196 @@
+#include <squeal/base/stopwatch.h>
+#include <squeal/continuation/mode_tracker.h>
+#include <squeal/linalg/reduced_tools.h>
+#include <squeal/symmetry/sectors.h>
+
+#include <cmath>
+#include <cstdint>
+
+namespace squeal
+{
+  ModeTracker::ModeTracker(const EigensolverOptions &given, const std::string &solver_name)
+      : options(given), solver(make_eigensolver(solver_name)), reduced(given)
+  {
+    options.keep_factors = true;
+  }
+
+  void ModeTracker::set_model(Model &other)
+  {
+    model   = &other;
+    reduced = ReducedHalves(options);
+    symmetry.reset();
+    summed.reset();
+    is_as_solved = false;
+    fingerprints.clear();
+    counted_key.clear();
+  }
+
+  namespace
+  {
+    /// A number that hardly two different matrices share.
+    double fingerprint(const Matrix &matrix)
+    {
+      double sum = 0;
+      reduced::for_entries(
+          matrix, [&](const std::int64_t row, const std::int64_t column, const double value)
+          { sum += value * (1 + column * 7919 % 1009) * (1 + row * 104729 % 1013); });
+      MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM,
+                    PetscObjectComm(reinterpret_cast<PetscObject>(Mat(matrix))));
+      return sum;
+    }
+  } // namespace
+
+  void ModeTracker::assemble_model(const Parameters::All &parameters, const LinearOperator &nearby)
+  {
+    const LifetimeSeconds stopwatch(seconds_.assembly);
+    summed.reset(); // two of them would double the memory
+    is_as_solved                = false;
+    const unsigned int n_before = reduced.n_inverse();
+    model->assemble(parameters, nearby);
+    // Measured: factors of the symmetric half cost as much as 20 solutions, and serve for many
+    // values.
+    constexpr unsigned int most_solutions = 10;
+    options.progress("  static state: " + std::to_string(reduced.n_inverse() - n_before) +
+                     " solutions with factors nearby");
+    if (nearby && reduced.n_inverse() > n_before + most_solutions)
+      reduced.renew_inverse(model->terms());
+  }
+
+  const QuadraticEigenproblem &ModeTracker::whole_problem() const
+  {
+    if (!summed)
+      summed = model->problem();
+    return *summed;
+  }
+
+  std::vector<double> ModeTracker::reference_key()
+  {
+    std::vector<double> key;
+    std::map<std::shared_ptr<const Matrix>, double> present;
+    for (const Term &term : model->terms())
+      if (term.order != 1 && term.matrix && *term.matrix && is_conservative(term.origin))
+      {
+        const auto known = fingerprints.find(term.matrix);
+        present[term.matrix] =
+            known != fingerprints.end() ? known->second : fingerprint(*term.matrix);
+        key.insert(key.end(), {double(term.order), term.coefficient, present[term.matrix]});
+      }
+    fingerprints = std::move(present);
+    return key;
+  }
+
+  bool ModeTracker::has_count_of_anchor()
+  {
+    const LifetimeSeconds stopwatch(seconds_.counting);
+    std::vector<double> key = reference_key();
+    if (key != counted_key)
+    {
+      is_counted  = reduced.has_count_of_anchor(model->terms());
+      counted_key = std::move(key);
+    }
+    return is_counted;
+  }
+
+  Modes ModeTracker::solve(const Parameters::All &parameters)
+  {
+    if (reduced.is_anchored())
+    {
+      assemble_model(parameters, reduced.inverse());
+      if (has_count_of_anchor())
+      {
+        const LifetimeSeconds stopwatch(seconds_.projection);
+        if (std::optional<Modes> modes = reduced.solve(model->terms()))
+          return std::move(*modes);
+      }
+    }
+    return solve_fully(parameters);
+  }
+
+  Modes ModeTracker::solve_fully(const Parameters::All &parameters)
+  {
+    assemble_model(parameters, {});
+    const LifetimeSeconds stopwatch(seconds_.full);
+    const EquationsOfMotion equations = model->equations();
+    whole_rows                        = equations.rows;
+    is_as_solved                      = true;
+    ++n_full;
+    if (!symmetry)
+      symmetry = parameters.eigenproblem.mirror_symmetry ? model->mirror_symmetry() : std::nullopt;
+    try
+    {
+      return solve_by_symmetry(*solver, equations, options, *symmetry);
+    }
+    catch (const SingularMatrix &)
+    {
+      // A divergence lies exactly here: another shift than zero.
+      EigensolverOptions shifted = options;
+      shifted.shift              = 0.1;
+      return solve_by_symmetry(*solver, equations, shifted, *symmetry);
+    }
+  }
+
+  void ModeTracker::anchor(const Parameters::All &parameters, const Modes &modes)
+  {
+    if (!modes.factorization && modes.halves.empty())
+      return;
+    if (!is_as_solved) // the search for critical values went elsewhere
+      assemble_model(parameters, {});
+    reduced.anchor(whole_problem(), model->terms(), modes, *symmetry);
+    is_counted  = true;
+    counted_key = reference_key();
+  }
+
+  std::vector<ModeRow> ModeTracker::analyse(const Modes &modes) const
+  {
+    if (is_whole(modes))
+      return squeal::analyse(whole_problem(), modes, 0, options.tolerance);
+    const auto forms = reduced.rayleigh_forms(modes);
+    return squeal::analyse(modes, forms.of_p, forms.of_q, 0, options.tolerance);
+  }
+
+  std::vector<std::complex<double>> ModeTracker::sensitivities(const std::string &parameter,
+                                                               const Modes &modes) const
+  {
+    std::vector<std::complex<double>> result;
+    for (ParameterDerivative &derivative : derivatives(parameter))
+    {
+      if (!is_whole(modes))
+        derivative.terms = reduced.project(derivative.terms);
+      result = squeal::sensitivities(derivative, modes);
+    }
+    return result;
+  }
+
+  bool ModeTracker::continue_branches(const BranchPoint &before, BranchPoint &next) const
+  {
+    if (is_whole(before.modes) && is_whole(next.modes))
+      return squeal::continue_branches(whole_problem(), before, options.max_imaginary, next);
+    const bool in_coordinates = !is_whole(before.modes) && !is_whole(next.modes);
+    // Overlaps need no more.
+    QuadraticEigenproblem moving;
+    if (!in_coordinates)
+    {
+      moving.rows = whole_rows;
+      moving.M    = sum_of(whole_rows, model->terms(), 2);
+      moving.P    = sum_of(whole_rows, model->terms(), 1);
+    }
+    BranchPoint from = before, to = next;
+    from.modes = in_coordinates ? reduced.pad(before.modes) : whole(before.modes);
+    if (!in_coordinates)
+      to.modes = whole(next.modes);
+    const QuadraticEigenproblem small =
+        in_coordinates ? reduced.problem() : QuadraticEigenproblem();
+    const bool certain =
+        squeal::continue_branches(in_coordinates ? small : moving, from, options.max_imaginary, to);
+    next.branches   = to.branches;
+    next.overlaps   = to.overlaps;
+    next.n_branches = to.n_branches;
+    return certain;
+  }
+
+  const QuadraticEigenproblem &ModeTracker::assemble(const Parameters::All &parameters)
+  {
+    assemble_model(parameters, reduced.inverse());
+    return whole_problem();
+  }
+} // namespace squeal

@@ -1,0 +1,580 @@
+#include <squeal/continuation/reduced_model.h>
+#include <squeal/linalg/reduced_tools.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+
+namespace squeal
+{
+  using namespace reduced;
+
+  namespace
+  {
+    constexpr double smallest =
+        2e-10; ///< parts of unit vectors below this are left out of the bases
+    constexpr unsigned int most_corrections = 10;
+  } // namespace
+
+  // Bases.
+
+  MultiVector ReducedModel::displacements(MultiVector block) const
+  {
+    clear_pressures(n_local_constraints, block);
+    return block;
+  }
+
+  void ReducedModel::append(MultiVector added, const double smallest)
+  {
+    // Twice, because what was small has lost its orthogonality to rounding.
+    for (unsigned int pass = 0; pass < 2; ++pass)
+    {
+      if (dimension() > 0)
+        subtract_combination(added, right, inner_products(right, added));
+      const unsigned int n = added.n_columns();
+      if (n == 0)
+        return;
+      const Components components = principal_components(added);
+      unsigned int n_kept         = 0;
+      while (n_kept < n && components.sizes[n_kept] > (pass == 0 ? smallest : 0.5))
+        ++n_kept;
+      std::vector<double> coefficients(std::size_t(n) * n_kept);
+      for (unsigned int j = 0; j < n_kept; ++j)
+        for (unsigned int i = 0; i < n; ++i)
+          coefficients[i + std::size_t(j) * n] = components.vectors(i, j) / components.sizes[j];
+      added = combine(added, coefficients, n_kept);
+    }
+    right.append(added);
+  }
+
+  /// W = Z G^T (G G^T)^{-1}, G = V^T Z, which makes V^T W = I, where that is well conditioned.
+  void ReducedModel::test_by(const MultiVector &left_vectors)
+  {
+    const unsigned int n = dimension(), n_left = left_vectors.n_columns();
+    const DenseMatrix g(n, n_left, inner_products(right, left_vectors));
+    const DenseMatrix pseudo_inverse = squeal::solve(outer_product(g, g), g);
+    std::vector<double> coefficients(std::size_t(n_left) * n);
+    for (unsigned int j = 0; j < n; ++j)
+      for (unsigned int i = 0; i < n_left; ++i)
+        coefficients[i + std::size_t(j) * n_left] = pseudo_inverse(j, i);
+    MultiVector candidate             = combine(left_vectors, coefficients, n);
+    const std::vector<double> squares = inner_products(candidate, candidate);
+    constexpr double longest          = 5;
+    for (unsigned int j = 0; j < n; ++j)
+      if (!(squares[j * (n + 1)] <= longest * longest))
+        return;
+    left = std::move(candidate);
+  }
+
+  MultiVector ReducedModel::modes_of(const QuadraticEigenproblem &problem, const MultiVector &space,
+                                     const double largest) const
+  {
+    const unsigned int n    = space.n_columns();
+    const auto projected_of = [&](const Matrix &matrix)
+    { return DenseMatrix(n, n, inner_products(space, multiply(matrix, space))); };
+    std::vector<double> coefficients;
+    for (const DensePair &pair :
+         quadratic_eigenpairs(projected_of(problem.M), {}, projected_of(problem.Q), 0, radius()))
+      if (std::abs(pair.lambda) <= largest)
+        for (unsigned int part = 0; part < 2; ++part)
+        {
+          double square = 0;
+          for (const Complex c : pair.vector)
+            square += std::norm(c);
+          for (const Complex c : pair.vector)
+            coefficients.push_back((part == 0 ? c.real() : c.imag()) / std::sqrt(square));
+        }
+    return combine(space, coefficients, coefficients.size() / n);
+  }
+
+  void ReducedModel::begin(MultiVector of_right, MultiVector of_left)
+  {
+    right = left = MultiVector(rows, 0);
+    peak_rows.clear();
+    // Unit vectors, and the row where each is largest
+    for (MultiVector *block : {&of_right, &of_left})
+    {
+      const std::vector<double> squares = inner_products(*block, *block);
+      const unsigned int n              = block->n_columns() / 2;
+      std::vector<double> factors(2 * n);
+      for (unsigned int j = 0; j < 2 * n; ++j)
+      {
+        const unsigned int re = j % n, im = re + n;
+        factors[j] = 1 / std::sqrt(squares[re * (2 * n + 1)] + squares[im * (2 * n + 1)]);
+        struct
+        {
+          double value = 0;
+          int row      = 0;
+        } largest;
+        for (unsigned int i = 0; i < block->n_local(); ++i)
+          if (const double value = std::abs(block->column(j)[i]); value > largest.value)
+          {
+            largest.value = value;
+            largest.row   = rows.begin + i;
+          }
+        MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, rows.comm);
+        peak_rows.push_back(largest.row);
+      }
+      scale_columns(*block, factors);
+    }
+    append(of_right, 0.3);
+    test_by(of_left);
+    append(std::move(of_right), smallest);
+  }
+
+  void ReducedModel::anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
+                            const Modes &modes)
+  {
+    const Members known_to_vary = std::move(varying), present = members_of(terms);
+    *this = ReducedModel(options);
+    for (const Member &member : known_to_vary)
+      if (find(present, member)) // else its matrix is gone
+        varying.push_back(member);
+    // A small problem is solved as fast as projected.
+    if (!modes.factorization || problem.rows.size <= 2 * modes.disc_right.n_columns())
+      return;
+    rows                = problem.rows;
+    n_local_constraints = problem.n_local_constraints;
+    factors             = modes.factorization;
+    n_disc              = modes.disc_right.n_columns() / 2;
+    compliant           = problem.compliant;
+    has_constraints     = problem.n_constraints > 0;
+    anchor_terms        = terms;
+    // The left vectors were given as Q^T y = 0, y = conj(z): the same span.
+    begin(displacements(modes.disc_right), displacements(modes.disc_left));
+    // The search knows the modes beyond the disc roughly; corrections find them slowly.
+    MultiVector of_search = modes.search_space;
+    clear_pressures(n_local_constraints, of_search);
+    append(modes_of(problem, of_search, 2 * radius()), 1e-2);
+  }
+
+  // Terms.
+
+  ReducedModel::Members ReducedModel::members_of(const std::vector<Term> &terms)
+  {
+    Members members;
+    const bool in_contact =
+        std::any_of(terms.begin(), terms.end(),
+                    [](const Term &term) { return term.origin == Origin::contact; });
+    for (const Term &term : terms)
+      if (term.matrix && *term.matrix)
+      {
+        const Member member{term.matrix, term.order, term.coefficient,
+                            in_contact && is_of_contact(term.origin)};
+        if (const Member *known = find(members, member))
+          members[known - members.data()].coefficient += term.coefficient;
+        else
+          members.push_back(member);
+      }
+    return members;
+  }
+
+  std::vector<double> ReducedModel::varying_terms() const
+  {
+    std::vector<double> numbers;
+    const Members members = members_of(anchor_terms);
+    for (unsigned int k = 0; k < members.size(); ++k)
+      if (find(varying, members[k]))
+        numbers.push_back(k);
+    return numbers;
+  }
+
+  void ReducedModel::keep_apart(const std::vector<double> &numbers)
+  {
+    const Members members = members_of(anchor_terms);
+    for (const double k : numbers)
+      if (k < members.size() && !find(varying, members[static_cast<unsigned int>(k)]))
+        varying.push_back(members[static_cast<unsigned int>(k)]);
+  }
+
+  const ReducedModel::Member *ReducedModel::find(const Members &members, const Member &member)
+  {
+    for (const Member &other : members)
+      if (other.matrix == member.matrix && other.order == member.order)
+        return &other;
+    return nullptr;
+  }
+
+  bool ReducedModel::find_fixed(const std::vector<Term> &terms)
+  {
+    const Members before = members_of(anchor_terms), now = members_of(terms);
+    std::vector<char> touched(rows.size);
+    const auto touch = [&](const Members &members, const Members &others)
+    {
+      for (const Member &member : members)
+        if (member.of_contact || !find(others, member))
+          for_entries(*member.matrix, [&](const PetscInt row, const PetscInt column, double)
+                      { touched[row] = touched[column] = 1; });
+    };
+    touch(before, now);
+    touch(now, before);
+    MPI_Allreduce(MPI_IN_PLACE, touched.data(), touched.size(), MPI_CHAR, MPI_MAX, rows.comm);
+
+    // Matrices with constant coefficients as one sum an order, others each by itself
+    for (unsigned int order = 0; order < 3; ++order)
+    {
+      Members members;
+      std::vector<Summand> summands;
+      for (const Member &member : now)
+      {
+        const Member *of_anchor = find(before, member);
+        if (!of_anchor || member.of_contact || member.order != order)
+          continue;
+        if (of_anchor->coefficient != member.coefficient && !find(varying, member))
+          varying.push_back(member);
+        if (find(varying, member))
+          fixed.push_back({order, member.matrix, {member}});
+        else
+        {
+          members.push_back(member);
+          summands.push_back({member.coefficient, *member.matrix});
+        }
+      }
+      if (!members.empty())
+        fixed.push_back(
+            {order, std::make_shared<const Matrix>(sum_of(rows, summands)), std::move(members)});
+    }
+    for (const Fixed &part : fixed)
+      fixed_norms.push_back(part.matrix->infinity_norm());
+
+    interface_number.assign(rows.size, -1);
+    for (unsigned int row = 0; row < rows.size; ++row)
+      if (touched[row])
+      {
+        interface_number[row] = interface_rows.size();
+        interface_rows.push_back(row);
+      }
+    std::vector<char> constrained(rows.size);
+    for (unsigned int row = rows.end - n_local_constraints; row < rows.end; ++row)
+      constrained[row] = 1;
+    MPI_Allreduce(MPI_IN_PLACE, constrained.data(), constrained.size(), MPI_CHAR, MPI_MAX,
+                  rows.comm);
+    for (const unsigned int row : interface_rows)
+      is_constraint.push_back(constrained[row]);
+    forget_images();
+    return !fixed.empty() && 2 * interface_rows.size() < rows.size;
+  }
+
+  void ReducedModel::forget_images()
+  {
+    n_imaged = 0;
+    images.assign(fixed.size(), MultiVector(rows, 0));
+    at_rows.assign(fixed.size(), {});
+    for (auto &of_form : projected)
+      of_form.assign(fixed.size(), {});
+    projected[petrov].assign(fixed.size(), DenseMatrix(left.n_columns(), 0));
+    right_change = DenseMatrix();
+    last_right = last_left = {};
+  }
+
+  /// The coordinates of before last solutions stand for other vectors afterwards.
+  void ReducedModel::restart()
+  {
+    const auto whole = [&](const Solutions &solutions, const bool of_left)
+    {
+      MultiVector block = expanded(to_block(with_rows(solutions.re, dimension())), of_left);
+      block.append(expanded(to_block(with_rows(solutions.im, dimension())), of_left));
+      return block;
+    };
+    std::vector<MultiVector> of_right;
+    for (const auto &[x, y] : recent)
+      of_right.push_back(whole(x, false));
+    begin(of_right.front(), whole(recent.front().second, true));
+    for (unsigned int k = 1; k < of_right.size(); ++k)
+      append(std::move(of_right[k]), 1e-9);
+    recent.clear();
+    foresight = {};
+    opened.clear();
+    forget_images();
+  }
+
+  bool ReducedModel::gather_changing(const std::vector<Term> &terms)
+  {
+    const Members now = members_of(terms);
+    for (auto &of_order : coefficients)
+      of_order.assign(fixed.size(), 0.);
+    Members stay;
+    int known = true;
+    for (unsigned int i = 0; i < fixed.size(); ++i)
+    {
+      coefficients[fixed[i].order][i] = 1;
+      for (const Member &member : fixed[i].members)
+      {
+        stay.push_back(member);
+        const Member *present    = find(now, member);
+        const double coefficient = present ? present->coefficient : 0.;
+        if (find(varying, member))
+          coefficients[fixed[i].order][i] = coefficient;
+        else if (coefficient != member.coefficient)
+        {
+          // The sum no longer holds: the next anchor keeps this matrix apart.
+          varying.push_back(member);
+          known = false;
+        }
+      }
+    }
+    if (!known)
+      return false;
+
+    has_velocity_terms = std::any_of(terms.begin(), terms.end(),
+                                     [](const Term &term)
+                                     { return term.order == 1 && term.matrix && *term.matrix; });
+    for (unsigned int order = 0; order < 3; ++order)
+    {
+      Entries &entries = changing[order];
+      entries          = {};
+      for (const Member &member : now)
+        if (member.order == order && !find(stay, member))
+          for_entries(*member.matrix,
+                      [&](const PetscInt row, const PetscInt column, const double value)
+                      {
+                        entries.rows.push_back(interface_number[row]);
+                        entries.columns.push_back(interface_number[column]);
+                        entries.values.push_back(member.coefficient * value);
+                        known &= entries.rows.back() >= 0 && entries.columns.back() >= 0;
+                      });
+      gather(entries.rows, MPI_INT, rows.comm);
+      gather(entries.columns, MPI_INT, rows.comm);
+      gather(entries.values, MPI_DOUBLE, rows.comm);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &known, 1, MPI_INT, MPI_MIN, rows.comm);
+    if (known && has_constraints && !compliant)
+    {
+      find_constraints(true, left_constraints);
+      if (find_constraints(false, right_constraints))
+        right_change = DenseMatrix();
+    }
+    return known;
+  }
+
+  std::vector<unsigned int> ReducedModel::open_contacts() const
+  {
+    std::vector<char> couples(interface_rows.size());
+    const Entries &entries = changing[0];
+    for (std::size_t k = 0; k < entries.values.size(); ++k)
+      if (is_constraint[entries.rows[k]] && !is_constraint[entries.columns[k]])
+        couples[entries.rows[k]] = 1;
+    std::vector<unsigned int> open;
+    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      if (is_constraint[r] && !couples[r])
+        open.push_back(r);
+    return open;
+  }
+
+  /// The responses of the anchor to a gap where contacts have opened since.
+  void ReducedModel::add_openings()
+  {
+    const auto without = [](std::vector<unsigned int> list, const std::vector<unsigned int> &known)
+    {
+      list.erase(std::remove_if(list.begin(), list.end(),
+                                [&](const unsigned int r)
+                                { return std::count(known.begin(), known.end(), r) > 0; }),
+                 list.end());
+      return list;
+    };
+    if (compliant || !has_constraints)
+      return;
+    const std::vector<unsigned int> added  = without(open_contacts(), opened),
+                                    newly  = without(added, open_before),
+                                    before = without(added, newly);
+    opened.insert(opened.end(), added.begin(), added.end());
+    // V has modes with the gaps of those that were open before, but these go on to change, each by
+    // itself: corrections by the anchor's factors, for which they are closed, do not.
+    add_responses(before, 1);
+    add_responses(newly, 4);
+  }
+
+  void ReducedModel::add_responses(const std::vector<unsigned int> &added,
+                                   const unsigned int n_summands)
+  {
+    if (added.empty())
+      return;
+    std::vector<unsigned int> added_rows;
+    for (const unsigned int r : added)
+      added_rows.push_back(interface_rows[r]);
+    // The response at l, (l^2 M + Q)^{-1} e = Q^{-1} e - l^2 Q^{-1} M Q^{-1} e + ...; the modes,
+    // which make this series slow, are in V.
+    MultiVector forces = unit_columns(rows, added_rows);
+    for (unsigned int k = 0; k < n_summands; ++k)
+    {
+      MultiVector responses             = displacements(factors->solve(forces));
+      const std::vector<double> squares = inner_products(responses, responses);
+      std::vector<double> lengths;
+      for (unsigned int j = 0; j < responses.n_columns(); ++j)
+        lengths.push_back(1 /
+                          std::sqrt(std::max(squares[j * (responses.n_columns() + 1)], 1e-300)));
+      scale_columns(responses, lengths);
+      const unsigned int before = dimension();
+      append(std::move(responses), smallest);
+      if (dimension() == before || k + 1 == n_summands)
+        break;
+      // Of what is new only: what V has is not to come again.
+      const MultiVector last = right.columns(before, dimension() - before);
+      forces                 = MultiVector(rows, last.n_columns());
+      for (unsigned int i = 0; i < fixed.size(); ++i)
+        if (coefficients[2][i] != 0)
+        {
+          const MultiVector image = multiply(*fixed[i].matrix, last);
+          for (std::size_t e = 0; e < std::size_t(rows.n_local()) * last.n_columns(); ++e)
+            forces.data()[e] += coefficients[2][i] * image.data()[e];
+        }
+    }
+  }
+
+  /// Of the pairs in the disc those with the smallest residuals: others are no modes of the whole
+  /// problem.
+  std::vector<unsigned int> ReducedModel::best_pairs(const Solutions &solutions) const
+  {
+    std::vector<unsigned int> best(solutions.lambda.size());
+    std::iota(best.begin(), best.end(), 0u);
+    std::stable_sort(best.begin(), best.end(),
+                     [&](const unsigned int a, const unsigned int b)
+                     { return solutions.errors[a] < solutions.errors[b]; });
+    best.resize(std::min<std::size_t>(best.size(), n_disc));
+    return best;
+  }
+
+  std::vector<unsigned int> ReducedModel::failing(const Solutions &solutions,
+                                                  const std::vector<unsigned int> &which,
+                                                  const double largest_error) const
+  {
+    std::vector<unsigned int> result;
+    for (const unsigned int i : which)
+      if (!(solutions.errors[i] <= (is_in_window(solutions.lambda[i]) ? largest_error : 1e-6)))
+        result.push_back(i);
+    return result;
+  }
+
+  ReducedModel::Solutions ReducedModel::chosen(const Solutions &solutions,
+                                               const std::vector<unsigned int> &which)
+  {
+    Solutions result;
+    result.re = result.im = DenseMatrix(solutions.re.n_rows, which.size());
+    for (unsigned int k = 0; k < which.size(); ++k)
+    {
+      result.lambda.push_back(solutions.lambda[which[k]]);
+      for (unsigned int i = 0; i < solutions.re.n_rows; ++i)
+      {
+        result.re(i, k) = solutions.re(i, which[k]);
+        result.im(i, k) = solutions.im(i, which[k]);
+      }
+    }
+    return result;
+  }
+
+  /// Solves the projected problem and certifies the pairs; gives their residuals. The last pairs
+  /// are where to start from.
+  MultiVector ReducedModel::solve_projected(Solutions &x, Solutions &y)
+  {
+    if (n_imaged < dimension())
+      add_images();
+    satisfy_constraints();
+    project_terms();
+    x = last_right;
+    y = last_left;
+    if (x.lambda.empty() || !improve(x, y))
+    {
+      solve_densely(x, y);
+      // Dense pairs have rounding errors of stiff vectors, and may be more than there are modes.
+      if (x.lambda.size() > n_disc)
+      {
+        certify(residuals(x), x);
+        const std::vector<unsigned int> best = best_pairs(x);
+        x                                    = chosen(x, best);
+        y                                    = chosen(y, best);
+      }
+      Solutions polished_x = x, polished_y = y;
+      if (improve(polished_x, polished_y))
+      {
+        x = std::move(polished_x);
+        y = std::move(polished_y);
+      }
+    }
+    MultiVector result = residuals(x);
+    certify(result, x);
+    if (x.lambda.size() == n_disc)
+    {
+      last_right = x;
+      last_left  = y;
+    }
+    return result;
+  }
+
+  bool ReducedModel::enrich(const MultiVector &residuals_of_x, const Solutions &x)
+  {
+    // With a margin, so that the next parameters need none
+    const std::vector<unsigned int> lacking = failing(x, best_pairs(x), 0.3 * accepted_error());
+    if (lacking.empty())
+      return false;
+    const unsigned int before = dimension();
+    MultiVector added         = corrections(residuals_of_x, lacking);
+    const double largest      = principal_components(added).sizes.front();
+    append(std::move(added), std::max(smallest, 1e-2 * largest));
+    return dimension() > before;
+  }
+
+  std::optional<Modes> ReducedModel::solve(const std::vector<Term> &terms)
+  {
+    const double largest_error = accepted_error();
+    if (!is_anchored())
+      return std::nullopt;
+    if (fixed.empty() && !find_fixed(terms))
+    {
+      factors.reset();
+      return std::nullopt;
+    }
+    if (!gather_changing(terms))
+      return std::nullopt;
+    add_openings();
+    // What is going to fail is corrected by the residuals of before: the projected problem is
+    // solved and certified once less.
+    if (foresight.residuals.n_columns() > 0 && open_contacts() == open_before &&
+        foresight.worst * foresight.growth > largest_error && dimension() < largest_dimension())
+      enrich(foresight.residuals, foresight.solutions);
+    foresight.residuals = {};
+    Solutions x, y;
+    for (unsigned int n_corrections = 0;; ++n_corrections)
+    {
+      const MultiVector residuals_of_x        = solve_projected(x, y);
+      const std::vector<unsigned int> best    = best_pairs(x),
+                                      lacking = failing(x, best, largest_error);
+      double worst                            = 0;
+      for (const unsigned int i : best)
+        if (is_in_window(x.lambda[i]))
+          worst = std::max(worst, x.errors[i]);
+      std::ostringstream text;
+      text << "  projected on " << dimension() << " vectors: " << best.size() << " of " << n_disc
+           << " modes, backward errors " << worst;
+      options.progress(text.str());
+      if (best.size() == n_disc && lacking.empty())
+      {
+        project_tests();
+        if (std::vector<unsigned int> open = open_contacts(); open != open_before)
+        {
+          open_before = std::move(open);
+          n_steady    = 0;
+        }
+        ++n_steady;
+        recent.insert(recent.begin(), {chosen(x, best), chosen(y, best)});
+        if (recent.size() > most_recent)
+          recent.pop_back();
+        foresight.growth    = foresight.worst > 0 && n_steady > 1 ? worst / foresight.worst : 1;
+        foresight.worst     = worst;
+        foresight.residuals = residuals_of_x;
+        foresight.solutions = x;
+        return make_modes(x, y, best);
+      }
+      // Contacts that have closed since the anchor are beyond the bases.
+      constexpr double hopeless = 1e-4;
+      // A correction divides errors by 20 or more and costs a vector a mode; a basis too large
+      // costs more than a new anchor.
+      const double n_needed = std::ceil(std::log(worst / largest_error) / std::log(20.));
+      if (n_corrections == most_corrections || lacking.empty() || worst > hopeless ||
+          dimension() + n_needed * lacking.size() > largest_dimension())
+        return std::nullopt;
+      if (!enrich(residuals_of_x, x))
+        return std::nullopt;
+    }
+  }
+} // namespace squeal

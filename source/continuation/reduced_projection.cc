@@ -1,0 +1,520 @@
+#include <squeal/continuation/reduced_model.h>
+#include <squeal/linalg/reduced_tools.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace squeal
+{
+  using namespace reduced;
+
+  namespace
+  {
+    /// A with its first rows replaced.
+    DenseMatrix with_top(DenseMatrix a, const DenseMatrix &top)
+    {
+      for (unsigned int j = 0; j < a.n_columns; ++j)
+        for (unsigned int i = 0; i < top.n_rows; ++i)
+          a(i, j) = top(i, j);
+      return a;
+    }
+
+    std::vector<double> top_corner(const DenseMatrix &a, const unsigned int n)
+    {
+      std::vector<double> result;
+      for (unsigned int j = 0; j < n; ++j)
+        for (unsigned int i = 0; i < n; ++i)
+          result.push_back(a(i, j));
+      return result;
+    }
+  } // namespace
+
+  // Projection.
+
+  /// Small vectors scaled to unit length have lost a little of the constraints to rounding.
+  void ReducedModel::clean(MultiVector &added) const
+  {
+    if (!has_constraints || compliant)
+      return;
+    const DenseMatrix change =
+        shortest_change(right_constraints, gather_rows(added, interface_rows));
+    constexpr double rounding = 1e-3; // more is a gap
+    for (unsigned int j = 0; j < added.n_columns(); ++j)
+    {
+      double largest = 0;
+      for (unsigned int r = 0; r < interface_rows.size(); ++r)
+        largest = std::max(largest, std::abs(change(j, r)));
+      for (unsigned int r = 0; r < interface_rows.size() && largest <= rounding; ++r)
+        if (rows.contains(interface_rows[r]))
+          added.column(j)[interface_rows[r] - rows.begin] += change(j, r);
+    }
+  }
+
+  void ReducedModel::add_images()
+  {
+    const unsigned int n_all = dimension(), n_new = n_all - n_imaged, n_fixed = fixed.size();
+    MultiVector added = right.columns(n_imaged, n_new);
+    clean(added);
+    std::copy_n(added.data(), std::size_t(rows.n_local()) * n_new, right.column(n_imaged));
+    // Rows of a block as columns, with those of new ones below
+    const auto with_rows_of = [&](const DenseMatrix &known, const MultiVector &block)
+    {
+      const DenseMatrix of_new = gather_rows(block, interface_rows);
+      DenseMatrix all(n_all, interface_rows.size());
+      for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      {
+        if (n_imaged > 0)
+          std::copy_n(&known.values[std::size_t(r) * n_imaged], n_imaged,
+                      &all.values[std::size_t(r) * n_all]);
+        std::copy_n(&of_new.values[std::size_t(r) * n_new], n_new,
+                    &all.values[std::size_t(r) * n_all + n_imaged]);
+      }
+      return all;
+    };
+    for (unsigned int i = 0; i < n_fixed; ++i)
+    {
+      MultiVector image = multiply(*fixed[i].matrix, added);
+      at_rows[i]        = with_rows_of(at_rows[i], image);
+      clear_rows(image, interface_rows);
+      images[i].append(image);
+    }
+    right_rows                = with_rows_of(right_rows, added);
+    left_rows                 = with_top(right_rows, gather_rows(left, interface_rows));
+    peaks                     = gather_rows(right, peak_rows);
+    const unsigned int n_left = left.n_columns();
+    for (unsigned int i = 0; i < n_fixed; ++i)
+    {
+      // Rows first ... first + n of V^T A V or W^T A V, in the columns from column on
+      const auto products = [&](const MultiVector &test, const DenseMatrix &test_rows,
+                                const unsigned int first, const unsigned int n,
+                                const unsigned int column, const unsigned int n_columns)
+      {
+        DenseMatrix result(n, n_columns,
+                           inner_products(test, first, n, images[i], column, n_columns));
+        add(1,
+            outer_product(some_rows(test_rows, first, n), some_rows(at_rows[i], column, n_columns)),
+            result);
+        return result;
+      };
+      projected[of_right][i] =
+          grow(projected[of_right][i], n_all,
+               [&](const unsigned int first, const unsigned int n, const unsigned int column,
+                   const unsigned int n_columns)
+               { return products(right, right_rows, first, n, column, n_columns); });
+      DenseMatrix top(n_left, n_all);
+      const DenseMatrix added_top = products(left, left_rows, 0, n_left, n_imaged, n_new);
+      for (unsigned int c = 0; c < n_all; ++c)
+        for (unsigned int r = 0; r < n_left; ++r)
+          top(r, c) = c < n_imaged ? projected[petrov][i](r, c) : added_top(r, c - n_imaged);
+      projected[petrov][i] = with_top(projected[of_right][i], top);
+      // The left vectors' norms; M is symmetric.
+      if (coefficients[2][i] != 0)
+      {
+        const DenseMatrix of_left_alone(n_left, n_left,
+                                        n_imaged == 0
+                                            ? inner_products(left, multiply(*fixed[i].matrix, left))
+                                            : top_corner(projected[of_left][i], n_left));
+        DenseMatrix whole = projected[petrov][i];
+        for (unsigned int c = 0; c < n_left; ++c)
+          for (unsigned int r = 0; r < n_all; ++r)
+            whole(r, c) = r < n_left ? of_left_alone(r, c) : projected[petrov][i](c, r);
+        projected[of_left][i] = std::move(whole);
+      }
+    }
+    n_imaged = n_all;
+  }
+
+  bool ReducedModel::find_constraints(const bool of_left, Constraints &constraints) const
+  {
+    Constraints result;
+    const unsigned int n_rows = interface_rows.size();
+    std::vector<int> number(n_rows, -1);
+    const Entries &entries = changing[0];
+    const auto for_all     = [&](const auto &visit)
+    {
+      for (std::size_t k = 0; k < entries.values.size(); ++k)
+      {
+        const int constraint = of_left ? entries.columns[k] : entries.rows[k],
+                  row        = of_left ? entries.rows[k] : entries.columns[k];
+        if (is_constraint[constraint] && !is_constraint[row] && entries.values[k] != 0)
+          visit(constraint, row, entries.values[k]);
+      }
+    };
+    result.begins.assign(n_rows + 1, 0);
+    for_all(
+        [&](const int constraint, const int row, double)
+        {
+          ++result.begins[row + 1];
+          if (number[constraint] < 0)
+          {
+            number[constraint] = result.rows.size();
+            result.rows.push_back(constraint);
+          }
+        });
+    std::partial_sum(result.begins.begin(), result.begins.end(), result.begins.begin());
+    result.entries.resize(result.begins.back());
+    std::vector<unsigned int> next = result.begins;
+    for_all(
+        [&](const int constraint, const int row, const double value) {
+          result.entries[next[row]++] = {number[constraint], value};
+        });
+    if (result.rows == constraints.rows && result.begins == constraints.begins &&
+        result.entries == constraints.entries)
+      return false;
+    DenseMatrix squares(result.rows.size(), result.rows.size());
+    for (unsigned int row = 0; row < n_rows; ++row)
+      result.for_entries(row,
+                         [&](const unsigned int k, const double value)
+                         {
+                           result.for_entries(row, [&](const unsigned int i, const double other)
+                                              { squares(i, k) += value * other; });
+                         });
+    result.squares = PositiveFactors(std::move(squares));
+    constraints    = std::move(result);
+    return true;
+  }
+
+  DenseMatrix ReducedModel::violations(const Constraints &c, const DenseMatrix &at_rows) const
+  {
+    const unsigned int m = at_rows.n_rows;
+    DenseMatrix result(m, c.rows.size());
+    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      c.for_entries(r,
+                    [&](const unsigned int k, const double value)
+                    {
+                      add_multiple(value, &at_rows.values[std::size_t(r) * m], m,
+                                   &result.values[std::size_t(k) * m]);
+                    });
+    return result;
+  }
+
+  DenseMatrix ReducedModel::balancing_pressures(const Constraints &c,
+                                                const DenseMatrix &at_rows) const
+  {
+    DenseMatrix violation = violations(c, at_rows);
+    for (double &value : violation.values)
+      value *= -1;
+    return transposed(c.squares.solve(transposed(violation)));
+  }
+
+  DenseMatrix ReducedModel::forces_of(const Constraints &c, const DenseMatrix &pressures) const
+  {
+    const unsigned int m = pressures.n_rows;
+    DenseMatrix result(m, interface_rows.size());
+    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      c.for_entries(r,
+                    [&](const unsigned int k, const double value)
+                    {
+                      add_multiple(value, &pressures.values[std::size_t(k) * m], m,
+                                   &result.values[std::size_t(r) * m]);
+                    });
+    return result;
+  }
+
+  void ReducedModel::satisfy_constraints()
+  {
+    const bool holds_pressures = has_constraints && !compliant;
+    left_balance =
+        holds_pressures ? balancing_pressures(left_constraints, left_rows) : DenseMatrix();
+    left_change = holds_pressures ? forces_of(left_constraints, left_balance)
+                                  : DenseMatrix(dimension(), interface_rows.size());
+    if (right_change.n_rows != dimension() || right_change.values.empty())
+    {
+      right_change = holds_pressures ? shortest_change(right_constraints, right_rows)
+                                     : DenseMatrix(dimension(), interface_rows.size());
+      find_kernel();
+    }
+    left_moved = left_rows;
+    add(1, left_change, left_moved);
+  }
+
+  /// Vectors of gaps that are closed now leave the bases: Z spans the coordinates without.
+  void ReducedModel::find_kernel()
+  {
+    constexpr double closed = 1e-6; // of unit vectors
+    kernel                  = DenseMatrix();
+    double largest          = 0;
+    for (const double value : right_change.values)
+      largest = std::max(largest, std::abs(value));
+    if (largest <= closed)
+      return;
+    const unsigned int m            = dimension();
+    DenseMatrix vectors             = outer_product(right_change, right_change);
+    const std::vector<double> sizes = symmetric_eigen(vectors); // ascending
+    unsigned int n                  = 0;
+    while (n < m && sizes[n] <= closed * closed)
+      ++n;
+    kernel = DenseMatrix(m, n);
+    std::copy_n(vectors.values.data(), std::size_t(m) * n, kernel.values.data());
+    // The squares leave gaps of the root of rounding: Z -= R S^{-1} R^T G G^T Z, R the others.
+    DenseMatrix range(m, m - n), gaps(n, right_change.n_columns), c(m - n, n);
+    std::copy_n(vectors.values.data() + std::size_t(m) * n, range.values.size(),
+                range.values.data());
+    gemm(true, 1, kernel, right_change, 0, gaps);
+    gemm(true, 1, range, outer_product(right_change, gaps), 0, c);
+    for (unsigned int j = 0; j < n; ++j)
+      for (unsigned int i = 0; i < m - n; ++i)
+        c(i, j) /= sizes[n + i];
+    gemm(false, -1, range, c, 1, kernel);
+  }
+
+  DenseMatrix ReducedModel::in_kernel(const DenseMatrix &a) const
+  {
+    if (kernel.values.empty() || a.values.empty())
+      return a;
+    DenseMatrix image(a.n_rows, kernel.n_columns), result(kernel.n_columns, kernel.n_columns);
+    gemm(false, 1, a, kernel, 0, image);
+    gemm(true, 1, kernel, image, 0, result);
+    return result;
+  }
+
+  /// The pressures C^{-1} N^T u of a compliant contact in the constraints' rows; with the
+  /// transposed matrices for the left vectors.
+  DenseMatrix ReducedModel::compliant_pressures(const DenseMatrix &basis, const bool of_left) const
+  {
+    DenseMatrix result(basis.n_rows, interface_rows.size());
+    std::vector<int> number(interface_rows.size(), -1);
+    std::vector<unsigned int> constrained;
+    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      if (is_constraint[r])
+      {
+        number[r] = constrained.size();
+        constrained.push_back(r);
+      }
+    const unsigned int n = constrained.size(), m = basis.n_rows;
+    DenseMatrix compliance(n, n), gaps(n, m);
+    const Entries &entries = changing[0];
+    for (std::size_t k = 0; k < entries.values.size(); ++k)
+    {
+      const int row    = of_left ? entries.columns[k] : entries.rows[k],
+                column = of_left ? entries.rows[k] : entries.columns[k];
+      if (!is_constraint[row])
+        continue;
+      if (is_constraint[column])
+        compliance(number[row], number[column]) -= entries.values[k];
+      else
+        for (unsigned int j = 0; j < m; ++j)
+          gaps(number[row], j) += entries.values[k] * basis(j, column);
+    }
+    const DenseMatrix pressures = squeal::solve(std::move(compliance), std::move(gaps));
+    for (unsigned int k = 0; k < n; ++k)
+      for (unsigned int j = 0; j < m; ++j)
+        result(j, constrained[k]) = pressures(k, j);
+    return result;
+  }
+
+  /// Entries applied to a basis' interface rows, in which pressures may be zero.
+  DenseMatrix ReducedModel::apply(const Entries &entries, const DenseMatrix &basis,
+                                  const bool of_pressures) const
+  {
+    if (entries.values.empty())
+      return {};
+    const unsigned int m = basis.n_rows;
+    DenseMatrix result(m, interface_rows.size());
+    for (std::size_t k = 0; k < entries.values.size(); ++k)
+    {
+      if (!of_pressures && is_constraint[entries.columns[k]])
+        continue;
+      add_multiple(entries.values[k], &basis.values[std::size_t(entries.columns[k]) * m], m,
+                   &result.values[std::size_t(entries.rows[k]) * m]);
+    }
+    return result;
+  }
+
+  void ReducedModel::clear_constraints(DenseMatrix &at_rows) const
+  {
+    for (unsigned int r = 0; r < interface_rows.size() && !at_rows.values.empty(); ++r)
+      if (is_constraint[r])
+        std::fill_n(&at_rows.values[std::size_t(r) * at_rows.n_rows], at_rows.n_rows, 0.);
+  }
+
+  /// sum += A B^T for displacements A and forces B in the interface rows, few of which are not
+  /// zero.
+  void ReducedModel::add_products(const DenseMatrix &a, const DenseMatrix &b,
+                                  DenseMatrix &sum) const
+  {
+    DenseMatrix of_a(a.n_rows, 0), of_b(b.n_rows, 0);
+    for (unsigned int r = 0; r < interface_rows.size() && !b.values.empty(); ++r)
+    {
+      const auto at_row = [r](const DenseMatrix &matrix)
+      { return matrix.values.begin() + std::size_t(r) * matrix.n_rows; };
+      if (is_constraint[r] ||
+          std::all_of(at_row(b), at_row(b) + b.n_rows, [](const double x) { return x == 0; }))
+        continue;
+      of_a.values.insert(of_a.values.end(), at_row(a), at_row(a) + a.n_rows);
+      of_b.values.insert(of_b.values.end(), at_row(b), at_row(b) + b.n_rows);
+      ++of_a.n_columns;
+      ++of_b.n_columns;
+    }
+    if (of_a.n_columns > 0)
+      add(1, outer_product(of_a, of_b), sum);
+  }
+
+  DenseMatrix ReducedModel::sum_of_fixed(const std::vector<DenseMatrix> &by_matrix,
+                                         const unsigned int order) const
+  {
+    DenseMatrix sum;
+    for (unsigned int i = 0; i < fixed.size(); ++i)
+      add(coefficients[order][i], by_matrix[i], sum);
+    return sum;
+  }
+
+  /// What the search for pairs needs.
+  void ReducedModel::project_terms()
+  {
+    left_pressures  = DenseMatrix();
+    right_pressures = DenseMatrix();
+    if (compliant)
+    {
+      left_pressures  = compliant_pressures(left_rows, true);
+      right_pressures = compliant_pressures(right_rows, false);
+    }
+    for (unsigned int order = 0; order < 3; ++order)
+    {
+      DenseMatrix with_pressures = right_rows;
+      if (order == 0)
+        add(1, right_pressures, with_pressures);
+      DenseMatrix &of_v = changing_images[order];
+      of_v              = apply(changing[order], with_pressures, compliant);
+      if (compliant)
+        clear_constraints(of_v);
+      images_at_rows[order] = sum_of_fixed(at_rows, order);
+      DenseMatrix sum       = sum_of_fixed(projected[petrov], order);
+      add_products(left_moved, of_v, sum);
+      // W - V = -C^T (C C^T)^{-1} C V: by way of C A V, which has few columns
+      if (!images_at_rows[order].values.empty() && !left_balance.values.empty())
+        add(1, outer_product(left_balance, violations(left_constraints, images_at_rows[order])),
+            sum);
+      small_problem[order]     = in_kernel(sum);
+      operators[petrov][order] = std::move(sum);
+      add(1, of_v, images_at_rows[order]);
+    }
+  }
+
+  /// What is to be known of a solution beyond its pairs.
+  void ReducedModel::project_tests()
+  {
+    for (unsigned int order = 0; order < 3; ++order)
+    {
+      DenseMatrix sum = sum_of_fixed(projected[of_right], order);
+      add_products(right_rows, changing_images[order], sum);
+      operators[of_right][order] = std::move(sum);
+      operators[of_left][order]  = sum_of_fixed(projected[of_left], order);
+    }
+  }
+
+  QuadraticEigenproblem ReducedModel::projected_problem(const unsigned int form) const
+  {
+    QuadraticEigenproblem problem;
+    problem.rows = small_rows(dimension());
+    problem.M    = sparse(operators[form][2]);
+    if (has_velocity_terms)
+      problem.P = sparse(operators[form][1]);
+    problem.Q = sparse(operators[form][0]);
+    return problem;
+  }
+
+  std::vector<Term> ReducedModel::project(const std::vector<Term> &terms) const
+  {
+    std::vector<Term> result;
+    const auto add_term = [&](const Term &term, const unsigned int order, const DenseMatrix &small)
+    {
+      result.push_back(
+          {term.origin, order, term.coefficient, std::make_shared<const Matrix>(sparse(small))});
+    };
+    // The pressures Lambda_0 + l Lambda_1 + l^2 Lambda_2 of V in the constraints' rows; those that
+    // balance l^order A_order V best are -(C C^T)^{-1} C (...), C^T = N + mu T
+    std::array<DenseMatrix, 3> pressures = {{right_pressures, {}, {}}};
+    if (has_constraints && !compliant)
+      for (unsigned int order = 0; order < 3; ++order)
+        if (!images_at_rows[order].values.empty())
+        {
+          const DenseMatrix balancing =
+              balancing_pressures(left_constraints, images_at_rows[order]);
+          pressures[order] = DenseMatrix(dimension(), interface_rows.size());
+          for (unsigned int k = 0; k < balancing.n_columns; ++k)
+            for (unsigned int j = 0; j < dimension(); ++j)
+              pressures[order](j, left_constraints.rows[k]) = balancing(j, k);
+        }
+    DenseMatrix test_change = left_change;
+    add(1, left_pressures, test_change);
+    for (const Term &term : terms)
+    {
+      const MultiVector image = multiply(*term.matrix, right);
+      DenseMatrix small =
+          with_top(DenseMatrix(dimension(), dimension(), inner_products(right, image)),
+                   DenseMatrix(left.n_columns(), dimension(), inner_products(left, image)));
+      add(1, outer_product(test_change, gather_rows(image, interface_rows)), small);
+      add_term(term, term.order, small);
+      // On the pressures, which are those of Lambda_0 + l Lambda_1 + l^2 Lambda_2
+      Entries entries;
+      for_entries(*term.matrix,
+                  [&](const PetscInt row, const PetscInt column, const double value)
+                  {
+                    const int r = interface_number[row], c = interface_number[column];
+                    if (r < 0 || c < 0 || !is_constraint[c])
+                      return;
+                    entries.rows.push_back(r);
+                    entries.columns.push_back(c);
+                    entries.values.push_back(value);
+                  });
+      gather(entries.rows, MPI_INT, rows.comm);
+      gather(entries.columns, MPI_INT, rows.comm);
+      gather(entries.values, MPI_DOUBLE, rows.comm);
+      DenseMatrix test = left_moved;
+      add(1, left_pressures, test);
+      for (unsigned int order = 0; order < 3 && !entries.values.empty(); ++order)
+        if (!pressures[order].values.empty())
+          add_term(term, term.order + order,
+                   outer_product(test, apply(entries, pressures[order], true)));
+    }
+    return result;
+  }
+
+  namespace
+  {
+    /// x^H A x of each column of x.
+    std::vector<std::complex<double>> forms_of(const DenseMatrix &a, const DenseMatrix &re,
+                                               const DenseMatrix &im)
+    {
+      DenseMatrix a_re(a.n_rows, re.n_columns), a_im = a_re;
+      gemm(false, 1, a, re, 0, a_re);
+      gemm(false, 1, a, im, 0, a_im);
+      std::vector<std::complex<double>> sums(re.n_columns);
+      for (unsigned int j = 0; j < re.n_columns; ++j)
+        for (unsigned int i = 0; i < a.n_rows; ++i)
+          sums[j] += std::complex<double>(re(i, j), -im(i, j)) *
+                     std::complex<double>(a_re(i, j), a_im(i, j));
+      return sums;
+    }
+  } // namespace
+
+  ReducedModel::RayleighForms ReducedModel::rayleigh_forms(const Modes &modes) const
+  {
+    const unsigned int n = modes.lambda.size();
+    const auto small     = [&](const MultiVector &block) {
+      return DenseMatrix(dimension(), n, {block.data(), block.data() + dimension() * n});
+    };
+    const DenseMatrix x_re = small(modes.re), x_im = small(modes.im);
+    RayleighForms forms;
+    forms.of_p = operators[of_right][1].values.empty()
+                     ? std::vector<Complex>(n)
+                     : forms_of(operators[of_right][1], x_re, x_im);
+    forms.of_q = forms_of(operators[of_right][0], x_re, x_im);
+    if (!has_constraints || compliant)
+      return forms;
+    // (N + mu T) Lambda of the modes
+    DenseMatrix at_rows_re(n, interface_rows.size()), at_rows_im = at_rows_re;
+    gemm(true, 1, x_re, right_rows, 0, at_rows_re);
+    gemm(true, 1, x_im, right_rows, 0, at_rows_im);
+    std::array<DenseMatrix, 2> forces = forces_at_interface(modes.lambda, x_re, x_im);
+    for (DenseMatrix &part : forces)
+      part = shortest_change(left_constraints, part);
+    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      for (unsigned int j = 0; j < n; ++j)
+        forms.of_q[j] += Complex(at_rows_re(j, r), -at_rows_im(j, r)) *
+                         Complex(forces[0](j, r), forces[1](j, r));
+    return forms;
+  }
+} // namespace squeal

@@ -1,0 +1,258 @@
+#include <squeal/eigen/inertia_count.h>
+#include <squeal/linalg/compressed_rows.h>
+#include <squeal/linalg/dense.h>
+#include <squeal/linalg/reduced_tools.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace squeal
+{
+  using namespace reduced;
+
+  MultiVector scattered_vector(const RowRange &rows)
+  {
+    MultiVector vector(rows, 1);
+    for (unsigned int i = 0; i < vector.n_local(); ++i)
+      vector.data()[i] = std::sin(1. + rows.begin + i);
+    return vector;
+  }
+
+  bool is_own_reference(const QuadraticEigenproblem &problem)
+  {
+    if (problem.P)
+      return false;
+    if (!problem.has_reference())
+      return true;
+    const MultiVector x = scattered_vector(problem.rows), q_x = multiply(problem.Q, x),
+                      reference_x = multiply(problem.shifted_reference(0), x);
+    const MultiVector other       = difference(q_x, reference_x);
+    constexpr double rounding     = 1e-13;
+    return inner_products(other, other)[0] <= rounding * rounding * inner_products(q_x, q_x)[0];
+  }
+
+  namespace
+  {
+    constexpr const char *counted_matrix = "the shifted reference problem (for counting its modes)";
+
+    unsigned int n_reference_modes(const QuadraticEigenproblem &problem,
+                                   const Factorization &factorization)
+    {
+      const unsigned int n_negative = factorization.inertia().negative;
+      if (n_negative < problem.n_constraints)
+        throw SolverError("The inertia count of the reference problem gave " +
+                          std::to_string(n_negative) + " negative eigenvalues, less than the " +
+                          std::to_string(problem.n_constraints) +
+                          " of the contact constraints: the constraints are linearly dependent.");
+      return n_negative - problem.n_constraints;
+    }
+  } // namespace
+
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const double omega)
+  {
+    return count_reference_modes(problem, problem.shifted_reference(omega));
+  }
+
+  unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const Matrix &shifted)
+  {
+    const Factorization factorization(shifted, Factorization::Kind::ldlt, counted_matrix);
+    return n_reference_modes(problem, factorization);
+  }
+
+  std::vector<unsigned int> count_reference_modes(const QuadraticEigenproblem &problem,
+                                                  const std::vector<double> &omegas, Matrix shifted)
+  {
+    std::vector<unsigned int> numbers;
+    std::optional<Factorization> factorization;
+    for (unsigned int k = 0; k < omegas.size(); ++k)
+    {
+      const auto moves_to_here = [&]()
+      {
+        const double before = omegas[k - 1] * omegas[k - 1], now = omegas[k] * omegas[k];
+        return add_in_place(problem.rows, before - now, problem.M, shifted);
+      };
+      if (k > 0 && moves_to_here())
+        factorization->renew(shifted);
+      else
+      {
+        if (k > 0) // stiffness and inertia had cancelled somewhere
+          shifted = problem.shifted_reference(omegas[k]);
+        factorization.emplace(shifted, Factorization::Kind::ldlt, counted_matrix);
+      }
+      numbers.push_back(n_reference_modes(problem, *factorization));
+    }
+    return numbers;
+  }
+
+  std::vector<unsigned int> RememberedCounts::operator()(const QuadraticEigenproblem &problem,
+                                                         const std::vector<double> &omegas)
+  {
+    const MultiVector vector = scattered_vector(problem.rows);
+    Matrix shifted           = problem.shifted_reference(omegas.front());
+    std::vector<double> fingerprint;
+    for (const Matrix *matrix : {&std::as_const(shifted), &problem.M})
+    {
+      const MultiVector product = multiply(*matrix, vector);
+      for (const MultiVector *other : {&product, &vector})
+        fingerprint.push_back(inner_products(product, *other)[0]);
+    }
+    Count &known = counted[omegas];
+    if (fingerprint != known.fingerprint)
+      known = {fingerprint, count_reference_modes(problem, omegas, std::move(shifted))};
+    return known.n_modes;
+  }
+
+  std::vector<unsigned int> InertiaCount::open_contacts(const Matrix &contact) const
+  {
+    const unsigned int first = rows.end - n_local_constraints;
+    std::vector<char> acts(n_local_constraints);
+    if (contact)
+      for_entries(contact,
+                  [&](const PetscInt row, const PetscInt column, double)
+                  {
+                    if (unsigned(row) >= first && column != row)
+                      acts[row - first] = 1;
+                  });
+    std::vector<int> open;
+    for (unsigned int i = 0; i < n_local_constraints; ++i)
+      if (!acts[i])
+        open.push_back(first + i);
+    gather(open, MPI_INT, rows.comm);
+    return {open.begin(), open.end()};
+  }
+
+  unsigned int InertiaCount::n_constraints() const
+  {
+    unsigned int n = n_local_constraints;
+    MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPI_UNSIGNED, MPI_SUM, rows.comm);
+    return n;
+  }
+
+  bool InertiaCount::is_opened_base(const std::vector<Term> &others, const Matrix &contact,
+                                    const std::vector<unsigned int> &open) const
+  {
+    const auto is_same = [](const Term &a, const Term &b)
+    { return a.matrix == b.matrix && a.order == b.order && a.coefficient == b.coefficient; };
+    if (!base.factors ||
+        !std::equal(others.begin(), others.end(), base.terms.begin(), base.terms.end(), is_same) ||
+        !std::includes(open.begin(), open.end(), base.open.begin(), base.open.end()))
+      return false;
+    // What is left of the base's contact is the present one.
+    const auto is_open = [&](const PetscInt row)
+    { return std::binary_search(open.begin(), open.end(), unsigned(row)); };
+    const auto entries_of = [&](const Matrix &matrix)
+    {
+      std::vector<std::pair<std::pair<PetscInt, PetscInt>, double>> entries;
+      for_entries(matrix,
+                  [&](const PetscInt row, const PetscInt column, const double value)
+                  {
+                    if (!is_open(row) && !is_open(column))
+                      entries.push_back({{row, column}, value});
+                  });
+      return entries;
+    };
+    int is_left = entries_of(*base.contact) == entries_of(contact);
+    MPI_Allreduce(MPI_IN_PLACE, &is_left, 1, MPI_INT, MPI_MIN, rows.comm);
+    return is_left;
+  }
+
+  void InertiaCount::make_base(const std::vector<Term> &others,
+                               std::shared_ptr<const Matrix> contact,
+                               std::vector<unsigned int> open)
+  {
+    base         = {}; // two of them would double the memory
+    base.terms   = others;
+    base.contact = std::move(contact);
+    base.open    = std::move(open);
+    base.columns = MultiVector(rows, 0);
+    std::vector<Summand> summands;
+    for (const Term &term : others)
+      summands.push_back(
+          {term.order == 2 ? -omega * omega * term.coefficient : term.coefficient, *term.matrix});
+    if (base.contact)
+      summands.push_back({1., *base.contact});
+    base.factors =
+        std::make_unique<const Factorization>(sum_of(rows, summands), Factorization::Kind::ldlt,
+                                              "the shifted reference problem (for counting)");
+    base.negative               = base.factors->inertia().negative;
+    const unsigned int n_closed = n_constraints() - base.open.size();
+    if (base.negative < n_closed)
+      throw SolverError("The inertia count of the reference problem gave " +
+                        std::to_string(base.negative) + " negative eigenvalues, less than the " +
+                        std::to_string(n_closed) +
+                        " of the contact constraints: the constraints are linearly dependent.");
+  }
+
+  int InertiaCount::negative_of_inverse(const std::vector<unsigned int> &added)
+  {
+    if (added.empty())
+      return 0;
+    std::vector<unsigned int> missing;
+    for (const unsigned int row : added)
+      if (!std::count(base.solved.begin(), base.solved.end(), row))
+        missing.push_back(row);
+    if (!missing.empty())
+    {
+      base.columns.append(base.factors->solve(unit_columns(rows, missing)));
+      base.solved.insert(base.solved.end(), missing.begin(), missing.end());
+    }
+    const DenseMatrix at_rows = gather_rows(base.columns, added);
+    const unsigned int n      = added.size();
+    DenseMatrix inverse(n, n);
+    for (unsigned int i = 0; i < n; ++i)
+    {
+      const unsigned int k =
+          std::find(base.solved.begin(), base.solved.end(), added[i]) - base.solved.begin();
+      for (unsigned int j = 0; j < n; ++j)
+      {
+        inverse(i, j) += at_rows(k, j) / 2;
+        inverse(j, i) += at_rows(k, j) / 2;
+      }
+    }
+    const std::vector<double> eigenvalues = symmetric_eigen(inverse);
+    const double largest = std::max(std::abs(eigenvalues.front()), std::abs(eigenvalues.back()));
+    int n_negative       = 0;
+    for (const double value : eigenvalues)
+    {
+      if (!(std::abs(value) > 1e-6 * largest))
+        return -1;
+      n_negative += value < 0;
+    }
+    return n_negative;
+  }
+
+  unsigned int InertiaCount::count(const std::vector<Term> &terms)
+  {
+    std::vector<Term> others;
+    std::shared_ptr<const Matrix> contact;
+    bool is_one = true; // matrix of the contact
+    for (const Term &term : terms)
+      if (term.order != 1 && term.matrix && *term.matrix && is_conservative(term.origin))
+      {
+        if (term.origin == Origin::contact && term.order == 0 && term.coefficient == 1 && !contact)
+          contact = term.matrix;
+        else
+        {
+          is_one &= term.origin != Origin::contact;
+          others.push_back(term);
+        }
+      }
+    const Matrix none;
+    const std::vector<unsigned int> open = open_contacts(contact ? *contact : none);
+    if (contact && is_one && is_opened_base(others, *contact, open))
+    {
+      std::vector<unsigned int> added;
+      std::set_difference(open.begin(), open.end(), base.open.begin(), base.open.end(),
+                          std::back_inserter(added));
+      const int of_inverse = negative_of_inverse(added);
+      if (of_inverse >= 0)
+        return base.negative - of_inverse - (n_constraints() - open.size());
+    }
+    make_base(others, contact, open);
+    return base.negative - (n_constraints() - open.size());
+  }
+} // namespace squeal

@@ -1,0 +1,539 @@
+#include <squeal/eigen/block_krylov.h>
+#include <squeal/eigen/interval_search.h>
+#include <squeal/eigen/left_vectors.h>
+#include <squeal/linalg/dense.h>
+#include <squeal/linalg/reduced_tools.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace squeal
+{
+  using Complex = std::complex<double>;
+
+  namespace
+  {
+    /// The problem without its velocity terms.
+    QuadraticEigenproblem without_velocity_terms(const QuadraticEigenproblem &problem)
+    {
+      QuadraticEigenproblem result;
+      result.rows                = problem.rows;
+      result.M                   = problem.M.view(false);
+      result.Q                   = problem.Q.view(problem.Q.is_transposed());
+      result.n_constraints       = problem.n_constraints;
+      result.n_local_constraints = problem.n_local_constraints;
+      result.compliant           = problem.compliant;
+      return result;
+    }
+
+    /// Norms of the columns without their last rows.
+    std::vector<double> lengths_of(const MultiVector &block, const unsigned int n_left_out)
+    {
+      std::vector<double> squares(block.n_columns());
+      for (unsigned int k = 0; k < block.n_columns(); ++k)
+        for (unsigned int i = 0; i + n_left_out < block.n_local(); ++i)
+          squares[k] += block.column(k)[i] * block.column(k)[i];
+      MPI_Allreduce(MPI_IN_PLACE, squares.data(), squares.size(), MPI_DOUBLE, MPI_SUM,
+                    block.row_range().comm);
+      for (double &square : squares)
+        square = std::sqrt(square);
+      return squares;
+    }
+
+    /// Some rows at the end of each rank's part, as rows of their own.
+    RowRange last_rows(const RowRange &rows, const unsigned int n_local)
+    {
+      RowRange result{rows.comm, 0, 0, 0};
+      MPI_Allreduce(&n_local, &result.size, 1, MPI_UNSIGNED, MPI_SUM, rows.comm);
+      MPI_Scan(&n_local, &result.end, 1, MPI_UNSIGNED, MPI_SUM, rows.comm);
+      result.begin = result.end - n_local;
+      return result;
+    }
+
+    /// The same rows of a block.
+    MultiVector last_rows(const MultiVector &block, const RowRange &range)
+    {
+      MultiVector result(range, block.n_columns());
+      for (unsigned int k = 0; k < block.n_columns(); ++k)
+        std::copy_n(block.column(k) + block.n_local() - range.n_local(), range.n_local(),
+                    result.column(k));
+      return result;
+    }
+
+    /// Vectors with what is known of them.
+    struct Images
+    {
+      MultiVector y, g, m, p; ///< Y (without contact pressures), F Y (with them), M Y, P Y
+      MultiVector pressures;  ///< of Y
+    };
+
+    /// Corrections t = -F^{-1} Q(l) x of Ritz pairs, turned, one or two real columns each.
+    struct Corrections
+    {
+      MultiVector t, residual;         ///< with pressures; F t
+      std::vector<unsigned int> first; ///< column of each pair, and their number
+      std::vector<Complex> turns;      ///< factors of modulus 1
+      std::vector<double> sizes;       ///< |t| / |x|
+    };
+
+    /// Ritz pairs: eigenvalues and coefficients in a basis.
+    struct RitzPairs
+    {
+      std::vector<Complex> lambda;
+      std::vector<std::vector<Complex>> coefficients;
+    };
+
+    /// The search for right vectors or, with the adjoint problem, for left ones: an orthonormal
+    /// basis, its images and test vectors.
+    class Side
+    {
+    public:
+      Side(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+           const IntervalSearchOptions &options, const double slack)
+          : shift_invert(shift_invert), problem(problem), options(options), slack(slack),
+            n_cleared(problem.compliant ? 0 : problem.n_local_constraints),
+            pressure_rows(last_rows(problem.rows, n_cleared)), tests(problem.rows, 0)
+      {
+        for (MultiVector Images::*block : {&Images::y, &Images::g, &Images::m, &Images::p})
+          basis.*block = MultiVector(problem.rows, 0);
+        basis.pressures = MultiVector(pressure_rows, 0);
+      }
+
+      /// Begins with F^{-1} M x.
+      void start(const MultiVector &x);
+      /// Begins with the left vectors Z d of the other side's projected problem, whose images
+      /// F^T Z d = M U d are known: a step nearer than the others' start.
+      void start(const Side &other);
+
+      /// Enlarges the basis until the corrections of all pairs of the region are short enough, of
+      /// the wanted ones |t| <= @p wanted_bound |x|.
+      void improve(double wanted_bound, const std::function<void(const std::string &)> &progress);
+
+      /// All eigenvalues of the region.
+      std::vector<Complex> eigenvalues() const;
+      /// The corrected wanted vectors x + t, with their contact pressures, each times a factor of
+      /// modulus 1.
+      Pairs wanted_pairs() const;
+
+      unsigned int n_solves() const
+      {
+        return solves;
+      }
+
+    private:
+      /// The Ritz pairs of the region and a little further, or the left ones.
+      RitzPairs ritz_pairs(bool of_left) const;
+      /// Those that need a correction. Of modes that are not wanted only the place must be known:
+      /// once their corrections were small, they rest until they move.
+      std::vector<unsigned int> moving_pairs() const;
+      bool is_wanted(const Complex &l) const
+      {
+        return options.region.contains(l) && l.imag() >= options.min_imaginary * (1 - slack) &&
+               l.imag() <= options.max_imaginary * (1 + slack);
+      }
+      /// How short a correction must be; what is a little outside of the region must not be on its
+      /// way in.
+      double bound(const Complex &l) const
+      {
+        return is_wanted(l) ? wanted_bound : options.region.contains(l) ? 1e-2 : 3e-2;
+      }
+      Corrections correct(const RitzPairs &ritz);
+      /// Adds what is new in the corrections of the given numbers.
+      void expand(const Corrections &corrections, const std::vector<unsigned int> &numbers);
+      void expand(MultiVector y, MultiVector g);
+      /// F (x + t) = -((l^2 - s) M + l P) x.
+      MultiVector sources(const RitzPairs &ritz) const;
+      unsigned int n_columns() const
+      {
+        return basis.y.n_columns();
+      }
+
+      const ShiftInvert shift_invert;
+      const QuadraticEigenproblem &problem;
+      const IntervalSearchOptions &options;
+      const double slack;
+      const unsigned int n_cleared; ///< pressures, for which there are constraints
+      const RowRange pressure_rows;
+      Images basis;
+      MultiVector tests;       ///< Z = F^{-T} M U
+      DenseMatrix m, p, f;     ///< Z^T M U, Z^T P U, Z^T F U
+      RitzPairs ritz, moving;  ///< in the region; those that were corrected last
+      Corrections corrections; ///< of these
+      std::vector<Complex> at_rest;
+      double wanted_bound = 0;
+      unsigned int solves = 0, step = 0;
+    };
+
+    RitzPairs select(const RitzPairs &ritz, const std::vector<unsigned int> &numbers)
+    {
+      RitzPairs result;
+      for (const unsigned int j : numbers)
+      {
+        result.lambda.push_back(ritz.lambda[j]);
+        result.coefficients.push_back(ritz.coefficients[j]);
+      }
+      return result;
+    }
+
+    /// The coefficients of f_j x_j, Re and Im side by side.
+    template <typename Factor>
+    std::vector<double> real_columns(const RitzPairs &ritz, const unsigned int n_rows,
+                                     const Factor &factor)
+    {
+      std::vector<double> columns(std::size_t(n_rows) * 2 * ritz.lambda.size());
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+        for (unsigned int i = 0; i < ritz.coefficients[j].size(); ++i)
+        {
+          const Complex c = factor(ritz.lambda[j]) * ritz.coefficients[j][i];
+          columns[i + std::size_t(n_rows) * 2 * j]       = c.real();
+          columns[i + std::size_t(n_rows) * (2 * j + 1)] = c.imag();
+        }
+      return columns;
+    }
+
+    MultiVector Side::sources(const RitzPairs &ritz) const
+    {
+      const unsigned int n = n_columns(), n_all = 2 * ritz.lambda.size();
+      MultiVector result = combine(
+          basis.m,
+          real_columns(ritz, n, [&](const Complex &l) { return shift_invert.square - l * l; }),
+          n_all);
+      subtract_combination(result, basis.p,
+                           real_columns(ritz, n, [](const Complex &l) { return l; }));
+      return result;
+    }
+
+    /// Turns each complex vector a + i b of a block of (a, b) so that a is as long as can be, a and
+    /// b orthogonal, and leaves out short b: vectors are almost real and damping almost imaginary,
+    /// so that most residuals have one direction only.
+    MultiVector main_parts(const MultiVector &pairs, std::vector<unsigned int> &first,
+                           std::vector<Complex> &turns)
+    {
+      constexpr double much_shorter = 0.02;
+      const unsigned int n_pairs    = pairs.n_columns() / 2;
+      std::vector<std::pair<const double *, const double *>> parts;
+      for (unsigned int j = 0; j < n_pairs; ++j)
+        parts.push_back({pairs.column(2 * j), pairs.column(2 * j + 1)});
+      const std::vector<reduced::MainPart> turned = reduced::main_parts(parts, pairs.row_range());
+      std::vector<double> coefficients;
+      first.assign(1, 0);
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        const auto &[turn, longer, shorter] = turned[j];
+        const bool keeps_both               = shorter > much_shorter * much_shorter * longer;
+        turns.push_back(turn);
+        first.push_back(first.back() + (keeps_both ? 2 : 1));
+        coefficients.resize(std::size_t(2 * n_pairs) * first.back());
+        const auto column = coefficients.begin() + std::size_t(2 * n_pairs) * first[j];
+        column[2 * j]     = turns[j].real();
+        column[2 * j + 1] = -turns[j].imag();
+        if (keeps_both)
+        {
+          column[2 * n_pairs + 2 * j]     = turns[j].imag();
+          column[2 * n_pairs + 2 * j + 1] = turns[j].real();
+        }
+      }
+      return combine(pairs, coefficients, first.back());
+    }
+
+    Corrections Side::correct(const RitzPairs &ritz)
+    {
+      Corrections result;
+      // -Q(l) x, with the contact pressures of the basis' vectors.
+      MultiVector residual = sources(ritz);
+      subtract_combination(residual, basis.g,
+                           real_columns(ritz, n_columns(), [](const Complex &) { return 1.; }));
+      result.residual = main_parts(residual, result.first, result.turns);
+      result.t        = shift_invert.solve(result.residual);
+      solves += result.t.n_columns();
+      const std::vector<double> lengths = lengths_of(result.t, n_cleared);
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+      {
+        double square = 0; // the basis is orthonormal
+        for (const Complex &c : ritz.coefficients[j])
+          square += std::norm(c);
+        double t_square = 0;
+        for (unsigned int k = result.first[j]; k < result.first[j + 1]; ++k)
+          t_square += lengths[k] * lengths[k];
+        result.sizes.push_back(std::sqrt(t_square / square));
+      }
+      return result;
+    }
+
+    void Side::expand(const Corrections &corrections, const std::vector<unsigned int> &numbers)
+    {
+      MultiVector t(problem.rows, 0), residual(problem.rows, 0);
+      for (const unsigned int j : numbers)
+      {
+        const unsigned int first = corrections.first[j], n = corrections.first[j + 1] - first;
+        t.append(corrections.t.columns(first, n));
+        residual.append(corrections.residual.columns(first, n));
+      }
+      expand(std::move(t), std::move(residual));
+    }
+
+    void Side::expand(MultiVector y, MultiVector g)
+    {
+      // A remainder shorter than this, relatively, is rounding; a combination of remainders of unit
+      // length shorter than that, too.
+      constexpr double rounding = 1e-12, dependent = 1e-6;
+      MultiVector pressures = last_rows(y, pressure_rows);
+      clear_pressures(n_cleared, y);
+      // Twice is enough (Kahan).
+      for (unsigned int pass = 0; pass < 2 && y.n_columns() > 0; ++pass)
+      {
+        const unsigned int n = y.n_columns();
+        const DenseMatrix before(n, n, inner_products(y, y));
+        DenseMatrix products = before;
+        if (n_columns() > 0)
+        {
+          const std::vector<double> part = inner_products(basis.y, y);
+          subtract_combination(y, basis.y, part);
+          subtract_combination(g, basis.g, part);
+          subtract_combination(pressures, basis.pressures, part);
+          products = DenseMatrix(n, n, inner_products(y, y));
+        }
+        const DenseMatrix clear =
+            independent_combinations(std::move(products), before, rounding, dependent);
+        for (MultiVector *block : {&y, &g, &pressures})
+          *block = combine(*block, clear.values, clear.n_columns);
+      }
+      const MultiVector m_y = multiply(problem.M, y);
+      tests.append(shift_invert.solve_transposed(m_y));
+      solves += m_y.n_columns();
+      basis.m.append(m_y);
+      basis.p.append(multiply(problem.P, y));
+      basis.y.append(y);
+      basis.g.append(g);
+      basis.pressures.append(pressures);
+    }
+
+    RitzPairs Side::ritz_pairs(const bool of_left) const
+    {
+      const auto oriented = [&](const DenseMatrix &a) { return of_left ? transposed(a) : a; };
+      DenseMatrix q       = f;
+      for (std::size_t k = 0; k < q.values.size(); ++k)
+        q.values[k] -= options.region.square * m.values[k];
+      RitzPairs result;
+      for (DensePair &pair : quadratic_eigenpairs(oriented(m), oriented(p), oriented(q), 0,
+                                                  std::sqrt(-options.region.square)))
+        if (pair.lambda.imag() > 0 && options.region.distance(pair.lambda) <= 1.05)
+        {
+          result.lambda.push_back(pair.lambda);
+          result.coefficients.push_back(std::move(pair.vector));
+        }
+      return result;
+    }
+
+    std::vector<unsigned int> Side::moving_pairs() const
+    {
+      constexpr double at_the_same_place = 1e-3;
+      std::vector<unsigned int> numbers;
+      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+      {
+        const Complex l = ritz.lambda[j];
+        const bool rests =
+            std::any_of(at_rest.begin(), at_rest.end(),
+                        [&](const Complex &other)
+                        { return std::abs(l - other) <= at_the_same_place * std::abs(l); });
+        if (is_wanted(l) || !rests)
+          numbers.push_back(j);
+      }
+      return numbers;
+    }
+
+    std::vector<Complex> Side::eigenvalues() const
+    {
+      std::vector<Complex> result;
+      for (const Complex &l : ritz.lambda)
+        if (options.region.contains(l))
+          result.push_back(l);
+      return result;
+    }
+
+    Pairs Side::wanted_pairs() const
+    {
+      Pairs pairs{{}, MultiVector(problem.rows, 0), MultiVector(problem.rows, 0)};
+      std::vector<unsigned int> wanted;
+      for (unsigned int j = 0; j < moving.lambda.size(); ++j)
+        if (is_wanted(moving.lambda[j]))
+          wanted.push_back(j);
+      RitzPairs turned = select(moving, wanted);
+      pairs.lambda     = turned.lambda;
+      for (unsigned int j = 0; j < wanted.size(); ++j)
+        for (Complex &c : turned.coefficients[j])
+          c *= corrections.turns[wanted[j]];
+      const unsigned int n = 2 * wanted.size();
+      const std::vector<double> columns =
+          real_columns(turned, n_columns(), [](const Complex &) { return 1.; });
+      MultiVector x               = combine(basis.y, columns, n);
+      const MultiVector pressures = combine(basis.pressures, columns, n);
+      for (unsigned int k = 0; k < n; ++k)
+      {
+        const unsigned int j = wanted[k / 2], t = corrections.first[j] + k % 2;
+        std::copy_n(pressures.column(k), n_cleared, x.column(k) + x.n_local() - n_cleared);
+        if (t < corrections.first[j + 1]) // a short second part was left out
+          add_multiple(1, corrections.t.column(t), x.n_local(), x.column(k));
+        (k % 2 == 0 ? pairs.re : pairs.im).append(x.columns(k, 1));
+      }
+      return pairs;
+    }
+
+    void Side::start(const MultiVector &x)
+    {
+      MultiVector g = multiply(problem.M, x);
+      MultiVector y = shift_invert.solve(g);
+      solves += g.n_columns();
+      expand(std::move(y), std::move(g));
+    }
+
+    void Side::start(const Side &other)
+    {
+      const RitzPairs pairs = other.ritz_pairs(true);
+      const std::vector<double> columns =
+          real_columns(pairs, other.n_columns(), [](const Complex &) { return 1.; });
+      const unsigned int n = 2 * pairs.lambda.size();
+      expand(combine(other.tests, columns, n), combine(other.basis.m, columns, n));
+    }
+
+    void Side::improve(const double new_bound,
+                       const std::function<void(const std::string &)> &progress)
+    {
+      wanted_bound                     = new_bound;
+      constexpr unsigned int max_steps = 25;
+      double worst                     = 0;
+      for (; step < max_steps; ++step)
+      {
+        m           = reduced::grow_products(m, tests, basis.m);
+        p           = reduced::grow_products(p, tests, basis.p);
+        f           = reduced::grow_products(f, tests, basis.g);
+        ritz        = ritz_pairs(false);
+        moving      = select(ritz, moving_pairs());
+        corrections = correct(moving);
+        std::vector<unsigned int> open;
+        worst = 0;
+        for (unsigned int j = 0; j < moving.lambda.size(); ++j)
+        {
+          const Complex l = moving.lambda[j];
+          worst           = std::max(worst, corrections.sizes[j] / bound(l));
+          if (!(corrections.sizes[j] <= bound(l)))
+            open.push_back(j);
+          else if (!is_wanted(l))
+            at_rest.push_back(l);
+        }
+        progress("  window: " + std::to_string(ritz.lambda.size() - open.size()) + " of " +
+                 std::to_string(ritz.lambda.size()) + " eigenvalues converged, subspace of " +
+                 std::to_string(n_columns()));
+        if (open.empty())
+          return;
+        expand(corrections, open);
+      }
+      std::ostringstream message;
+      message
+          << "The modes of the window did not converge in " << max_steps
+          << " steps: the largest correction is " << worst
+          << " times what is allowed. Try a narrower window (Eigenproblem/Minimum frequency), a "
+             "larger Eigenproblem/Tolerance, or Eigenproblem/Solver = krylov.";
+      throw SolverError(message.str());
+    }
+
+    /// Makes l of both the root near it of y^T (l^2 M + l P + Q) x = 0, whose error is of the
+    /// second order: the product of the vectors' errors.
+    void refine_eigenvalues(const QuadraticEigenproblem &problem, Pairs &right, Pairs &left)
+    {
+      const unsigned int n = right.lambda.size();
+      // y^T = z^H with z = conj(y)
+      const MultiVector z_im = difference(MultiVector(left.im.row_range(), n), left.im);
+      const auto forms       = [&](const Matrix &matrix)
+      { return sesquilinear_form(left.re, z_im, matrix, right.re, right.im); };
+      const std::vector<Complex> m = forms(problem.M), p = forms(problem.P), q = forms(problem.Q);
+      for (unsigned int j = 0, k = 0; j < n; ++j, k += n + 1)
+      {
+        // Of a multiple eigenvalue a left vector may belong to another right one.
+        constexpr double much = 1e-5;
+        const Complex before = right.lambda[j], l = nearest_root(m[k], p[k], q[k], before);
+        if (std::abs(l - before) <= much * std::abs(before))
+          right.lambda[j] = left.lambda[j] = l;
+      }
+    }
+
+    /// The eigenvectors without velocity terms, orthonormalised, and the right-hand sides solved.
+    MultiVector start_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                              const IntervalSearchOptions &options,
+                              const std::function<void(const std::string &)> &progress,
+                              unsigned int &n_solves)
+    {
+      BlockSearchOptions krylov;
+      krylov.region        = options.region;
+      krylov.max_imaginary = options.max_imaginary;
+      krylov.tolerance     = 1e-2; // velocity terms change the vectors by as much
+      krylov.n_expected    = options.n_expected;
+      krylov.seed          = options.seed;
+      krylov.reach         = 2; // neighbours of the region, to which P couples
+      BlockSearch found =
+          block_krylov_search(without_velocity_terms(problem), shift_invert, krylov, progress);
+      n_solves += found.n_solves;
+      MultiVector x = std::move(found.pairs.re);
+      x.append(found.pairs.im); // zero for a real vector
+      if (!problem.compliant)
+        clear_pressures(problem.n_local_constraints, x);
+      return orthonormalize(std::move(x));
+    }
+  } // namespace
+
+  IntervalSearch window_search(const QuadraticEigenproblem &problem,
+                               const Factorization &factorization,
+                               const IntervalSearchOptions &options,
+                               const std::function<void(const std::string &)> &progress)
+  {
+    const QuadraticEigenproblem adjoint = adjoint_of(problem);
+    const double square                 = options.region.square;
+    // What is at the window's ends must be on the same side for both; the caller cuts.
+    Side right(problem, ShiftInvert::of_square(factorization, square), options, 1e-5),
+        left(adjoint, ShiftInvert::of_square(factorization, square, true), options, 1e-4);
+    IntervalSearch result;
+    const MultiVector x = start_vectors(problem, ShiftInvert::of_square(factorization, square),
+                                        options, progress, result.n_solves);
+    right.start(x);
+    if (options.only_count)
+    {
+      right.improve(1e-2, progress);
+      result.lambda = right.eigenvalues();
+      result.n_solves += right.n_solves();
+      return result;
+    }
+    double bound = 1e-6;
+    right.improve(bound, progress);
+    left.start(right);
+    left.improve(bound, progress);
+    const auto errors_of = [](const QuadraticEigenproblem &p, const Pairs &pairs)
+    { return BackwardError(p)(pairs.lambda, pairs.re, pairs.im).errors; };
+    const auto is_accurate = [&](const std::vector<double> &errors)
+    {
+      return std::all_of(errors.begin(), errors.end(),
+                         [&](const double error) { return error <= options.tolerance; });
+    };
+    for (;; bound /= 10)
+    {
+      result.lambda     = right.eigenvalues();
+      result.right      = right.wanted_pairs();
+      const Pairs found = left.wanted_pairs();
+      if (found.lambda.size() < result.right.lambda.size())
+        throw SolverError("The transposed problem has " + std::to_string(found.lambda.size()) +
+                          " eigenvalues in the window where the problem has " +
+                          std::to_string(result.right.lambda.size()) +
+                          ": left vectors are missing. Try Eigenproblem/Solver = krylov.");
+      result.left = squeal::select(found, nearest_partners(result.right.lambda, found.lambda));
+      refine_eigenvalues(problem, result.right, result.left);
+      result.backward_error      = errors_of(problem, result.right);
+      result.left_backward_error = errors_of(adjoint, result.left);
+      if (is_accurate(result.backward_error) && is_accurate(result.left_backward_error))
+        break;
+      right.improve(bound / 10, progress);
+      left.improve(bound / 10, progress);
+    }
+    result.n_solves += right.n_solves() + left.n_solves();
+    return result;
+  }
+} // namespace squeal

@@ -1,0 +1,263 @@
+#include <squeal/eigen/block_krylov.h>
+#include <squeal/eigen/left_vectors.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  using Complex = std::complex<double>;
+
+  namespace
+  {
+    /// Columns of the solution X of A X = B, complex, by Gaussian elimination with pivoting; false
+    /// if A is singular to rounding. Column-major, n x n.
+    bool solve_in_place(std::vector<Complex> a, std::vector<Complex> &b, const unsigned int n)
+    {
+      double size = 0;
+      for (const Complex &entry : a)
+        size = std::max(size, std::abs(entry));
+      for (unsigned int k = 0; k < n; ++k)
+      {
+        unsigned int pivot = k;
+        for (unsigned int i = k + 1; i < n; ++i)
+          if (std::abs(a[i + n * k]) > std::abs(a[pivot + n * k]))
+            pivot = i;
+        if (std::abs(a[pivot + n * k]) <= 1e-10 * size)
+          return false;
+        for (unsigned int j = 0; j < n; ++j)
+        {
+          std::swap(a[k + n * j], a[pivot + n * j]);
+          std::swap(b[k + n * j], b[pivot + n * j]);
+        }
+        for (unsigned int i = 0; i < n; ++i)
+          if (i != k)
+          {
+            const Complex factor = a[i + n * k] / a[k + n * k];
+            for (unsigned int j = 0; j < n; ++j)
+            {
+              a[i + n * j] -= factor * a[k + n * j];
+              b[i + n * j] -= factor * b[k + n * j];
+            }
+          }
+      }
+      for (unsigned int i = 0; i < n; ++i)
+        for (unsigned int j = 0; j < n; ++j)
+          b[i + n * j] /= a[i + n * i];
+      return true;
+    }
+
+    /// Modes whose eigenvalues are equal up to a relative difference, two and more.
+    std::vector<std::vector<unsigned int>> clusters_of(const std::vector<Complex> &lambda,
+                                                       const double tolerance)
+    {
+      std::vector<std::vector<unsigned int>> clusters;
+      std::vector<bool> done(lambda.size(), false);
+      for (unsigned int first = 0; first < lambda.size(); ++first)
+      {
+        std::vector<unsigned int> cluster;
+        for (unsigned int j = first; j < lambda.size(); ++j)
+          if (!done[j] &&
+              std::abs(lambda[j] - lambda[first]) <= tolerance * std::abs(lambda[first]))
+            cluster.push_back(j);
+        for (const unsigned int j : cluster)
+          done[j] = true;
+        if (cluster.size() > 1)
+          clusters.push_back(std::move(cluster));
+      }
+      return clusters;
+    }
+
+    /// The columns of a cluster become sum_b c_ba (re + i im)_b; c column-major.
+    void recombine(const std::vector<unsigned int> &cluster, const std::vector<Complex> &c,
+                   MultiVector &re, MultiVector &im)
+    {
+      const unsigned int m = cluster.size();
+      std::vector<Complex> row(m);
+      for (unsigned int i = 0; i < re.n_local(); ++i)
+      {
+        for (unsigned int b = 0; b < m; ++b)
+          row[b] = Complex(re.column(cluster[b])[i], im.column(cluster[b])[i]);
+        for (unsigned int a = 0; a < m; ++a)
+        {
+          Complex sum = 0;
+          for (unsigned int b = 0; b < m; ++b)
+            sum += c[b + m * a] * row[b];
+          re.column(cluster[a])[i] = sum.real();
+          im.column(cluster[a])[i] = sum.imag();
+        }
+      }
+    }
+
+    /// Makes the vectors of equal eigenvalues of a self-adjoint problem orthonormal in M, by
+    /// Gram-Schmidt on their coefficients: their condition numbers are 1 then.
+    void orthonormalise_clusters(const QuadraticEigenproblem &problem, Modes &modes)
+    {
+      for (const std::vector<unsigned int> &cluster : clusters_of(modes.lambda, 1e-9))
+      {
+        const unsigned int m            = cluster.size();
+        const Pairs x                   = select({modes.lambda, modes.re, modes.im}, cluster);
+        const std::vector<Complex> gram = sesquilinear_form(x.re, x.im, problem.M, x.re, x.im);
+        std::vector<Complex> c(m * m);
+        const auto product = [&](const unsigned int a, const unsigned int b)
+        {
+          Complex sum = 0;
+          for (unsigned int i = 0; i < m; ++i)
+            for (unsigned int j = 0; j < m; ++j)
+              sum += std::conj(c[i + m * a]) * gram[i + m * j] * c[j + m * b];
+          return sum;
+        };
+        for (unsigned int a = 0; a < m; ++a)
+        {
+          c[a + m * a] = 1;
+          for (unsigned int pass = 0; pass < 2; ++pass)
+            for (unsigned int b = 0; b < a; ++b)
+            {
+              const Complex part = product(b, a);
+              for (unsigned int i = 0; i < m; ++i)
+                c[i + m * a] -= part * c[i + m * b];
+            }
+          const double length = std::sqrt(product(a, a).real());
+          for (unsigned int i = 0; i < m; ++i)
+            c[i + m * a] /= length;
+        }
+        recombine(cluster, c, modes.re, modes.im);
+      }
+    }
+
+    /// Makes the left vectors of (almost) equal eigenvalues biorthogonal to the right ones: with
+    /// C = Z^H [2 l M + P] X of a cluster, Z := Z C^{-H}. A defective cluster, singular C, is left
+    /// alone: its condition is infinite.
+    void biorthogonalise_clusters(const QuadraticEigenproblem &problem, Modes &modes)
+    {
+      for (const std::vector<unsigned int> &cluster : clusters_of(modes.lambda, 1e-7))
+      {
+        const unsigned int m = cluster.size();
+        const Pairs right    = select({modes.lambda, modes.re, modes.im}, cluster);
+        const Pairs left     = select({modes.lambda, modes.left_re, modes.left_im}, cluster);
+        const auto form = biorthogonality(problem, right.lambda, left.re, left.im, right.lambda,
+                                          right.re, right.im);
+        // X C^H = I for the coefficients X^H of the new left vectors
+        std::vector<Complex> c_adjoint(m * m), coefficients(m * m);
+        for (unsigned int a = 0; a < m; ++a)
+        {
+          coefficients[a + m * a] = 1;
+          for (unsigned int b = 0; b < m; ++b)
+            c_adjoint[a + m * b] = std::conj(form[b + m * a]);
+        }
+        if (!solve_in_place(c_adjoint, coefficients, m))
+          continue;
+        recombine(cluster, coefficients, modes.left_re, modes.left_im);
+      }
+    }
+
+  } // namespace
+
+  QuadraticEigenproblem adjoint_of(const QuadraticEigenproblem &problem)
+  {
+    QuadraticEigenproblem adjoint;
+    adjoint.rows                   = problem.rows;
+    adjoint.M                      = problem.M.view(false);
+    adjoint.P                      = problem.P.view(true);
+    adjoint.Q                      = problem.Q.view(true);
+    adjoint.reference              = problem.reference.view(false);
+    adjoint.make_shifted_reference = problem.make_shifted_reference;
+    adjoint.n_constraints          = problem.n_constraints;
+    adjoint.compliant              = problem.compliant;
+    adjoint.n_local_constraints    = problem.n_local_constraints;
+    return adjoint;
+  }
+
+  void attach_left_vectors(const QuadraticEigenproblem &problem, Pairs transposed_pairs,
+                           std::vector<double> errors, Modes &modes)
+  {
+    // z = conj(y)
+    modes.left_re = std::move(transposed_pairs.re);
+    modes.left_im = std::move(transposed_pairs.im);
+    for (std::size_t i = 0; i < std::size_t(modes.left_im.n_local()) * modes.left_im.n_columns();
+         ++i)
+      modes.left_im.data()[i] *= -1;
+    modes.left_backward_error = std::move(errors);
+    biorthogonalise_clusters(problem, modes);
+  }
+
+  namespace
+  {
+    /// Gives each mode its left vector out of the adjoint problem's pairs: Q(l)^T y = 0 with the
+    /// same l. Partners are the nearest eigenvalues.
+    void attach_nearest(const QuadraticEigenproblem &problem, const Pairs &adjoint_pairs,
+                        const std::vector<double> &errors, Modes &modes)
+    {
+      const unsigned int n = modes.lambda.size();
+      if (adjoint_pairs.lambda.size() < n)
+        throw SolverError(
+            "The transposed problem has " + std::to_string(adjoint_pairs.lambda.size()) +
+            " eigenvalues where the problem has " + std::to_string(n) +
+            ": left vectors are missing. Try another Eigenproblem/Maximum frequency.");
+      const auto partners = nearest_partners(modes.lambda, adjoint_pairs.lambda);
+      std::vector<double> chosen;
+      for (const unsigned int k : partners)
+        chosen.push_back(errors[k]);
+      attach_left_vectors(problem, select(adjoint_pairs, partners), std::move(chosen), modes);
+    }
+
+    /// Without modes there is nothing to do; the left vectors of a self-adjoint problem are the
+    /// right ones.
+    bool is_trivial(const QuadraticEigenproblem &problem, Modes &modes)
+    {
+      if (modes.lambda.empty())
+        modes.left_re = modes.left_im = MultiVector(problem.rows, 0);
+      else if (!problem.has_reference())
+      {
+        orthonormalise_clusters(problem, modes);
+        modes.left_re             = modes.re;
+        modes.left_im             = modes.im;
+        modes.left_backward_error = modes.backward_error;
+        biorthogonalise_clusters(problem, modes);
+      }
+      else
+        return false;
+      return true;
+    }
+  } // namespace
+
+  void add_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
+                        const double radius, const EigensolverOptions &options, Modes &modes)
+  {
+    if (is_trivial(problem, modes))
+      return;
+    options.progress("  left vectors");
+    const QuadraticEigenproblem adjoint = adjoint_of(problem);
+    MultiVector start = krylov_basis(adjoint, transposed, 5 * modes.lambda.size() + 40, 2);
+    modes.n_solves += start.n_columns();
+    Modes raw = polish(adjoint, transposed, std::move(start), modes.lambda, radius, true, options);
+    modes.n_solves += raw.n_solves;
+    attach_nearest(problem, {raw.lambda, std::move(raw.re), std::move(raw.im)}, raw.backward_error,
+                   modes);
+  }
+
+  void search_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
+                           const BlockSearchOptions &search, const EigensolverOptions &options,
+                           Modes &modes)
+  {
+    if (is_trivial(problem, modes))
+      return;
+    options.progress("  left vectors");
+    const QuadraticEigenproblem adjoint = adjoint_of(problem);
+    BlockSearch found = block_krylov_search(adjoint, transposed, search, options.progress);
+    modes.n_solves += found.n_solves;
+    std::vector<double> errors =
+        BackwardError(adjoint)(found.pairs.lambda, found.pairs.re, found.pairs.im).errors;
+    attach_nearest(problem, found.pairs, errors, modes);
+  }
+
+  void add_left_vectors(const QuadraticEigenproblem &problem, const MultiVector &basis,
+                        const double shift, const double radius, Modes &modes)
+  {
+    const QuadraticEigenproblem adjoint = adjoint_of(problem);
+    // A little further: rounding must not lose a partner at the rim.
+    const Pairs pairs = rayleigh_ritz(adjoint, basis, basis, radius * (1 + 1e-6), shift);
+    attach_nearest(problem, pairs, BackwardError(adjoint)(pairs.lambda, pairs.re, pairs.im).errors,
+                   modes);
+  }
+} // namespace squeal

@@ -1,0 +1,160 @@
+#include <squeal/eigen/slepc_pep.h>
+
+#include <slepcpep.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace squeal
+{
+  using Complex = std::complex<double>;
+
+  namespace
+  {
+    /// Lets PEP's linear solver use a factorisation that exists already.
+    PetscErrorCode apply_factorization(PC pc, Vec x, Vec y)
+    {
+      void *context = nullptr;
+      PetscCall(PCShellGetContext(pc, &context));
+      PetscCall(MatSolve(static_cast<const Factorization *>(context)->factor(), x, y));
+      return 0;
+    }
+
+    PetscErrorCode monitor(PEP, PetscInt, PetscInt n_converged, PetscScalar *, PetscScalar *,
+                           PetscReal *, PetscInt n, void *context)
+    {
+      const auto &progress =
+          *static_cast<const std::function<void(const std::string &)> *>(context);
+      progress("  krylov: " + std::to_string(n_converged) + " eigenvalues converged, subspace of " +
+               std::to_string(n));
+      return 0;
+    }
+
+    /// At least n_wanted eigenvalues, the nearest to the shift.
+    SlepcPep search(const QuadraticEigenproblem &problem, const Factorization &factorization,
+                    const double shift, const double scale, const unsigned int n_wanted,
+                    const unsigned int seed, const EigensolverOptions &options)
+    {
+      // With l = shift + scale * m: m^2 scale^2 M + m scale (P + 2 shift M) + Q(shift).
+      const RowRange &rows = problem.rows;
+      Matrix a1            = sum_of(rows, {{scale, problem.P}, {2 * shift * scale, problem.M}});
+      if (!a1) // PEP wants a matrix
+      {
+        const std::vector<PetscInt> nothing(rows.n_local(), 0);
+        a1 = make_matrix(rows, nothing, nothing);
+        compress(a1);
+      }
+      const Matrix a2 = sum_of(rows, {{scale * scale, problem.M}});
+      const Matrix a0 =
+          shift == 0
+              ? Matrix()
+              : sum_of(rows, {{1., problem.Q}, {shift, problem.P}, {shift * shift, problem.M}});
+
+      PEP pep = nullptr;
+      SQUEAL_PETSC(PEPCreate(rows.comm, &pep));
+      const std::unique_ptr<_p_PEP, void (*)(PEP)> owner(pep, [](PEP p) { PEPDestroy(&p); });
+      std::array<Mat, 3> matrices = {{shift == 0 ? problem.Q : a0, a1, a2}};
+      SQUEAL_PETSC(PEPSetOperators(pep, 3, matrices.data()));
+      SQUEAL_PETSC(PEPSetProblemType(pep, PEP_GENERAL));
+      SQUEAL_PETSC(PEPSetType(pep, PEPTOAR));
+      SQUEAL_PETSC(PEPSetTarget(pep, 0.));
+      SQUEAL_PETSC(PEPSetWhichEigenpairs(pep, PEP_TARGET_MAGNITUDE));
+      SQUEAL_PETSC(PEPSetTolerances(pep, 1e-9, 1000));
+      SQUEAL_PETSC(PEPSetConvergenceTest(pep, PEP_CONV_REL));
+      SQUEAL_PETSC(PEPSetDimensions(pep, n_wanted, PETSC_DEFAULT, PETSC_DEFAULT));
+      SQUEAL_PETSC(PEPMonitorSet(
+          pep, monitor, const_cast<std::function<void(const std::string &)> *>(&options.progress),
+          nullptr));
+      ST st = nullptr;
+      SQUEAL_PETSC(PEPGetST(pep, &st));
+      SQUEAL_PETSC(STSetType(st, STSINVERT));
+      SQUEAL_PETSC(STSetTransform(st, PETSC_TRUE));
+      KSP ksp = nullptr;
+      PC pc   = nullptr;
+      SQUEAL_PETSC(STGetKSP(st, &ksp));
+      SQUEAL_PETSC(KSPSetType(ksp, KSPPREONLY));
+      SQUEAL_PETSC(KSPGetPC(ksp, &pc));
+      SQUEAL_PETSC(PCSetType(pc, PCSHELL));
+      SQUEAL_PETSC(PCShellSetContext(pc, const_cast<Factorization *>(&factorization)));
+      SQUEAL_PETSC(PCShellSetApply(pc, apply_factorization));
+      // PETSC_OPTIONS="-pep_type linear" and the like, for comparisons.
+      SQUEAL_PETSC(PEPSetFromOptions(pep));
+
+      // A fixed start vector that does not depend on the number of ranks: two runs give the same
+      // digits.
+      BV bv              = nullptr;
+      PetscRandom random = nullptr;
+      SQUEAL_PETSC(PEPGetBV(pep, &bv));
+      SQUEAL_PETSC(BVGetRandomContext(bv, &random));
+      SQUEAL_PETSC(PetscRandomSetSeed(random, 0x5eed + seed));
+      SQUEAL_PETSC(PetscRandomSeed(random));
+
+      SQUEAL_PETSC(PEPSolve(pep));
+
+      PetscInt n_converged = 0, n_iterations = 0;
+      PEPConvergedReason reason;
+      SQUEAL_PETSC(PEPGetConverged(pep, &n_converged));
+      SQUEAL_PETSC(PEPGetIterationNumber(pep, &n_iterations));
+      SQUEAL_PETSC(PEPGetConvergedReason(pep, &reason));
+      if (reason < 0)
+        throw SolverError(
+            "SLEPc's PEP (TOAR) stopped after " + std::to_string(n_iterations) + " restarts with " +
+            std::to_string(n_converged) + " of " + std::to_string(n_wanted) +
+            " eigenvalues (reason " + std::to_string(reason) +
+            "). Try a smaller Eigenproblem/Maximum frequency, or another Eigenproblem/Shift.");
+
+      SlepcPep result;
+      Vec re = nullptr, im = nullptr;
+      SQUEAL_PETSC(MatCreateVecs(matrices[0], &re, nullptr));
+      SQUEAL_PETSC(VecDuplicate(re, &im));
+      for (PetscInt j = 0; j < n_converged; ++j)
+      {
+        PetscScalar value_re = 0, value_im = 0;
+        SQUEAL_PETSC(PEPGetEigenpair(pep, j, &value_re, &value_im, re, im));
+        result.reached = std::max(result.reached, scale * std::hypot(value_re, value_im));
+        if (value_im < 0)
+          continue; // the conjugate spans the same real subspace
+        result.lambda.emplace_back(shift + scale * value_re, scale * value_im);
+        for (Vec vector : {re, im})
+        {
+          if (vector == im && value_im == 0)
+            continue;
+          MultiVector column(rows, 1);
+          const PetscScalar *values = nullptr;
+          SQUEAL_PETSC(VecGetArrayRead(vector, &values));
+          std::copy_n(values, rows.n_local(), column.data());
+          SQUEAL_PETSC(VecRestoreArrayRead(vector, &values));
+          if (result.vectors.n_columns() == 0)
+            result.vectors = MultiVector(rows, 0);
+          result.vectors.append(column);
+        }
+      }
+      SQUEAL_PETSC(VecDestroy(&re));
+      SQUEAL_PETSC(VecDestroy(&im));
+      if (result.vectors.n_columns() == 0)
+        result.vectors = MultiVector(rows, 0);
+      return result;
+    }
+  } // namespace
+
+  SlepcPep pep_search(const QuadraticEigenproblem &problem, const Factorization &factorization,
+                      const double shift, const double reach, unsigned int n_wanted,
+                      const unsigned int seed, const EigensolverOptions &options)
+  {
+    // Modes come nearest first, so all of the disc are found once one outside of it is.
+    const unsigned int n_all = 2 * (problem.rows.size - problem.n_constraints);
+    n_wanted                 = std::min(n_wanted, n_all);
+    for (unsigned int attempt = 0; attempt <= 8; ++attempt)
+    {
+      SlepcPep found =
+          search(problem, factorization, shift, options.max_imaginary, n_wanted, seed, options);
+      if (found.reached > reach || n_wanted >= n_all)
+        return found;
+      n_wanted = std::min(n_all, n_wanted + n_wanted / 2 + 8);
+    }
+    throw SolverError("The Krylov search did not reach the end of the window after " +
+                      std::to_string(n_wanted) +
+                      " eigenvalues. Try a smaller Eigenproblem/Maximum frequency.");
+  }
+} // namespace squeal

@@ -1,0 +1,302 @@
+#include <squeal/base/errors.h>
+#include <squeal/linalg/dense.h>
+
+#include <petscsys.h>
+
+#include <petscblaslapack.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace squeal
+{
+  void gemm(const bool transpose_a, const double alpha, const DenseMatrix &a, const DenseMatrix &b,
+            const double beta, DenseMatrix &c)
+  {
+    const PetscBLASInt m = c.n_rows, n = c.n_columns, k = b.n_rows;
+    if (m == 0 || n == 0 || k == 0)
+      return;
+    const PetscBLASInt lda = a.n_rows, ldb = b.n_rows, ldc = c.n_rows;
+    BLASgemm_(transpose_a ? "T" : "N", "N", &m, &n, &k, &alpha, a.values.data(), &lda,
+              b.values.data(), &ldb, &beta, c.values.data(), &ldc);
+  }
+
+  void add_multiple(const double factor, const double *x, const unsigned int n, double *y)
+  {
+    const PetscBLASInt size = n, one = 1;
+    BLASaxpy_(&size, &factor, x, &one, y, &one);
+  }
+
+  DenseMatrix outer_product(const DenseMatrix &a, const DenseMatrix &b)
+  {
+    DenseMatrix c(a.n_rows, b.n_rows);
+    const PetscBLASInt m = a.n_rows, n = b.n_rows, k = a.n_columns;
+    const double one = 1, zero = 0;
+    if (m > 0 && n > 0 && k > 0)
+      BLASgemm_("N", "T", &m, &n, &k, &one, a.values.data(), &m, b.values.data(), &n, &zero,
+                c.values.data(), &m);
+    return c;
+  }
+
+  DenseMatrix transposed(const DenseMatrix &a)
+  {
+    DenseMatrix result(a.n_columns, a.n_rows);
+    for (unsigned int j = 0; j < a.n_columns; ++j)
+      for (unsigned int i = 0; i < a.n_rows; ++i)
+        result(j, i) = a(i, j);
+    return result;
+  }
+
+  DenseMatrix with_rows(const DenseMatrix &a, const unsigned int n_rows)
+  {
+    DenseMatrix result(n_rows, a.n_columns);
+    for (unsigned int j = 0; j < a.n_columns; ++j)
+      std::copy_n(a.values.data() + std::size_t(j) * a.n_rows, std::min(n_rows, a.n_rows),
+                  result.values.data() + std::size_t(j) * n_rows);
+    return result;
+  }
+
+  DenseMatrix solve(DenseMatrix a, DenseMatrix b)
+  {
+    const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;
+    if (n == 0 || n_rhs == 0)
+      return b;
+    std::vector<PetscBLASInt> pivots(n);
+    PetscBLASInt info = 0;
+    LAPACKgetrf_(&n, &n, a.values.data(), &n, pivots.data(), &info);
+    if (info != 0)
+      throw SingularMatrix(
+          "LAPACK: a dense matrix is singular to working precision (row " + std::to_string(info) +
+          " of " + std::to_string(n) +
+          "). If a body is free to move, set Eigenproblem/Shift, for example to 0.1.");
+    LAPACKgetrs_("N", &n, &n_rhs, a.values.data(), &n, pivots.data(), b.values.data(), &n, &info);
+    return b;
+  }
+
+  DenseMatrix solve_positive(DenseMatrix a, DenseMatrix b)
+  {
+    const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;
+    PetscBLASInt info = 0;
+    if (n == 0 || n_rhs == 0)
+      return b;
+    LAPACKpotrf_("U", &n, a.values.data(), &n, &info);
+    if (info != 0)
+      throw SolverError("LAPACK: a symmetric matrix is not positive definite (row " +
+                        std::to_string(info) + " of " + std::to_string(n) + ").");
+    LAPACKpotrs_("U", &n, &n_rhs, a.values.data(), &n, b.values.data(), &n, &info);
+    return b;
+  }
+
+  std::vector<double> symmetric_eigen(DenseMatrix &a)
+  {
+    const PetscBLASInt n = a.n_rows;
+    PetscBLASInt info = 0, n_work = std::max<PetscBLASInt>(1, 34 * n);
+    std::vector<double> eigenvalues(n), work(n_work);
+    LAPACKsyev_("V", "U", &n, a.values.data(), &n, eigenvalues.data(), work.data(), &n_work, &info);
+    if (info != 0)
+      throw SolverError("LAPACK dsyev did not converge (info " + std::to_string(info) + ").");
+    return eigenvalues;
+  }
+
+  DenseMatrix independent_combinations(DenseMatrix products, const DenseMatrix &before,
+                                       const double shortest, const double dependent)
+  {
+    const unsigned int n = products.n_rows;
+    DenseMatrix result(n, 0);
+    if (n == 0)
+      return result;
+    std::vector<double> scales(n);
+    for (unsigned int k = 0; k < n; ++k)
+      if (products(k, k) > shortest * shortest * before(k, k))
+        scales[k] = 1 / std::sqrt(products(k, k));
+    for (unsigned int k = 0; k < n; ++k)
+      for (unsigned int i = 0; i < n; ++i)
+        products(i, k) *= scales[i] * scales[k];
+    const std::vector<double> squares = symmetric_eigen(products);
+    for (unsigned int k = 0; k < n; ++k)
+      if (squares[k] > dependent * dependent)
+      {
+        for (unsigned int i = 0; i < n; ++i)
+          result.values.push_back(scales[i] * products(i, k) / std::sqrt(squares[k]));
+        ++result.n_columns;
+      }
+    return result;
+  }
+
+  DenseEigenpairs general_eigen(DenseMatrix a, const bool with_left)
+  {
+    const PetscBLASInt n = a.n_rows;
+    DenseEigenpairs result{std::vector<double>(n), std::vector<double>(n), DenseMatrix(n, n),
+                           with_left ? DenseMatrix(n, n) : DenseMatrix()};
+    PetscBLASInt info = 0, n_work = -1;
+    double best_size = 0;
+    for (int pass = 0; n > 0 && pass < 2; ++pass)
+    {
+      std::vector<double> work(pass == 0 ? 1 : n_work);
+      LAPACKgeev_(with_left ? "V" : "N", "V", &n, a.values.data(), &n, result.re.data(),
+                  result.im.data(), result.left.values.data(), &n, result.vectors.values.data(), &n,
+                  pass == 0 ? &best_size : work.data(), &n_work, &info);
+      if (info != 0)
+        throw SolverError("LAPACK dgeev did not converge (info " + std::to_string(info) + ").");
+      n_work = PetscBLASInt(best_size);
+    }
+    return result;
+  }
+
+  std::vector<SquareRoot> upper_square_roots(const std::complex<double> square)
+  {
+    // The roots of a negative number are exactly imaginary; std::sqrt may leave a rounding error.
+    if (square.imag() == 0 && square.real() < 0)
+      return {{{0, std::sqrt(-square.real())}, false}};
+    const std::complex<double> root = std::sqrt(square);
+    if (square.imag() == 0)
+      return {{root, false}, {-root, false}};
+    const std::complex<double> upper = root.imag() >= 0 ? root : -root;
+    return {{upper, false}, {-std::conj(upper), true}};
+  }
+
+  namespace
+  {
+    /// Whether (infinity, x) is an eigenpair up to rounding: M x = 0.
+    bool is_massless(const DenseMatrix &m, const std::vector<std::complex<double>> &x)
+    {
+      std::vector<std::complex<double>> m_x(x.size());
+      double largest = 0, bound = 0, norm = 0;
+      for (unsigned int j = 0; j < x.size(); ++j)
+      {
+        for (unsigned int i = 0; i < x.size(); ++i)
+        {
+          m_x[i] += m(i, j) * x[j];
+          bound = std::max(bound, std::abs(m(i, j)));
+        }
+        norm += std::abs(x[j]);
+      }
+      for (const std::complex<double> &value : m_x)
+        largest = std::max(largest, std::abs(value));
+      return largest <= 10 * std::numeric_limits<double>::epsilon() * bound * norm;
+    }
+
+    /// The vector that begins in a row of a column, or its conjugate; @p is_complex: the next
+    /// column is the imaginary part.
+    std::vector<std::complex<double>> unpacked(const DenseMatrix &columns, const unsigned int row,
+                                               const unsigned int n, const unsigned int j,
+                                               const bool is_complex, const bool conjugate)
+    {
+      std::vector<std::complex<double>> x(n);
+      for (unsigned int i = 0; i < n; ++i)
+        x[i] = {columns(row + i, j),
+                is_complex ? (conjugate ? -1 : 1) * columns(row + i, j + 1) : 0.};
+      return x;
+    }
+
+    /// A^{-T} B of the first rows of B, if it is not empty.
+    DenseMatrix solve_left(const DenseMatrix &a, const DenseMatrix &b)
+    {
+      return b.values.empty() ? DenseMatrix() : solve(transposed(a), with_rows(b, a.n_rows));
+    }
+
+    /// l^2 M x + Q x = 0 as the eigenproblem of Q^{-1} M: theta = -1/l^2.
+    std::vector<DensePair> without_velocity_term(const DenseMatrix &m, const DenseMatrix &q,
+                                                 const bool with_left)
+    {
+      const unsigned int n    = m.n_rows;
+      const DenseEigenpairs e = general_eigen(solve(q, m), with_left);
+      const DenseMatrix left  = solve_left(q, e.left);
+      // An infinite eigenvalue is theta = 0. What rounding makes of it cannot be told from a finite
+      // eigenvalue of so small a theta, which would have no correct digit.
+      double largest = 0;
+      for (unsigned int j = 0; j < n; ++j)
+        largest = std::max(largest, std::hypot(e.re[j], e.im[j]));
+      const double infinite = 10 * n * std::numeric_limits<double>::epsilon() * largest;
+
+      std::vector<DensePair> pairs;
+      for (unsigned int j = 0; j < n; ++j)
+      {
+        const bool complex_pair = e.im[j] != 0;
+        const std::complex<double> theta(e.re[j], e.im[j]);
+        if (std::abs(theta) > infinite)
+        {
+          for (const SquareRoot &root : upper_square_roots(-1. / theta))
+          {
+            pairs.push_back(
+                {root.value, unpacked(e.vectors, 0, n, j, complex_pair, root.conjugate), {}});
+            if (with_left)
+              pairs.back().left = unpacked(left, 0, n, j, complex_pair, !root.conjugate);
+          }
+        }
+        j += complex_pair;
+      }
+      return pairs;
+    }
+  } // namespace
+
+  std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
+                                              const DenseMatrix &q, const double shift,
+                                              const double scale, const bool with_left)
+  {
+    const unsigned int n = m.n_rows;
+    if (n == 0)
+      return {};
+    if (p.n_rows == 0 && shift == 0)
+      return without_velocity_term(m, q, with_left);
+
+    const double s  = shift / scale;
+    DenseMatrix q_s = q, right(n, 2 * n);
+    for (std::size_t k = 0; k < q.values.size(); ++k)
+    {
+      const double m_k = scale * scale * m.values[k];
+      const double p_k = p.n_rows == 0 ? 0. : scale * p.values[k];
+      q_s.values[k] += s * p_k + s * s * m_k;
+      right.values[k]                   = -(p_k + 2 * s * m_k);
+      right.values[k + q.values.size()] = -m_k;
+    }
+    const DenseMatrix top = solve(q_s, std::move(right));
+
+    DenseMatrix companion(2 * n, 2 * n);
+    for (unsigned int j = 0; j < 2 * n; ++j)
+      for (unsigned int i = 0; i < n; ++i)
+        companion(i, j) = top(i, j);
+    for (unsigned int i = 0; i < n; ++i)
+      companion(n + i, i) = 1;
+
+    const DenseEigenpairs e = general_eigen(std::move(companion), with_left);
+    const DenseMatrix left  = solve_left(q_s, e.left);
+    std::vector<DensePair> pairs;
+    const double spread = std::sqrt(20 * n * std::numeric_limits<double>::epsilon());
+    double largest      = 0;
+    for (unsigned int j = 0; j < 2 * n; ++j)
+      largest = std::max(largest, std::hypot(e.re[j], e.im[j]));
+    for (unsigned int j = 0; j < 2 * n; ++j)
+    {
+      // dgeev lists the eigenvalue with positive imaginary part of each pair first.
+      const std::complex<double> theta(e.re[j], e.im[j]);
+      const bool complex_pair = e.im[j] != 0;
+      // Infinite eigenvalues are theta = 0 with M x = 0. They are double, hence rounding spreads
+      // them to the square root of rounding. A threshold there would drop the modes of a body that
+      // is almost free (the nearness of its zero to the shift makes the largest theta), M x = 0
+      // alone those of a dashpot without mass.
+      if (std::abs(theta) > 1e-9 * largest)
+      {
+        // The lower half of the companion vector is x; conj(theta) has Im l > 0 and the conjugate
+        // vectors.
+        DensePair pair{
+            shift + scale / std::conj(theta), unpacked(e.vectors, n, n, j, complex_pair, true), {}};
+        if (with_left)
+          pair.left = unpacked(left, 0, n, j, complex_pair, false);
+        if (std::abs(theta) > spread * largest || !is_massless(m, pair.vector))
+          pairs.push_back(std::move(pair));
+      }
+      j += complex_pair;
+    }
+    return pairs;
+  }
+
+  std::complex<double> nearest_root(const std::complex<double> a, const std::complex<double> b,
+                                    const std::complex<double> c, const std::complex<double> given)
+  {
+    const std::complex<double> root = std::sqrt(b * b - 4. * a * c), one = (-b + root) / (2. * a),
+                               other = (-b - root) / (2. * a);
+    return std::abs(one - given) < std::abs(other - given) ? one : other;
+  }
+} // namespace squeal

@@ -1,0 +1,144 @@
+#include <squeal/linalg/matrix_market.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace squeal
+{
+  MatrixMarketFile read_matrix_market(const std::string &filename, const std::string &key)
+  {
+    std::ifstream in(filename);
+    if (!in)
+      throw InputError(key + " = " + filename + ": the file cannot be read.");
+    unsigned int line_number = 0;
+    std::string line;
+    const auto fail = [&](const std::string &what)
+    {
+      throw InputError(key + " = " + filename + ", line " + std::to_string(line_number) + ": " +
+                       what);
+    };
+    const auto next_line = [&](const std::string &expected)
+    {
+      while (std::getline(in, line))
+      {
+        ++line_number;
+        if (line.find_first_not_of(" \t\r") != std::string::npos && line[0] != '%')
+          return;
+      }
+      fail("the file ends where " + expected + " is expected.");
+    };
+
+    std::getline(in, line);
+    ++line_number;
+    std::transform(line.begin(), line.end(), line.begin(), ::tolower);
+    std::istringstream header(line);
+    std::string banner, object, format, field, symmetry;
+    header >> banner >> object >> format >> field >> symmetry;
+    if (banner != "%%matrixmarket" || object != "matrix")
+      fail("the first line must be '%%MatrixMarket matrix coordinate real general' or the like.");
+    if (format != "coordinate" && format != "array")
+      fail("the format '" + format + "' is not known; allowed are coordinate and array.");
+    if (field != "real" && field != "integer")
+      fail("the field '" + field + "' is not supported; allowed are real and integer.");
+    const bool symmetric = symmetry == "symmetric", skew = symmetry == "skew-symmetric";
+    if (symmetry != "general" && !symmetric && !skew)
+      fail("the symmetry '" + symmetry +
+           "' is not supported; allowed are general, symmetric, "
+           "skew-symmetric.");
+
+    MatrixMarketFile file;
+    next_line("the line of sizes");
+    std::istringstream sizes(line);
+    long long n_rows = 0, n_columns = 0, n_entries = 0;
+    const bool coordinate = format == "coordinate";
+    std::string more;
+    if (!(sizes >> n_rows >> n_columns) || (coordinate && !(sizes >> n_entries)) || sizes >> more ||
+        n_rows < 1 || n_columns < 1 || n_entries < 0 || n_rows > 100000000 || n_columns > 100000000)
+      fail("expected the numbers of rows, columns" + std::string(coordinate ? " and entries" : "") +
+           ", all positive; found '" + line + "'.");
+    if ((symmetric || skew) && n_rows != n_columns)
+      fail("a " + symmetry + " matrix must be square; found '" + line + "'.");
+    if (!coordinate)
+      for (long long j = 0; j < n_columns; ++j)
+        n_entries += symmetric ? n_rows - j : skew ? n_rows - j - 1 : n_rows;
+    file.n_rows    = n_rows;
+    file.n_columns = n_columns;
+
+    long long array_row = skew ? 1 : 0, array_column = 0;
+    for (long long k = 0; k < n_entries; ++k)
+    {
+      next_line("entry " + std::to_string(k + 1) + " of " + std::to_string(n_entries));
+      const char *text = line.c_str();
+      char *end        = nullptr;
+      long long i = array_row + 1, j = array_column + 1;
+      bool good = true;
+      if (coordinate)
+      {
+        i    = std::strtoll(text, &end, 10);
+        good = end != text;
+        text = end;
+        j    = std::strtoll(text, &end, 10);
+        good = good && end != text && std::isspace(static_cast<unsigned char>(*end));
+        text = end;
+      }
+      else if (++array_row == n_rows)
+      {
+        ++array_column;
+        array_row = symmetric ? array_column : skew ? array_column + 1 : 0;
+      }
+      const double value = std::strtod(text, &end);
+      if (!good || end == text || std::string(end).find_first_not_of(" \t\r") != std::string::npos)
+        fail("expected '" + std::string(coordinate ? "row column value" : "value") + "', found '" +
+             line + "'.");
+      if (i < 1 || i > n_rows || j < 1 || j > n_columns)
+        fail("the entry (" + std::to_string(i) + ", " + std::to_string(j) +
+             ") lies outside of the matrix.");
+      if ((symmetric && i < j) || (skew && i <= j))
+        fail("the entry (" + std::to_string(i) + ", " + std::to_string(j) + ") of a " + symmetry +
+             " matrix does not lie below the diagonal" + (symmetric ? " or on it." : "."));
+      if (!std::isfinite(value))
+        fail("the value is not a finite number: '" + line + "'.");
+      file.rows.push_back(i - 1);
+      file.columns.push_back(j - 1);
+      file.values.push_back(value);
+      if ((symmetric || skew) && i != j)
+      {
+        file.rows.push_back(j - 1);
+        file.columns.push_back(i - 1);
+        file.values.push_back(skew ? -value : value);
+      }
+    }
+    while (std::getline(in, line))
+    {
+      ++line_number;
+      if (line.find_first_not_of(" \t\r") != std::string::npos && line[0] != '%')
+        fail("there are more entries than the " + std::to_string(n_entries) + " announced.");
+    }
+    return file;
+  }
+
+  Matrix distribute(const MatrixMarketFile &file, const RowRange &rows)
+  {
+    std::vector<PetscInt> i, j;
+    std::vector<double> values;
+    for (std::size_t k = 0; k < file.values.size(); ++k)
+      if (rows.contains(file.rows[k]))
+      {
+        i.push_back(file.rows[k]);
+        j.push_back(file.columns[k]);
+        values.push_back(file.values[k]);
+      }
+    Mat mat = nullptr;
+    SQUEAL_PETSC(MatCreate(rows.comm, &mat));
+    Matrix matrix(mat);
+    SQUEAL_PETSC(MatSetSizes(mat, rows.n_local(), rows.n_local(), rows.size, rows.size));
+    SQUEAL_PETSC(MatSetType(mat, MATAIJ));
+    SQUEAL_PETSC(MatSetPreallocationCOO(mat, i.size(), i.data(), j.data()));
+    SQUEAL_PETSC(MatSetValuesCOO(mat, values.data(), ADD_VALUES));
+    return matrix;
+  }
+} // namespace squeal

@@ -1,0 +1,129 @@
+#include <squeal/mesh/cell_map.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  template <int dim>
+  CellMap<dim>::CellMap(const FiniteElementSpace<dim> &spaces) : rows(spaces.rows)
+  {
+    const unsigned int n = spaces.fe.n_dofs_per_cell();
+    IndexSet owned(rows.size), seen(rows.size);
+    owned.add_range(rows.begin, rows.end);
+    std::vector<types::global_dof_index> foreign, nodes(n);
+    for (const auto &cell : spaces.nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+      {
+        cell->get_dof_indices(nodes);
+        std::vector<Entry> entries;
+        for (unsigned int a = 0; a < n; ++a)
+        {
+          const bool direct = !spaces.hanging.is_constrained(nodes[a]);
+          for (const WeightedNode &w : spaces.expand(nodes[a]))
+            for (unsigned int c = 0; c <= dim; ++c)
+            {
+              const unsigned int equation =
+                  c == dim ? spaces.multiplier(w.node) : spaces.equation(w.node, c);
+              if (equation == FiniteElementSpace<dim>::none)
+                continue;
+              if (!rows.contains(equation))
+                foreign.push_back(equation);
+              entries.push_back({c * n + a, equation, w.weight, direct});
+            }
+        }
+        cells.push_back(std::move(entries));
+      }
+    std::sort(foreign.begin(), foreign.end());
+    seen.add_indices(foreign.begin(), std::unique(foreign.begin(), foreign.end()));
+    partitioner = std::make_shared<Utilities::MPI::Partitioner>(owned, seen, rows.comm);
+    for (std::vector<Entry> &entries : cells)
+      for (Entry &entry : entries)
+        entry.index = partitioner->global_to_local(entry.index);
+  }
+
+  template <int dim>
+  std::vector<Column> CellMap<dim>::zeros(const unsigned int n_columns) const
+  {
+    return std::vector<Column>(n_columns, Column(partitioner));
+  }
+
+  template <int dim>
+  std::vector<Column> CellMap<dim>::import(const MultiVector &block) const
+  {
+    std::vector<Column> columns = zeros(block.n_columns());
+    for (unsigned int j = 0; j < block.n_columns(); ++j)
+    {
+      std::copy_n(block.column(j), block.n_local(), columns[j].begin());
+      columns[j].update_ghost_values();
+    }
+    return columns;
+  }
+
+  template <int dim>
+  void CellMap<dim>::gather(const unsigned int cell, const std::vector<Column> &from,
+                            DenseMatrix &to) const
+  {
+    std::fill(to.values.begin(), to.values.end(), 0.);
+    for (unsigned int j = 0; j < from.size(); ++j)
+      for (const Entry &entry : cells[cell])
+        to(entry.unknown, j) += entry.weight * from[j].local_element(entry.index);
+  }
+
+  template <int dim>
+  DenseMatrix hierarchical_complement(const FiniteElement<dim> &fe)
+  {
+    const unsigned int p_plus = fe.degree, n_1d = p_plus + 1;
+    const auto value = [&](const unsigned int k, const double x)
+    {
+      if (k < 2)
+        return k == 0 ? 1 - x : x;
+      // L_k - L_{k-2} vanishes at both ends
+      return std::legendre(k, 2 * x - 1) - std::legendre(k - 2, 2 * x - 1);
+    };
+    const std::vector<Point<dim>> &points = fe.get_unit_support_points();
+    std::vector<double> values;
+    unsigned int n_functions = 0;
+    for (unsigned int m = 0; m < Utilities::pow(n_1d, dim); ++m)
+    {
+      std::array<unsigned int, dim> factors;
+      bool added = false;
+      for (unsigned int d = 0, rest = m; d < dim; ++d, rest /= n_1d)
+      {
+        factors[d] = rest % n_1d;
+        added |= factors[d] == p_plus;
+      }
+      if (!added)
+        continue;
+      ++n_functions;
+      for (const Point<dim> &x : points)
+      {
+        double product = 1;
+        for (unsigned int d = 0; d < dim; ++d)
+          product *= value(factors[d], x[d]);
+        values.push_back(std::abs(product) > 1e-12 ? product : 0.);
+      }
+    }
+    return {fe.n_dofs_per_cell(), n_functions, std::move(values)};
+  }
+
+  template <int dim>
+  DenseMatrix interpolation(const FiniteElement<dim> &from, const FiniteElement<dim> &to)
+  {
+    DenseMatrix matrix(to.n_dofs_per_cell(), from.n_dofs_per_cell());
+    for (unsigned int a = 0; a < matrix.n_rows; ++a)
+      for (unsigned int b = 0; b < matrix.n_columns; ++b)
+        matrix(a, b) = from.shape_value(b, to.get_unit_support_points()[a]);
+    return matrix;
+  }
+
+  template class CellMap<2>;
+  template class CellMap<3>;
+  template DenseMatrix interpolation<2>(const FiniteElement<2> &, const FiniteElement<2> &);
+  template DenseMatrix interpolation<3>(const FiniteElement<3> &, const FiniteElement<3> &);
+  template DenseMatrix hierarchical_complement<2>(const FiniteElement<2> &);
+  template DenseMatrix hierarchical_complement<3>(const FiniteElement<3> &);
+} // namespace squeal

@@ -1,0 +1,308 @@
+#include <squeal/base/errors.h>
+#include <squeal/mesh/finite_element_space.h>
+
+#include <deal.II/base/mpi.h>
+#include <deal.II/dofs/dof_tools.h>
+#include <deal.II/fe/fe_values.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <string>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  namespace
+  {
+    using Node        = types::global_dof_index;
+    using Constraints = AffineConstraints<double>;
+
+    /// Nodes by the ranks that own them; own ones are left out.
+    std::map<unsigned int, std::vector<Node>> by_owner(IndexSet set, const IndexSet &owned,
+                                                       const MPI_Comm comm)
+    {
+      set.subtract_set(owned);
+      const auto owners = Utilities::MPI::compute_index_owner(owned, set, comm);
+      std::map<unsigned int, std::vector<Node>> result;
+      unsigned int i = 0;
+      for (const Node node : set)
+        result[owners[i++]].push_back(node);
+      return result;
+    }
+
+    /// The constraints of the relevant nodes, in terms of free nodes. A rank alone cannot know
+    /// them: what a node hangs on may itself hang on (or be the periodic image of) a node of cells
+    /// that the rank does not see. Each node's owner does see all faces of that node, so its line
+    /// counts; lines are asked for until none refers to a node not asked for. Collective.
+    Constraints resolve(const Constraints &seen, const IndexSet &owned, const IndexSet &relevant,
+                        const MPI_Comm comm)
+    {
+      using Line = std::vector<std::pair<Node, double>>;
+      std::map<Node, Line> lines;
+      IndexSet known = owned, wanted = relevant;
+      for (const Node node : owned)
+        if (const auto *entries = seen.get_constraint_entries(node))
+        {
+          lines[node] = *entries;
+          for (const auto &entry : *entries)
+            wanted.add_index(entry.first);
+        }
+      wanted.subtract_set(known);
+      while (Utilities::MPI::max(wanted.n_elements(), comm) > 0)
+      {
+        std::map<unsigned int, std::vector<std::pair<Node, Line>>> answers;
+        for (const auto &[rank, asked] :
+             Utilities::MPI::some_to_some(comm, by_owner(wanted, owned, comm)))
+          for (const Node node : asked)
+            if (const auto *entries = seen.get_constraint_entries(node))
+              answers[rank].emplace_back(node, *entries);
+        known.add_indices(wanted);
+        wanted.clear();
+        for (const auto &[rank, received] : Utilities::MPI::some_to_some(comm, answers))
+          for (const auto &[node, line] : received)
+          {
+            lines[node] = line;
+            for (const auto &entry : line)
+              wanted.add_index(entry.first);
+          }
+        wanted.subtract_set(known);
+      }
+
+      Constraints resolved(known);
+      for (const auto &[node, line] : lines)
+      {
+        resolved.add_line(node);
+        resolved.add_entries(node, line);
+      }
+      resolved.close();
+      return resolved;
+    }
+
+    /// Nodes that share a matrix entry with an own node although no cell near here has them: the
+    /// free nodes of other ranks' cells whose nodes hang on an own node. Collective.
+    template <int dim>
+    IndexSet coupled_nodes(const DoFHandler<dim> &nodes, const Constraints &constraints,
+                           const MPI_Comm comm)
+    {
+      const IndexSet &owned = nodes.locally_owned_dofs();
+      IndexSet foreign(nodes.n_dofs()); // free nodes of other ranks on own cells with constraints
+      std::vector<std::vector<Node>> cells;
+      std::vector<Node> cell_nodes(nodes.get_fe().n_dofs_per_cell());
+      for (const auto &cell : nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          cell->get_dof_indices(cell_nodes);
+          IndexSet free(nodes.n_dofs());
+          bool constrained = false;
+          for (const Node node : cell_nodes)
+            if (const auto *entries = constraints.get_constraint_entries(node))
+            {
+              constrained = true;
+              for (const auto &entry : *entries)
+                free.add_index(entry.first);
+            }
+            else
+              free.add_index(node);
+          if (constrained)
+          {
+            foreign.add_indices(free);
+            cells.emplace_back(free.begin(), free.end());
+          }
+        }
+      std::map<Node, unsigned int> owner;
+      for (const auto &[rank, list] : by_owner(foreign, owned, comm))
+        for (const Node node : list)
+          owner[node] = rank;
+      std::map<unsigned int, IndexSet> sets;
+      for (const std::vector<Node> &cell : cells)
+        for (const Node node : cell)
+          if (const auto rank = owner.find(node); rank != owner.end())
+            sets.try_emplace(rank->second, nodes.n_dofs())
+                .first->second.add_indices(cell.begin(), cell.end());
+      std::map<unsigned int, std::vector<Node>> to_send;
+      for (const auto &[rank, set] : sets)
+        to_send[rank].assign(set.begin(), set.end());
+      IndexSet coupled(nodes.n_dofs());
+      for (const auto &[rank, list] : Utilities::MPI::some_to_some(comm, to_send))
+        coupled.add_indices(list.begin(), list.end());
+      return coupled;
+    }
+  } // namespace
+
+  template <int dim>
+  FiniteElementSpace<dim>::FiniteElementSpace(const Geometry<dim> &geometry,
+                                              const unsigned int degree,
+                                              const bool with_multipliers, const MPI_Comm comm)
+      : geometry(geometry), comm(comm), mesh(std::make_shared<Mesh>(comm)), triangulation(*mesh),
+        fe(degree), mapping(degree), nodes(triangulation), with_multipliers(with_multipliers)
+  {
+    geometry.make_coarse_mesh(triangulation);
+  }
+
+  template <int dim>
+  FiniteElementSpace<dim>::FiniteElementSpace(const FiniteElementSpace &other,
+                                              const unsigned int degree)
+      : geometry(other.geometry), comm(other.comm), mesh(other.mesh), triangulation(*mesh),
+        fe(degree), mapping(degree), nodes(triangulation), with_multipliers(other.with_multipliers)
+  {
+  }
+
+  template <int dim>
+  void FiniteElementSpace<dim>::distribute()
+  {
+    nodes.distribute_dofs(fe);
+    const IndexSet &owned = nodes.locally_owned_dofs();
+    DoFTools::extract_locally_relevant_dofs(nodes, relevant_nodes);
+    Constraints seen(relevant_nodes);
+    DoFTools::make_hanging_node_constraints(nodes, seen);
+    shape_cells(resolve(seen, owned, relevant_nodes, comm));
+    if (geometry.is_periodic())
+      DoFTools::make_periodicity_constraints(nodes, geometry.periodic.first,
+                                             geometry.periodic.second, 0, seen);
+    relevant_nodes.add_indices(
+        coupled_nodes(nodes, resolve(seen, owned, relevant_nodes, comm), comm));
+    hanging        = resolve(seen, owned, relevant_nodes, comm);
+    relevant_nodes = hanging.get_local_lines();
+
+    // Which components are fixed, and which nodes carry a multiplier. Ghost cells are looked at
+    // too: the only face of a node on a boundary may belong to another rank.
+    std::vector<IndexSet> fixed(dim, IndexSet(nodes.n_dofs()));
+    IndexSet in_contact(nodes.n_dofs());
+    std::vector<types::global_dof_index> face_nodes(fe.n_dofs_per_face());
+    for (const auto &cell : nodes.active_cell_iterators())
+      if (!cell->is_artificial())
+        for (const unsigned int f : cell->face_indices())
+          if (cell->face(f)->at_boundary())
+          {
+            cell->face(f)->get_dof_indices(face_nodes);
+            for (const Support<dim> &support : geometry.supports)
+              if (support.boundary == cell->face(f)->boundary_id())
+                for (unsigned int c = 0; c < dim; ++c)
+                  if (support.fixed[c])
+                    fixed[c].add_indices(face_nodes.begin(), face_nodes.end());
+            if (with_multipliers)
+              for (const ContactInterface &interface : geometry.interfaces)
+                if (interface.pad_face == cell->face(f)->boundary_id())
+                  in_contact.add_indices(face_nodes.begin(), face_nodes.end());
+          }
+    in_contact.compress();
+    for (IndexSet &set : fixed)
+      set.compress();
+
+    // Local numbers first, then the offset of this rank.
+    equations.assign(dim + 1, NodeVector(owned, relevant_nodes, comm));
+    unsigned int n_local = 0, n_local_displacements = 0;
+    for (NodeVector &vector : equations)
+      vector = -1;
+    for (const auto node : owned)
+      if (!hanging.is_constrained(node))
+        for (unsigned int c = 0; c < dim; ++c)
+          if (!fixed[c].is_element(node))
+            equations[c](node) = n_local++;
+    n_local_displacements = n_local;
+    for (const auto node : owned)
+      if (in_contact.is_element(node) && !hanging.is_constrained(node))
+        equations[dim](node) = n_local++;
+
+    rows.comm  = comm;
+    rows.size  = Utilities::MPI::sum(n_local, comm);
+    rows.begin = 0;
+    MPI_Exscan(&n_local, &rows.begin, 1, MPI_UNSIGNED, MPI_SUM, comm);
+    if (Utilities::MPI::this_mpi_process(comm) == 0)
+      rows.begin = 0;
+    rows.end               = rows.begin + n_local;
+    n_displacements        = Utilities::MPI::sum(n_local_displacements, comm);
+    n_multipliers          = rows.size - n_displacements;
+    first_local_multiplier = rows.begin + n_local_displacements;
+
+    for (NodeVector &vector : equations)
+    {
+      for (const auto node : owned)
+        if (vector(node) >= 0)
+          vector(node) += rows.begin;
+      vector.update_ghost_values();
+    }
+  }
+
+  template <int dim>
+  void FiniteElementSpace<dim>::shape_cells(const Constraints &constraints)
+  {
+    const MappingQ<dim> on_manifold(fe.degree);
+    if (Utilities::MPI::max(constraints.n_constraints(), comm) == 0)
+    {
+      mapping.initialize(on_manifold, triangulation);
+      return;
+    }
+    FEValues<dim> points(on_manifold, fe, Quadrature<dim>(fe.get_unit_support_points()),
+                         update_quadrature_points);
+    std::vector<NodeVector> positions(
+        dim, NodeVector(nodes.locally_owned_dofs(), constraints.get_local_lines(), comm));
+    std::vector<Node> cell_nodes(fe.n_dofs_per_cell());
+    for (const auto &cell : nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+      {
+        points.reinit(cell);
+        cell->get_dof_indices(cell_nodes);
+        for (unsigned int a = 0; a < cell_nodes.size(); ++a)
+          if (nodes.locally_owned_dofs().is_element(cell_nodes[a]))
+            for (unsigned int c = 0; c < dim; ++c)
+              positions[c](cell_nodes[a]) = points.quadrature_point(a)[c];
+      }
+    for (NodeVector &position : positions)
+    {
+      constraints.distribute(position);
+      position.update_ghost_values();
+    }
+    mapping.initialize(triangulation,
+                       [&](const typename Triangulation<dim>::cell_iterator &cell)
+                       {
+                         if (!cell->is_active() || cell->is_artificial())
+                         {
+                           points.reinit(cell);
+                           return points.get_quadrature_points();
+                         }
+                         const typename DoFHandler<dim>::active_cell_iterator with_nodes(
+                             &triangulation, cell->level(), cell->index(), &nodes);
+                         with_nodes->get_dof_indices(cell_nodes);
+                         std::vector<Point<dim>> result(cell_nodes.size());
+                         for (unsigned int a = 0; a < cell_nodes.size(); ++a)
+                           for (unsigned int c = 0; c < dim; ++c)
+                             result[a][c] = positions[c](cell_nodes[a]);
+                         return result;
+                       });
+
+    // A hanging node that moves off its arc by more than the thickness of its cell.
+    FEValues<dim> shapes(mapping, fe, points.get_quadrature(), update_jacobians);
+    unsigned int n_inverted = 0;
+    for (const auto &cell : nodes.active_cell_iterators())
+      if (cell->is_locally_owned())
+      {
+        shapes.reinit(cell);
+        double smallest = std::numeric_limits<double>::infinity();
+        for (const unsigned int q : shapes.quadrature_point_indices())
+          smallest = std::min(smallest, determinant(Tensor<2, dim>(shapes.jacobian(q))));
+        n_inverted += smallest <= 0;
+      }
+    n_inverted = Utilities::MPI::sum(n_inverted, comm);
+    if (n_inverted > 0)
+      throw SolverError("Hanging nodes on curved faces turn " + std::to_string(n_inverted) +
+                        " thin cells inside out: use a higher degree or more cells around.");
+  }
+
+  template <int dim>
+  std::vector<WeightedNode>
+  FiniteElementSpace<dim>::expand(const types::global_dof_index node) const
+  {
+    if (!hanging.is_constrained(node))
+      return {{node, 1.}};
+    std::vector<WeightedNode> result;
+    for (const auto &[parent, weight] : *hanging.get_constraint_entries(node))
+      result.push_back({parent, weight});
+    return result;
+  }
+
+  template class FiniteElementSpace<2>;
+  template class FiniteElementSpace<3>;
+} // namespace squeal

@@ -1,0 +1,600 @@
+#include <squeal/base/errors.h>
+#include <squeal/mesh_import/imported_scene.h>
+#include <squeal/mesh_import/mesh_checks.h>
+#include <squeal/parameters/expressions.h>
+
+#include <deal.II/base/utilities.h>
+#include <deal.II/grid/grid_tools.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <sstream>
+#include <tuple>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  namespace
+  {
+    constexpr double revolution_tolerance = 1e-3; ///< of a face's size
+
+    std::vector<std::string> list_of(const std::string &text)
+    {
+      return text.empty() ? std::vector<std::string>() : Utilities::split_string_list(text, ',');
+    }
+
+    /// Builds the geometry step by step; each step refuses what it cannot work with.
+    class ImportedScene
+    {
+    public:
+      explicit ImportedScene(const Parameters::All &prm)
+          : prm(prm), mesh(prm.mesh), file(read_mesh_file(mesh.file)), facts{file, {}, 0, {}, {}}
+      {
+      }
+
+      Geometry<3> make()
+      {
+        place_nodes();
+        assign_materials();
+        turn_cells();
+        find_neighbours();
+        find_bodies();
+        name_faces();
+        check_pairs();
+        if (needs_revolution())
+          check_revolution();
+        check_supports();
+        add_cells();
+        report_mesh(prm, facts, geometry);
+        check_uniform_pressure();
+        return std::move(geometry);
+      }
+
+    private:
+      using Face = MeshFile::Face;
+
+      [[noreturn]] void fail(const std::string &key, const std::string &message) const
+      {
+        throw InputError("Mesh/" + key + ": " + file.name + ": " + message);
+      }
+
+      std::string element(const unsigned int cell) const
+      {
+        Point<3> centre;
+        for (const unsigned int node : file.cells[cell].nodes)
+          centre += file.nodes[node] / 8.;
+        return "element " + std::to_string(file.cells[cell].number) + " at " + text_of(centre);
+      }
+
+      /// Metres, axis z.
+      void place_nodes()
+      {
+        const std::array<double, 3> origin = mesh.origin();
+        const unsigned int axis            = mesh.axis[0] - 'x';
+        for (Point<3> &x : file.nodes)
+        {
+          Point<3> placed;
+          for (unsigned int d = 0; d < 3; ++d)
+            placed[d] = mesh.scale * (x[(axis + 1 + d) % 3] - origin[(axis + 1 + d) % 3]);
+          check_distance(file.name, x, placed);
+          x = placed;
+        }
+      }
+
+      /// The group of a name; where capitals are the only difference, that.
+      template <typename T>
+      const std::pair<const std::string, T> &
+      find_group(const std::map<std::string, T> &groups, const std::string &name,
+                 const std::string &key, const std::string &kind) const
+      {
+        const auto exact = groups.find(name);
+        if (exact != groups.end())
+          return *exact;
+        const auto capitals = [](std::string text)
+        {
+          std::transform(text.begin(), text.end(), text.begin(),
+                         [](const unsigned char c) { return std::toupper(c); });
+          return text;
+        };
+        std::string known;
+        for (const auto &group : groups)
+        {
+          if (capitals(group.first) == capitals(name))
+            return group;
+          known += (known.empty() ? "" : ", ") + group.first;
+        }
+        fail(key, "there is no " + kind + " group '" + name + "'. Allowed are: " +
+                      (known.empty() ? "none, the file has no " + kind + " groups" : known) + ".");
+      }
+
+      void assign_materials()
+      {
+        const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+        constexpr unsigned int none                           = -1;
+        material_of_cell.assign(file.cells.size(), none);
+        std::vector<std::string> named(file.cells.size());
+        for (unsigned int m = 0; m < materials.size(); ++m)
+        {
+          of_rotor.push_back(materials[m].of_rotor);
+          const std::string key = m == 0   ? "Rotor"
+                                  : m == 1 ? "Pads"
+                                           : materials[m].section.substr(5) + "/Volumes";
+          for (const std::string &text : list_of(materials[m].volumes))
+          {
+            const auto &[name, cells] = find_group(file.volumes, text, key, "volume");
+            facts.roles[name]         = key;
+            for (const unsigned int c : cells)
+            {
+              if (material_of_cell[c] != none && material_of_cell[c] != m)
+                fail(key, element(c) + " is in the volumes '" + named[c] + "' and '" + name +
+                              "' of two materials.");
+              material_of_cell[c] = m;
+              named[c]            = name;
+            }
+          }
+        }
+        const auto lost = std::find(material_of_cell.begin(), material_of_cell.end(), none);
+        if (lost == material_of_cell.end())
+          return;
+        const unsigned int c = lost - material_of_cell.begin();
+        std::string groups;
+        for (const auto &[name, cells] : file.volumes)
+          if (std::binary_search(cells.begin(), cells.end(), c))
+            groups += (groups.empty() ? "'" : "', '") + name;
+        fail("Rotor",
+             std::to_string(std::count(lost, material_of_cell.end(), none)) +
+                 " cells have no material, first " + element(c) + ", " +
+                 (groups.empty() ? "in no volume group" : "in the volume group " + groups + "'") +
+                 ". Every cell must be in a volume of Mesh/Rotor, Mesh/Pads or a "
+                 "Mesh/Part's Volumes.");
+      }
+
+      /// Cells that are numbered as their mirror image are turned; distorted ones are refused.
+      void turn_cells()
+      {
+        for (unsigned int c = 0; c < file.cells.size(); ++c)
+        {
+          auto &nodes            = file.cells[c].nodes;
+          const auto jacobian    = corner_jacobians(file, file.cells[c]);
+          const auto [low, high] = std::minmax_element(jacobian.begin(), jacobian.end());
+          if (*high < 0)
+          {
+            for (unsigned int v = 0; v < 4; ++v)
+              std::swap(nodes[v], nodes[v + 4]);
+            ++facts.n_turned;
+          }
+          else if (!(*low > 0))
+          {
+            std::ostringstream message;
+            message << element(c) << " has the scaled Jacobian " << *low << " at a corner and "
+                    << *high << " at another: it is folded or flat. All must be positive.";
+            fail("File", message.str());
+          }
+        }
+      }
+
+      /// Which cells share which face. A face between two cells lies on opposite sides of them.
+      void find_neighbours()
+      {
+        const auto turning = [&](const CellFace &at)
+        {
+          std::array<unsigned int, 4> corners;
+          for (unsigned int v = 0; v < 4; ++v)
+            corners[v] = file.cells[at.cell].nodes[MeshFile::cell_faces[at.face][v]];
+          return corners;
+        };
+        for (unsigned int c = 0; c < file.cells.size(); ++c)
+          for (unsigned int f = 0; f < 6; ++f)
+          {
+            std::vector<CellFace> &cells = faces[file.face(c, f)];
+            cells.push_back({c, f});
+            if (cells.size() > 2)
+              fail("File", element(c) +
+                               " has a face that two other cells share already, among "
+                               "them " +
+                               element(cells[0].cell) + ".");
+            if (cells.size() < 2)
+              continue;
+            const auto a = turning(cells[0]), b = turning(cells[1]);
+            const unsigned int at = std::find(b.begin(), b.end(), a[0]) - b.begin();
+            if (b[(at + 1) % 4] != a[3] || b[(at + 2) % 4] != a[2])
+              fail("File", element(c) + " and " + element(cells[0].cell) +
+                               " lie on the same side of the face that they share: one is inside "
+                               "out.");
+          }
+      }
+
+      /// Pieces that hang together by nodes are the bodies: one rotor, and pads with a contact
+      /// pair.
+      void find_bodies()
+      {
+        std::vector<unsigned int> parent(file.nodes.size());
+        std::iota(parent.begin(), parent.end(), 0u);
+        const auto root = [&](unsigned int node)
+        {
+          while (parent[node] != node)
+            node = parent[node] = parent[parent[node]];
+          return node;
+        };
+        for (const MeshFile::Cell &cell : file.cells)
+          for (const unsigned int node : cell.nodes)
+            parent[root(node)] = root(cell.nodes[0]);
+        const auto piece_of = [&](const unsigned int cell)
+        { return root(file.cells[cell].nodes[0]); };
+
+        std::map<unsigned int, unsigned int> rotor_pieces, pad_pieces; // and a cell of each
+        for (unsigned int c = 0; c < file.cells.size(); ++c)
+          (of_rotor[material_of_cell[c]] ? rotor_pieces : pad_pieces).emplace(piece_of(c), c);
+        for (const auto &[piece, cell] : rotor_pieces)
+          if (const auto pad = pad_pieces.find(piece); pad != pad_pieces.end())
+            fail("Contact pairs", "rotor and pad hang together by common nodes, " + element(cell) +
+                                      " and " + element(pad->second) +
+                                      ". Surfaces in contact need nodes of their own.");
+        if (rotor_pieces.size() > 1)
+          fail("Rotor", "the rotor is in " + std::to_string(rotor_pieces.size()) +
+                            " pieces that share no nodes, among them " +
+                            element(rotor_pieces.begin()->second) + " and " +
+                            element(rotor_pieces.rbegin()->second) +
+                            ". Common surfaces of volumes need common nodes (in Gmsh: Coherence).");
+        if (rotor_pieces.empty())
+          fail("Rotor", "the rotor has no cells.");
+
+        std::map<unsigned int, Body> bodies = {{rotor_pieces.begin()->first, rotor_body}};
+        facts.bodies                        = {"rotor"};
+        pairs                               = mesh.pairs();
+        for (auto &[pad_name, rotor_name] : pairs)
+        {
+          // The names as in the file
+          pad_name   = find_group(file.surfaces, pad_name, "Contact pairs", "surface").first;
+          rotor_name = find_group(file.surfaces, rotor_name, "Contact pairs", "surface").first;
+          std::set<unsigned int> pieces;
+          for (const Face &face : file.surfaces.at(pad_name))
+            pieces.insert(piece_of(boundary_cell(face, pad_name, "Contact pairs").cell));
+          for (const Face &face : file.surfaces.at(rotor_name))
+            if (!rotor_pieces.count(
+                    piece_of(boundary_cell(face, rotor_name, "Contact pairs").cell)))
+              fail("Contact pairs", "'" + rotor_name +
+                                        "' is not on the rotor; allowed is pad "
+                                        "surface : rotor surface.");
+          if (pieces.size() != 1 || !pad_pieces.count(*pieces.begin()))
+            fail("Contact pairs", "'" + pad_name +
+                                      "' is not on one pad; allowed is pad surface : "
+                                      "rotor surface.");
+          if (bodies.emplace(*pieces.begin(), Body(facts.bodies.size())).second)
+            facts.bodies.push_back(pad_name);
+          pad_of_pair.push_back(bodies.at(*pieces.begin()));
+        }
+        for (const auto &[piece, cell] : pad_pieces)
+          if (!bodies.count(piece))
+            fail("Contact pairs",
+                 "the piece with " + element(cell) +
+                     " shares no nodes with a pad that has a contact pair. Common "
+                     "surfaces of volumes need common nodes (in Gmsh: Coherence).");
+
+        // One material id for each body and material.
+        std::map<std::pair<Body, unsigned int>, unsigned int> ids;
+        geometry.parts.clear();
+        for (unsigned int c = 0; c < file.cells.size(); ++c)
+        {
+          const Body body             = bodies.at(piece_of(c));
+          const unsigned int material = material_of_cell[c];
+          const auto [id, is_new]     = ids.emplace(std::make_pair(body, material), ids.size());
+          if (is_new)
+            geometry.parts.push_back(
+                {body, material,
+                 mesh.curved == "all" || (mesh.curved == "rotor" && body == rotor_body)});
+          part_of_cell.push_back(id->second);
+        }
+      }
+
+      struct CellFace
+      {
+        unsigned int cell, face;
+      };
+
+      /// The cell of a face that must be on the boundary.
+      CellFace boundary_cell(const Face &face, const std::string &name,
+                             const std::string &key) const
+      {
+        const auto cells = faces.find(face);
+        if (cells == faces.end())
+          fail(key, "the surface group '" + name +
+                        "' has a face that is no cell's, with a corner "
+                        "at " +
+                        text_of(file.nodes[face[0]]) + ".");
+        if (cells->second.size() != 1)
+          fail(key, "the surface group '" + name + "' has a face inside of a body, at " +
+                        element(cells->second[0].cell) +
+                        "; only faces of the boundary are allowed.");
+        return cells->second[0];
+      }
+
+      /// Boundary ids: one for each combination of supports and load that a face has, and one for
+      /// each contact surface.
+      void name_faces()
+      {
+        struct Use
+        {
+          std::array<bool, 3> fixed{};
+          bool is_loaded = false;
+          std::string contact;
+          bool operator<(const Use &other) const
+          {
+            return std::tie(fixed, is_loaded, contact) <
+                   std::tie(other.fixed, other.is_loaded, other.contact);
+          }
+        };
+        std::map<Face, Use> uses;
+        const auto add = [&](const std::string &names, const std::string &key, const auto &change)
+        {
+          for (const std::string &text : list_of(names))
+          {
+            const auto &[name, surface] = find_group(file.surfaces, text, key, "surface");
+            std::string &role           = facts.roles[name];
+            role += (role.empty() ? "" : "; ") + key;
+            for (const Face &face : surface)
+            {
+              boundary_cell(face, name, key);
+              change(uses[face]);
+            }
+          }
+        };
+        const auto fix = [](const std::array<bool, 3> components)
+        {
+          return [components](Use &use)
+          {
+            for (unsigned int d = 0; d < 3; ++d)
+              use.fixed[d] = use.fixed[d] || components[d];
+          };
+        };
+        add(mesh.clamped, "Clamped", fix({{true, true, true}}));
+        add(mesh.guided, "Guided", fix({{true, true, false}}));
+        add(mesh.fixed[0], "Fixed in x", fix({{true, false, false}}));
+        add(mesh.fixed[1], "Fixed in y", fix({{false, true, false}}));
+        add(mesh.fixed[2], "Fixed in z", fix({{false, false, true}}));
+        add(mesh.pressure_on, "Pressure on", [](Use &use) { use.is_loaded = true; });
+        std::set<std::string> surfaces;
+        for (const auto &[pad, rotor] : pairs)
+          for (const std::string &name : {pad, rotor})
+            if (surfaces.insert(name).second)
+              add(name, "Contact pairs",
+                  [&](Use &use)
+                  {
+                    if (use.is_loaded || use.fixed != std::array<bool, 3>() || !use.contact.empty())
+                      fail("Contact pairs", "a face of '" + name +
+                                                "' is supported, loaded or in "
+                                                "another contact surface too.");
+                    use.contact = name;
+                  });
+
+        std::map<Use, types::boundary_id> ids;
+        for (const auto &[face, use] : uses)
+        {
+          const auto [id, is_new]    = ids.emplace(use, ids.size() + 1);
+          geometry.named_faces[face] = id->second;
+          if (!is_new)
+            continue;
+          if (use.fixed != std::array<bool, 3>())
+            geometry.supports.push_back({id->second, use.fixed});
+          if (use.is_loaded)
+          {
+            const auto profile = position_expression<3>(prm.pads.profile, "Pads/Pressure profile");
+            const double pressure = prm.pads.pressure;
+            geometry.loads.push_back(
+                {id->second, [=](const Point<3> &x) { return pressure * profile(x); }});
+          }
+          if (!use.contact.empty())
+            geometry.boundaries[use.contact] = id->second;
+        }
+        for (unsigned int i = 0; i < pairs.size(); ++i)
+        {
+          const auto &[pad, rotor] = pairs[i];
+          for (unsigned int j = 0; j < i; ++j)
+            if (pairs[j].first == pad)
+              fail("Contact pairs", "'" + pad + "' is in two pairs.");
+          geometry.interfaces.push_back(
+              {pad, pad_of_pair[i], geometry.boundaries.at(pad), geometry.boundaries.at(rotor)});
+        }
+      }
+
+      /// A face as a surface patch whose normal points out of its cell.
+      SurfaceFace<3> patch(const Face &face) const
+      {
+        const CellFace at = faces.at(face)[0];
+        const auto &local = MeshFile::cell_faces[at.face];
+        const auto &nodes = file.cells[at.cell].nodes;
+        SurfaceFace<3> result;
+        // Corners are cyclic, seen from inside counter-clockwise.
+        for (const unsigned int v : {0u, 1u, 3u, 2u})
+          result.nodes.push_back(file.nodes[nodes[local[v]]]);
+        result.orientation = -1;
+        return result;
+      }
+
+      std::vector<SurfaceFace<3>> patches(const std::string &name) const
+      {
+        std::vector<SurfaceFace<3>> result;
+        for (const Face &face : file.surfaces.at(name))
+          result.push_back(patch(face));
+        return result;
+      }
+
+      void check_pairs()
+      {
+        for (const auto &[pad, rotor] : pairs)
+          facts.pairs.push_back(check_contact_pair("Mesh/Contact pairs: " + file.name + ": ", pad,
+                                                   patches(pad), rotor, patches(rotor)));
+      }
+
+      bool needs_revolution() const
+      {
+        const std::string speed = "Operation/Angular velocity";
+        return prm.terms().transport &&
+               (prm.operation.angular_velocity != 0 || prm.sweep.parameter == speed ||
+                prm.sweep.second_parameter == speed);
+      }
+
+      /// The transport field must be tangential on the rotor's surface, and on surfaces between its
+      /// materials.
+      void check_revolution() const
+      {
+        const std::string ways =
+            " With transport the rotor must be a body of revolution about z. Without, it needs "
+            "Stage = elastic or Operation/Angular velocity = 0.";
+        if (mesh.curved == "none")
+          fail("Curved bodies",
+               "with straight edges the rotor is not a body of revolution." + ways);
+        for (const auto &[face, cells] : faces)
+        {
+          const unsigned int material = material_of_cell[cells[0].cell];
+          if (!of_rotor[material] ||
+              (cells.size() == 2 && material_of_cell[cells[1].cell] == material))
+            continue;
+          std::array<Point<3>, 4> corners;
+          for (unsigned int v = 0; v < 4; ++v)
+            corners[v] = file.nodes[face[v]];
+          const double distance = distance_from_revolution(corners),
+                       size     = std::max(corners[0].distance(corners[1]),
+                                           corners[0].distance(corners[2]));
+          if (distance > revolution_tolerance * size)
+          {
+            std::ostringstream message;
+            message << "a face of the rotor at " << element(cells[0].cell) << " is " << distance
+                    << " m off every surface of revolution about z (holes, vanes, an axis that "
+                       "Axis and Origin do not name).";
+            fail("Rotor", message.str() + ways);
+          }
+        }
+      }
+
+      /// Whether supports and contact hold every body. A pad's contact face is held along z.
+      void check_supports()
+      {
+        std::vector<RigidMotions> held(facts.bodies.size());
+        Box box;
+        for (const Point<3> &x : file.nodes)
+          box.add(x);
+        const double size = box.low.distance(box.high);
+        for (const auto &[face, id] : geometry.named_faces)
+        {
+          const unsigned int part = part_of_cell[faces.at(face)[0].cell];
+          std::array<bool, 3> fixed{};
+          for (const Support<3> &support : geometry.supports)
+            if (support.boundary == id)
+              fixed = support.fixed;
+          for (const ContactInterface &interface : geometry.interfaces)
+            fixed[2] = fixed[2] || interface.pad_face == id;
+          for (const unsigned int node : face)
+            for (unsigned int c = 0; c < 3; ++c)
+              if (fixed[c])
+                held[geometry.parts[part].body].hold(Point<3>((file.nodes[node] - box.low) / size),
+                                                     c);
+        }
+        for (unsigned int body = 0; body < held.size(); ++body)
+        {
+          const unsigned int n_free = held[body].n_free();
+          if (n_free == 0)
+            continue;
+          geometry.may_move_rigidly = true;
+          if (prm.n_pads() > 0 && prm.contact.steady_pressure == "computed")
+            fail("Clamped", "the body '" + facts.bodies[body] + "' can move rigidly in " +
+                                std::to_string(n_free) +
+                                " ways, so that there is no static equilibrium. It needs supports "
+                                "(Clamped, Guided, Fixed in x, y, z), or Contact/Steady pressure = "
+                                "uniform.");
+        }
+      }
+
+      void add_cells()
+      {
+        // Nodes that no cell has are left out; named faces follow.
+        std::vector<unsigned int> number(file.nodes.size(), -1);
+        for (unsigned int c = 0; c < file.cells.size(); ++c)
+        {
+          CellData<3> cell;
+          cell.material_id = part_of_cell[c];
+          for (unsigned int v = 0; v < 8; ++v)
+          {
+            const unsigned int node = file.cells[c].nodes[lexicographic_corners[v]];
+            if (number[node] == numbers::invalid_unsigned_int)
+            {
+              number[node] = geometry.vertices.size();
+              geometry.vertices.push_back(file.nodes[node]);
+            }
+            cell.vertices[v] = number[node];
+          }
+          geometry.cells.push_back(cell);
+        }
+        std::map<Face, types::boundary_id> renumbered;
+        const auto renumber = [&](Face face)
+        {
+          for (unsigned int &node : face)
+            node = number[node];
+          std::sort(face.begin(), face.end());
+          return face;
+        };
+        for (const auto &[face, id] : geometry.named_faces)
+          renumbered[renumber(face)] = id;
+        geometry.named_faces = std::move(renumbered);
+        for (auto &[name, surface] : file.surfaces)
+          for (Face &face : surface)
+            face = renumber(face);
+        try
+        {
+          GridTools::consistently_order_cells(geometry.cells);
+        }
+        catch (const ExceptionBase &)
+        {
+          fail("File", "the cells' edges cannot be directed consistently: rows of cells close in "
+                       "a twisted ring.");
+        }
+      }
+
+      /// A uniform contact pressure is that of the load only where both act on the same area.
+      void check_uniform_pressure() const
+      {
+        if (prm.contact.steady_pressure != "uniform" || facts.pairs.empty())
+          return;
+        double contact = 0, loaded = 0;
+        for (const ContactPairMeasures &pair : facts.pairs)
+          contact += pair.pad_area;
+        for (const auto &[face, id] : geometry.named_faces)
+          for (const PressureLoad<3> &load : geometry.loads)
+            if (load.boundary == id)
+            {
+              std::array<Point<3>, 4> corners;
+              for (unsigned int v = 0; v < 4; ++v)
+                corners[v] = geometry.vertices[face[v]];
+              loaded += area_of(corners);
+            }
+        if (std::abs(loaded - contact) > 0.02 * contact)
+        {
+          std::ostringstream message;
+          message << "Contact/Steady pressure = uniform: the pressure acts on " << loaded
+                  << " m^2, the pads' contact surfaces have " << contact
+                  << " m^2, so that it is not the contact pressure; allowed is computed.";
+          throw InputError(message.str());
+        }
+      }
+
+      const Parameters::All &prm;
+      const Parameters::Mesh &mesh;
+      MeshFile file;
+      MeshFacts facts;
+      Geometry<3> geometry;
+      std::vector<std::pair<std::string, std::string>> pairs;
+      std::vector<Body> pad_of_pair;
+      std::vector<bool> of_rotor; ///< by material
+      std::vector<unsigned int> material_of_cell, part_of_cell;
+      std::map<Face, std::vector<CellFace>> faces;
+    };
+  } // namespace
+
+  Geometry<3> make_mesh_scene(const Parameters::All &parameters)
+  {
+    return ImportedScene(parameters).make();
+  }
+} // namespace squeal

@@ -1,0 +1,264 @@
+#include <squeal/base/errors.h>
+#include <squeal/mesh_import/imported_scene.h>
+
+#include <deal.II/base/quadrature_lib.h>
+#include <deal.II/fe/fe_q.h>
+#include <deal.II/fe/fe_values.h>
+#include <deal.II/fe/mapping_q.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iomanip>
+#include <set>
+#include <sstream>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  namespace
+  {
+    struct CellMeasures
+    {
+      double volume = 0, jacobian = 1; ///< the smallest scaled one
+    };
+
+    struct Measures
+    {
+      std::vector<CellMeasures> cells;
+      std::map<MeshFile::Face, double> areas;
+    };
+
+    /// Cells as the program computes with them: polynomials through nodes on the manifold.
+    Measures measure(const Geometry<3> &geometry, const std::set<MeshFile::Face> &wanted,
+                     const unsigned int degree)
+    {
+      Triangulation<3> triangulation;
+      geometry.make_coarse_mesh(triangulation);
+      const MappingQ<3> mapping(degree);
+      const FE_Q<3> fe(1);
+      FEValues<3> volumes(mapping, fe, QGauss<3>(degree + 1), update_JxW_values),
+          shapes(mapping, fe, QGaussLobatto<3>(degree + 1), update_jacobians);
+      FEFaceValues<3> areas(mapping, fe, QGauss<2>(degree + 1), update_JxW_values);
+      Measures result;
+      for (const auto &cell : triangulation.active_cell_iterators())
+      {
+        CellMeasures measures;
+        volumes.reinit(cell);
+        for (const double JxW : volumes.get_JxW_values())
+          measures.volume += JxW;
+        shapes.reinit(cell);
+        for (const unsigned int q : shapes.quadrature_point_indices())
+        {
+          const Tensor<2, 3> columns = transpose(Tensor<2, 3>(shapes.jacobian(q)));
+          measures.jacobian          = std::min(
+                       measures.jacobian,
+                       determinant(columns) / (columns[0].norm() * columns[1].norm() * columns[2].norm()));
+        }
+        result.cells.push_back(measures);
+        for (const unsigned int f : cell->face_indices())
+        {
+          MeshFile::Face face;
+          for (unsigned int v = 0; v < 4; ++v)
+            face[v] = cell->face(f)->vertex_index(v);
+          std::sort(face.begin(), face.end());
+          if (wanted.count(face) == 0 || result.areas.count(face) > 0)
+            continue;
+          areas.reinit(cell, f);
+          for (const double JxW : areas.get_JxW_values())
+            result.areas[face] += JxW;
+        }
+      }
+      return result;
+    }
+
+    /// One line of mesh.csv. Negative: unknown, an empty field.
+    struct Row
+    {
+      Row(const std::string &kind, const std::string &name, const std::string &use = "")
+          : kind(kind), name(name), use(use)
+      {
+      }
+      std::string kind, name, use;
+      unsigned int count = 0;
+      double volume = -1, mass = -1, area = -1, jacobian = -1;
+      Box box;
+      const ContactPairMeasures *pair = nullptr;
+    };
+
+    std::string digits(const double value)
+    {
+      std::ostringstream text;
+      text << std::setprecision(12) << value;
+      return text.str();
+    }
+
+    /// Quoted where it must be.
+    std::string csv_text(const std::string &text)
+    {
+      if (text.find_first_of(",\"") == std::string::npos)
+        return text;
+      std::string quoted = "\"";
+      for (const char c : text)
+        quoted += c == '"' ? "\"\"" : std::string(1, c);
+      return quoted + "\"";
+    }
+
+    std::string table_of(const std::vector<Row> &rows)
+    {
+      std::string text = "kind,name,use,count,volume_m3,mass_kg,area_m2,smallest_jacobian,"
+                         "x_min_m,x_max_m,y_min_m,y_max_m,z_min_m,z_max_m,gap_m,overlap_m2,"
+                         "least_cover\n";
+      const auto known = [](const double value) { return value < 0 ? "" : digits(value); };
+      for (const Row &row : rows)
+      {
+        text += row.kind + "," + csv_text(row.name) + "," + csv_text(row.use) + "," +
+                std::to_string(row.count) + "," + known(row.volume) + "," + known(row.mass) + "," +
+                known(row.area) + ",";
+        text += row.pair || row.kind == "surface" ? "" : digits(row.jacobian);
+        for (unsigned int d = 0; d < 3; ++d)
+          text += "," + digits(row.box.low[d]) + "," + digits(row.box.high[d]);
+        text += row.pair ? "," + digits(row.pair->gap) + "," + digits(row.pair->overlap) + "," +
+                               digits(row.pair->least_cover)
+                         : ",,,";
+        text += "\n";
+      }
+      return text;
+    }
+
+    std::string describe_rows(const std::vector<Row> &rows)
+    {
+      std::string text =
+          "  kind     name                      count      volume      mass      area"
+          "   Jacobian   box x, y, z\n"
+          "                                                cm^3        kg      cm^2"
+          "   smallest   mm\n";
+      char line[400];
+      const auto known = [](const double value, const double unit, const char *format)
+      {
+        char field[40];
+        std::snprintf(field, sizeof(field), format, value / unit);
+        return value < 0 ? std::string("-") : std::string(field);
+      };
+      for (const Row &row : rows)
+      {
+        if (row.pair)
+          continue;
+        std::snprintf(line, sizeof(line),
+                      "  %-8s %-24s %6u %11s %9s %9s %10s   %.4g..%.4g, %.4g..%.4g, %.4g..%.4g%s\n",
+                      row.kind.c_str(), row.name.c_str(), row.count,
+                      known(row.volume, 1e-6, "%.6g").c_str(), known(row.mass, 1, "%.4g").c_str(),
+                      known(row.area, 1e-4, "%.5g").c_str(),
+                      row.kind == "surface" ? "-" : known(row.jacobian, 1, "%.3f").c_str(),
+                      1e3 * row.box.low[0], 1e3 * row.box.high[0], 1e3 * row.box.low[1],
+                      1e3 * row.box.high[1], 1e3 * row.box.low[2], 1e3 * row.box.high[2],
+                      row.use.empty() ? "" : ("   " + row.use).c_str());
+        text += line;
+      }
+      for (const Row &row : rows)
+        if (row.pair)
+        {
+          std::snprintf(line, sizeof(line),
+                        "  Contact pair %s: gap %.3g m, common area %.6g cm^2, %.2f %% of the "
+                        "pad's %.6g cm^2\n",
+                        row.name.c_str(), row.pair->gap, 1e4 * row.pair->overlap,
+                        100 * row.pair->overlap / row.pair->pad_area, 1e4 * row.pair->pad_area);
+          text += line;
+        }
+      return text;
+    }
+
+    void add_cell(Row &row, const Geometry<3> &geometry, const unsigned int c,
+                  const CellMeasures &cell, const double density)
+    {
+      row.count += 1;
+      row.volume   = std::max(row.volume, 0.) + cell.volume;
+      row.mass     = std::max(row.mass, 0.) + density * cell.volume;
+      row.jacobian = row.jacobian < 0 ? cell.jacobian : std::min(row.jacobian, cell.jacobian);
+      for (const unsigned int vertex : geometry.cells[c].vertices)
+        row.box.add(geometry.vertices[vertex]);
+    }
+  } // namespace
+
+  void report_mesh(const Parameters::All &prm, const MeshFacts &facts, Geometry<3> &geometry)
+  {
+    std::set<MeshFile::Face> wanted;
+    for (const auto &[name, surface] : facts.file.surfaces)
+      wanted.insert(surface.begin(), surface.end());
+    const Measures measures = measure(geometry, wanted, prm.discretization.degree);
+    for (unsigned int c = 0; c < measures.cells.size(); ++c)
+      if (!(measures.cells[c].jacobian > 0))
+        throw InputError("Mesh/Curved bodies = " + prm.mesh.curved + ": " + facts.file.name +
+                         ": element " + std::to_string(facts.file.cells[c].number) +
+                         " has the scaled Jacobian " + digits(measures.cells[c].jacobian) +
+                         " where its edges follow circles about the axis. It needs a smaller angle "
+                         "or no curvature (none).");
+
+    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+    const auto part_of = [&](const unsigned int c) -> const Part &
+    { return geometry.parts[geometry.cells[c].material_id]; };
+    const auto use_of = [&](const std::string &name)
+    {
+      const auto role = facts.roles.find(name);
+      return role == facts.roles.end() ? std::string() : role->second;
+    };
+    const auto add = [&](Row &row, const unsigned int c) {
+      add_cell(row, geometry, c, measures.cells[c],
+               materials[part_of(c).material].material.density);
+    };
+    std::vector<Row> rows = {{"mesh", facts.file.name}};
+    for (unsigned int body = 0; body < facts.bodies.size(); ++body)
+      rows.emplace_back("body", body == rotor_body ? "rotor" : "pad " + facts.bodies[body]);
+    for (unsigned int c = 0; c < geometry.cells.size(); ++c)
+    {
+      add(rows[0], c);
+      add(rows[1 + part_of(c).body], c);
+    }
+    for (const auto &[name, cells] : facts.file.volumes)
+    {
+      rows.emplace_back("volume", name, use_of(name));
+      for (const unsigned int c : cells)
+        add(rows.back(), c);
+    }
+    for (const auto &[name, surface] : facts.file.surfaces)
+    {
+      Row row("surface", name, use_of(name));
+      row.area = 0;
+      for (const MeshFile::Face &face : surface)
+        if (const auto area = measures.areas.find(face); area != measures.areas.end())
+        {
+          row.count += 1;
+          row.area += area->second;
+          for (const unsigned int vertex : face)
+            row.box.add(geometry.vertices[vertex]);
+        }
+      if (row.count > 0)
+        rows.push_back(row);
+    }
+    for (const ContactPairMeasures &pair : facts.pairs)
+    {
+      const std::string pad = pair.name.substr(0, pair.name.find(" : "));
+      const auto surface =
+          std::find_if(rows.begin(), rows.end(),
+                       [&](const Row &row) { return row.kind == "surface" && row.name == pad; });
+      Row row("pair", pair.name);
+      row.pair = &pair;
+      row.area = pair.pad_area;
+      if (surface != rows.end())
+      {
+        row.count = surface->count;
+        row.box   = surface->box;
+      }
+      rows.push_back(row);
+    }
+    geometry.report_table = table_of(rows);
+    geometry.report =
+        "\nMesh file " + facts.file.name + ": " + std::to_string(geometry.cells.size()) +
+        " hexahedra, " + std::to_string(geometry.vertices.size()) + " nodes, " +
+        std::to_string(facts.bodies.size()) + " bodies" +
+        (facts.n_turned > 0
+             ? ", " + std::to_string(facts.n_turned) + " cells numbered inside out have been turned"
+             : "") +
+        "\n" + describe_rows(rows);
+  }
+} // namespace squeal

@@ -1,0 +1,286 @@
+#include <squeal/bodies/prestress.h>
+#include <squeal/linalg/gmres.h>
+#include <squeal/model/brake_model.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  namespace
+  {
+    const std::array<std::string, 5> moduli = {{"Young modulus", "Poisson ratio",
+                                                "Axial Young modulus", "Axial Poisson ratio",
+                                                "Axial shear modulus"}};
+
+    /// The elastic constant of a key, or null.
+    double *modulus_of(Material &material, const std::string &key)
+    {
+      const std::array<double *, 5> values = {
+          {&material.young_modulus, &material.poisson_ratio, &material.axial_young_modulus,
+           &material.axial_poisson_ratio, &material.axial_shear_modulus}};
+      const auto at = std::find(moduli.begin(), moduli.end(), key);
+      return at == moduli.end() ? nullptr : values[at - moduli.begin()];
+    }
+  } // namespace
+
+  /// The elastic constants of a transversely isotropic material: the stiffness is not linear in
+  /// them.
+  template <int dim>
+  void BrakeModel<dim>::add_moduli(const unsigned int m, const Parameters::BodyMaterial &body,
+                                   const double beta, std::vector<Parameter> &parameters) const
+  {
+    for (const std::string &key : moduli)
+    {
+      Material material = body.material;
+      double &modulus   = *modulus_of(material, key);
+      Parameter parameter{body.section + "/Material/" + key, modulus, {}};
+      const double h = step(parameter);
+      for (const double sign : {1., -1.})
+      {
+        modulus      = parameter.value + sign * h;
+        const auto K = assemble_body(spaces_, geometry.bodies_of(m), material, false).K;
+        parameter.terms.push_back({Origin::elasticity, 0, sign / (2 * h), K});
+        parameter.terms.push_back({Origin::material_damping, 1, beta * sign / (2 * h), K});
+      }
+      parameters.push_back(std::move(parameter));
+    }
+  }
+
+  template <int dim>
+  std::vector<typename BrakeModel<dim>::Parameter>
+  BrakeModel<dim>::differentiable_parameters() const
+  {
+    const StageTerms stage = prm.terms();
+    const double omega     = prm.operation.angular_velocity;
+    const bool moves = stage.transport && omega != 0, has_pads = !geometry.interfaces.empty();
+    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+    std::vector<Parameter> result;
+    Parameter speed{"Operation/Angular velocity", omega, {}};
+    for (unsigned int m = 0; m < materials.size(); ++m)
+    {
+      if (geometry.bodies_of(m).empty())
+        continue;
+      const std::string section    = materials[m].section + "/Material/";
+      const Material &material     = materials[m].material;
+      const BodyMatrices &matrices = bodies[m].matrices;
+      const double alpha           = stage.material_damping ? material.mass_damping : 0,
+                   beta            = stage.material_damping ? material.stiffness_damping : 0,
+                   per_E           = 1 / bodies[m].material.young_modulus,
+                   per_rho = 1 / bodies[m].material.density, E = material.young_modulus * per_E,
+                   rho = material.density * per_rho;
+      Parameter density{section + "Density", material.density, {}};
+      density.terms = {{Origin::inertia, 2, per_rho, matrices.M},
+                       {Origin::material_damping, 1, alpha * per_rho, matrices.M}};
+      Parameter mass_damping{section + "Mass proportional damping", material.mass_damping, {}};
+      mass_damping.terms = {{Origin::material_damping, 1, rho, matrices.M}};
+      if (materials[m].of_rotor && moves)
+      {
+        speed.terms.push_back({Origin::transport, 1, 2 * rho, matrices.G});
+        speed.terms.push_back({Origin::transport, 0, -2 * omega * rho, matrices.M_star});
+        speed.terms.push_back({Origin::material_damping, 0, alpha * rho, matrices.G});
+        density.terms.push_back({Origin::transport, 1, 2 * omega * per_rho, matrices.G});
+        density.terms.push_back({Origin::transport, 0, -omega * omega * per_rho, matrices.M_star});
+        density.terms.push_back({Origin::material_damping, 0, alpha * omega * per_rho, matrices.G});
+        mass_damping.terms.push_back({Origin::material_damping, 0, omega * rho, matrices.G});
+      }
+      if (material.transversely_isotropic)
+        add_moduli(m, materials[m], beta, result);
+      else
+        result.push_back({section + "Young modulus",
+                          material.young_modulus,
+                          {{Origin::elasticity, 0, per_E, matrices.K},
+                           {Origin::material_damping, 1, beta * per_E, matrices.K}}});
+      result.push_back(density);
+      if (stage.material_damping)
+      {
+        result.push_back(mass_damping);
+        result.push_back({section + "Stiffness proportional damping",
+                          material.stiffness_damping,
+                          {{Origin::material_damping, 1, E, matrices.K}}});
+      }
+    }
+    if (moves)
+      result.insert(result.begin(), speed);
+    if (has_pads)
+    {
+      if (prm.contact.formulation != "mortar")
+        result.push_back({"Contact/Penalty stiffness", prm.contact.penalty_stiffness, {}});
+      if (stage.friction && prm.contact.friction_law != "expression")
+        result.push_back({"Contact/Friction/Coefficient", prm.contact.friction_coefficient, {}});
+      if (stage.friction && prm.contact.friction_law == "falling")
+        result.push_back(
+            {"Contact/Friction/Coefficient at speed", prm.contact.friction_coefficient_moving, {}});
+      result.push_back({"Pads/Pressure", prm.pads.pressure, {}});
+    }
+    return result;
+  }
+
+  template <int dim>
+  Parameters::All BrakeModel<dim>::varied(const std::string &parameter, const double value) const
+  {
+    Parameters::All result = prm;
+    if (parameter == "Operation/Angular velocity")
+      result.operation.angular_velocity = value;
+    else if (parameter == "Contact/Penalty stiffness")
+      result.contact.penalty_stiffness = value;
+    else if (parameter == "Contact/Friction/Coefficient")
+      result.contact.friction_coefficient = value;
+    else if (parameter == "Contact/Friction/Coefficient at speed")
+      result.contact.friction_coefficient_moving = value;
+    else if (parameter == "Pads/Pressure")
+      result.pads.pressure = value;
+    else if (const std::size_t end = parameter.find("/Material/"); end != std::string::npos)
+    {
+      Material &material    = result.material(parameter.substr(0, end));
+      const std::string key = parameter.substr(parameter.rfind('/') + 1);
+      if (key == "Density")
+        material.density = value;
+      else if (double *modulus = modulus_of(material, key))
+        *modulus = value;
+    }
+    return result; // the others do not enter here
+  }
+
+  template <int dim>
+  MultiVector BrakeModel<dim>::static_residual(const Parameters::All &parameters,
+                                               const Contact<dim> &contact) const
+  {
+    const MultiVector &x = equilibrium_->state;
+    const bool slides    = parameters.terms().friction;
+    MultiVector residual = multiply(contact.normal(), x);
+    const auto add       = [&](const double factor, const MultiVector &block)
+    {
+      for (unsigned int i = 0; i < residual.n_local(); ++i)
+        residual.data()[i] += factor * block.data()[i];
+    };
+    if (slides)
+      add(1, multiply(contact.friction(pressure_), x));
+    add(-1, contact.load(pressure_, slides));
+    add(-1, static_load(parameters, spaces_));
+    return residual;
+  }
+
+  template <int dim>
+  MultiVector BrakeModel<dim>::state_derivatives(const std::vector<Parameter> &parameters,
+                                                 const LinearOperator &nearby) const
+  {
+    // A x' = -(d/dp) r(x_0; p) at fixed active set, r the static residual, A = dr/dx.
+    const RowRange &rows = spaces_.rows;
+    MultiVector right(rows, parameters.size());
+    for (unsigned int k = 0; k < parameters.size(); ++k)
+    {
+      const Parameter &parameter = parameters[k];
+      const double h             = step(parameter);
+      const auto residual        = [&](const double value)
+      {
+        const Parameters::All p = varied(parameter.path, value);
+        Contact<dim> contact    = *contact_;
+        contact.set_model(contact_model(p));
+        return static_residual(p, contact);
+      };
+      const MultiVector plus = residual(parameter.value + h), minus = residual(parameter.value - h);
+      for (unsigned int i = 0; i < rows.n_local(); ++i)
+        right.column(k)[i] = -(plus.data()[i] - minus.data()[i]) / (2 * h);
+      for (const Term &term : parameter.terms)
+        if (term.order == 0 && term.matrix && term.coefficient != 0)
+        {
+          const MultiVector product = multiply(*term.matrix, equilibrium_->state);
+          for (unsigned int i = 0; i < rows.n_local(); ++i)
+            right.column(k)[i] -= term.coefficient * product.data()[i];
+        }
+    }
+    std::vector<Term> body_terms;
+    for (const Term &term : terms_)
+      if (is_body_term(term))
+        body_terms.push_back(term);
+    const Matrix A = static_tangent(rows, body_terms, *contact_, pressure_, prm.terms().friction);
+    if (nearby)
+    {
+      MultiVector result(rows, 0);
+      for (unsigned int k = 0; k < parameters.size(); ++k)
+      {
+        const MultiVector right_hand_side = right.columns(k, 1);
+        MultiVector column                = nearby(right_hand_side);
+        if (!gmres([&](const MultiVector &x) { return multiply(A, x); }, nearby, right_hand_side,
+                   column, 1e-12, 60))
+          break;
+        result.append(column);
+      }
+      if (result.n_columns() == parameters.size())
+        return result;
+    }
+    return Factorization(A, Factorization::Kind::lu, "the tangent of the static equilibrium")
+        .solve(right);
+  }
+
+  template <int dim>
+  std::vector<ParameterDerivative> BrakeModel<dim>::derivatives(const std::string &only,
+                                                                const LinearOperator &nearby) const
+  {
+    std::vector<Parameter> parameters = differentiable_parameters();
+    parameters.erase(std::remove_if(parameters.begin(), parameters.end(),
+                                    [&](const Parameter &parameter)
+                                    { return !only.empty() && parameter.path != only; }),
+                     parameters.end());
+    if (parameters.empty())
+      return {};
+    const StageTerms stage = prm.terms();
+    // Only friction and prestress depend on the steady state.
+    const bool state_matters = equilibrium_ && (stage.friction || prm.prestress.needs_state() ||
+                                                prm.prestress.turning_contact);
+    const MultiVector x_p =
+        state_matters ? state_derivatives(parameters, nearby) : MultiVector(spaces_.rows, 0);
+    const bool has_pads = !geometry.interfaces.empty();
+
+    std::vector<ParameterDerivative> result;
+    for (unsigned int k = 0; k < parameters.size(); ++k)
+    {
+      const Parameter &parameter = parameters[k];
+      ParameterDerivative derivative{parameter.path, parameter.value, {}};
+      for (const Term &term : parameter.terms)
+        if (term.matrix && term.coefficient != 0)
+          derivative.terms.push_back(term);
+
+      // Contact and prestress: central differences of their matrices, state and parameter together.
+      const double h = step(parameter);
+      for (const double sign : {1., -1.})
+      {
+        const Parameters::All p = varied(parameter.path, parameter.value + sign * h);
+        MultiVector state;
+        if (state_matters)
+        {
+          state = equilibrium_->state;
+          for (unsigned int i = 0; i < state.n_local(); ++i)
+            state.data()[i] += sign * h * x_p.column(k)[i];
+        }
+        const auto add = [&](Term term)
+        {
+          term.coefficient *= sign / (2 * h);
+          derivative.terms.push_back(std::move(term));
+        };
+        if (has_pads)
+        {
+          Contact<dim> contact = *contact_;
+          contact.set_model(contact_model(p));
+          const auto pressure = state_matters  ? contact.pressure_of(state)
+                                : equilibrium_ ? pressure_
+                                               : contact.uniform_pressure(p.pads.pressure);
+          for (Term &term : contact_terms(contact, pressure, p))
+            if (term.origin != Origin::contact || prm.contact.formulation != "mortar")
+              add(std::move(term));
+        }
+        if (prm.prestress.needs_state())
+          for (Matrix &matrix : stress_stiffnesses(p, state))
+            add({Origin::prestress, 0, 1., std::make_shared<const Matrix>(std::move(matrix))});
+      }
+      result.push_back(std::move(derivative));
+    }
+    return result;
+  }
+
+  template std::vector<ParameterDerivative>
+  BrakeModel<2>::derivatives(const std::string &, const LinearOperator &) const;
+  template std::vector<ParameterDerivative>
+  BrakeModel<3>::derivatives(const std::string &, const LinearOperator &) const;
+} // namespace squeal

@@ -1,0 +1,501 @@
+#include <squeal/base/memory.h>
+#include <squeal/bodies/prestress.h>
+#include <squeal/model/brake_model.h>
+#include <squeal/parameters/expressions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  std::vector<BodyTerm> body_terms(const Parameters::All &prm, const Parameters::BodyMaterial &body)
+  {
+    using Kind             = BodyTerm::Kind;
+    const StageTerms stage = prm.terms();
+    const double omega     = body.of_rotor && stage.transport ? prm.operation.angular_velocity : 0,
+                 alpha = body.material.mass_damping, beta = body.material.stiffness_damping;
+    std::vector<BodyTerm> terms = {{Origin::inertia, 2, Kind::M, 1},
+                                   {Origin::elasticity, 0, Kind::K, 1}};
+    const auto add = [&](const Origin origin, const unsigned int order, const Kind matrix,
+                         const double coefficient)
+    {
+      if (coefficient != 0)
+        terms.push_back({origin, order, matrix, coefficient});
+    };
+    add(Origin::transport, 1, Kind::G, 2 * omega);
+    add(Origin::transport, 0, Kind::M_star, -omega * omega);
+    if (stage.material_damping)
+    {
+      add(Origin::material_damping, 1, Kind::M, alpha);
+      add(Origin::material_damping, 1, Kind::K, beta);
+      // Damping proportional to mass acts on the material velocity u_t + Omega d_phi u.
+      add(Origin::material_damping, 0, Kind::G, alpha * omega);
+    }
+    return terms;
+  }
+
+  namespace
+  {
+    /// The terms of a body: the static equilibrium needs those of order zero only.
+    std::vector<BodyTerm> wanted_terms(const Parameters::All &prm,
+                                       const Parameters::BodyMaterial &body, const bool with_motion)
+    {
+      std::vector<BodyTerm> terms = body_terms(prm, body);
+      if (!with_motion)
+        terms.erase(std::remove_if(terms.begin(), terms.end(),
+                                   [](const BodyTerm &term) { return term.order > 0; }),
+                    terms.end());
+      return terms;
+    }
+
+    BodyMatrixChoice matrices_of(const std::vector<BodyTerm> &terms)
+    {
+      const auto has = [&](const BodyTerm::Kind kind)
+      {
+        return std::any_of(terms.begin(), terms.end(),
+                           [&](const BodyTerm &term) { return term.matrix == kind; });
+      };
+      return {has(BodyTerm::Kind::M), has(BodyTerm::Kind::K), has(BodyTerm::Kind::G),
+              has(BodyTerm::Kind::M_star)};
+    }
+
+    /// The part of a choice that is not there.
+    BodyMatrixChoice missing(const BodyMatrixChoice &choice, const BodyMatrices &matrices)
+    {
+      return {choice.M && !matrices.M, choice.K && !matrices.K, choice.G && !matrices.G,
+              choice.M_star && !matrices.M_star};
+    }
+
+    void add(BodyMatrices &&more, BodyMatrices &matrices)
+    {
+      for (auto member :
+           {&BodyMatrices::M, &BodyMatrices::K, &BodyMatrices::G, &BodyMatrices::M_star})
+        if (more.*member)
+          matrices.*member = std::move(more.*member);
+    }
+
+    /// Memory that LU of the static equilibrium takes with its matrices, a guess before there are
+    /// any: what prm/brake.prm takes on a mesh twice as fine, and by nested dissection in three
+    /// dimensions factors grow like n^(4/3). Factorization predicts it from the matrix.
+    double expected_factor_mib(const double n_unknowns)
+    {
+      constexpr double unknowns = 188000, mib = 4600;
+      return mib * std::pow(n_unknowns / unknowns, 4. / 3);
+    }
+  } // namespace
+
+  template <int dim>
+  BrakeModel<dim>::BrakeModel(const Geometry<dim> &geometry, const Parameters::All &parameters,
+                              const MPI_Comm comm, Log &log, PhaseTimer &timer)
+      : geometry(geometry), comm(comm), log(log), timer(timer),
+        spaces_(this->geometry, parameters.discretization.degree, parameters.contact.mortar(),
+                comm),
+        prm(parameters), load_pressure(parameters.pads.pressure)
+  {
+  }
+
+  template <int dim>
+  BrakeModel<dim>::BrakeModel(const BrakeModel &other, const Parameters::All &parameters,
+                              PhaseTimer &timer)
+      : geometry(other.geometry), comm(other.comm), log(other.log), timer(timer),
+        spaces_(other.spaces_, parameters.discretization.degree), prm(parameters),
+        load_pressure(other.load_pressure)
+  {
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::distribute()
+  {
+    terms_.clear();
+    contact_.reset();
+    equilibrium_.reset();
+    iterative.reset();
+    statics.reset();
+    bodies.clear();
+    spaces_.distribute();
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::assemble(const Parameters::All &parameters, const LinearOperator &nearby)
+  {
+    prm = parameters;
+    terms_.clear();
+    const bool iterates = solves_iteratively(), needs_modes = prm.eigenproblem.is_solved(),
+               is_matrix_free = prm.eigenproblem.is_matrix_free();
+    // Mass and gyroscopic matrices only after the factors of the static equilibrium are gone.
+    if (!is_matrix_free && (needs_modes || !iterates))
+      add_bodies(false);
+    find_steady_state(iterates, nearby);
+    if (!needs_modes)
+      return;
+    terms_.clear();
+    if (!nearby)
+      return_freed_memory();
+    if (is_matrix_free)
+      add_matrix_free_bodies();
+    else
+      add_bodies(true);
+    add_contact();
+    add_prestress();
+  }
+
+  template <int dim>
+  bool BrakeModel<dim>::solves_iteratively() const
+  {
+    const std::string &name = prm.static_equilibrium.linear_solver;
+    if (prm.eigenproblem.is_matrix_free())
+      return true;
+    if (name != "auto" || prm.eigenproblem.is_solved() || prm.contact.self_locking_check)
+      return name == "iterative";
+    int n_ranks = 0;
+    MPI_Comm_size(comm, &n_ranks);
+    return memory_load(expected_factor_mib(spaces_.rows.size) / n_ranks, comm) > 1;
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::add_bodies(const bool with_motion)
+  {
+    PhaseTimer::Scope scope(timer, "assembly");
+    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+    bodies.resize(materials.size());
+    for (unsigned int m = 0; m < materials.size(); ++m)
+    {
+      if (geometry.bodies_of(m).empty())
+        continue;
+      const Material &material           = materials[m].material;
+      const std::vector<BodyTerm> wanted = wanted_terms(prm, materials[m], with_motion);
+      const BodyMatrixChoice choice      = matrices_of(wanted);
+      AssembledBody &body                = bodies[m];
+      if (!material.is_proportional(body.material))
+      {
+        statics.reset(); // it keeps the matrices
+        body = {};
+      }
+      // Those that are added must fit to the present ones: of the material of these.
+      const bool is_new = !body.matrices.M && !body.matrices.K;
+      if (is_new)
+        body.material = material;
+      add(assemble_body(spaces_, geometry.bodies_of(m), body.material,
+                        missing(choice, body.matrices)),
+          body.matrices);
+      // M, G, M* are proportional to the density, K to Young's modulus.
+      const double rho             = material.density / body.material.density,
+                   E               = material.young_modulus / body.material.young_modulus;
+      const BodyMatrices &matrices = body.matrices;
+      const std::array<std::shared_ptr<const Matrix>, 4> by_kind = {
+          {matrices.M, matrices.K, matrices.G, matrices.M_star}};
+      for (const BodyTerm &term : wanted)
+        terms_.push_back({term.origin, term.order,
+                          term.coefficient * (term.matrix == BodyTerm::Kind::K ? E : rho),
+                          by_kind[static_cast<unsigned int>(term.matrix)]});
+    }
+  }
+
+  /// The contact surfaces and the steady pressure. With a computed one the static equilibrium also
+  /// decides where the pads touch, in every stage. A rotor alone has a static state only under the
+  /// centrifugal load.
+  template <int dim>
+  void BrakeModel<dim>::find_steady_state(const bool iterates, const LinearOperator &nearby)
+  {
+    const std::unique_ptr<StaticEquilibrium> before = std::move(equilibrium_);
+    const bool has_pads                             = !geometry.interfaces.empty();
+    if (!has_pads && !prm.prestress.needs_state() && !prm.eigenproblem.is_matrix_free())
+      return;
+    const bool computed =
+        has_pads ? prm.contact.steady_pressure == "computed" : prm.prestress.needs_state();
+    const bool follows = nearby && (before || !computed);
+    const bool needs_border =
+        prm.eigenproblem.error_bars && prm.eigenproblem.is_solved() && !prm.sweep.active();
+    {
+      PhaseTimer::Scope scope(timer, "contact");
+      if (contact_)
+        contact_->set_model(contact_model(prm));
+      else
+        contact_ = std::make_unique<Contact<dim>>(spaces_, contact_model(prm));
+    }
+    iterative.reset();
+    if (iterates && (computed || prm.eigenproblem.is_matrix_free()) && !follows)
+      make_iterative_solver(needs_border && computed);
+    if (!follows)
+    {
+      PhaseTimer::Scope scope(timer, "contact");
+      close_contact(iterative.get());
+    }
+    if (!computed)
+    {
+      pressure_ = contact_->uniform_pressure(prm.pads.pressure);
+      return;
+    }
+
+    PhaseTimer::Scope scope(timer, "static");
+    log.progress("  static equilibrium");
+    const MultiVector load = static_load(prm, spaces_);
+    std::optional<StaticEquilibrium> found;
+    const auto symmetry = [this]()
+    { return prm.eigenproblem.mirror_symmetry ? mirror_symmetry() : std::nullopt; };
+    // Factors for a sweep that leaves the bodies as they are. What is solved in full must not
+    // depend on what came before.
+    if (!nearby)
+    {
+      statics.reset();
+      may_keep_statics = true;
+    }
+    if (statics && !statics->serves(terms_, *contact_))
+    {
+      statics.reset();
+      may_keep_statics = false;
+    }
+    if (!statics && follows && may_keep_statics && of_state.are(terms_) &&
+        DirectStatics<dim>::may_serve(*contact_))
+      statics = std::make_unique<DirectStatics<dim>>(
+          spaces_.rows, terms_, contact_->contact_model(), prm.terms().friction, symmetry(), false);
+    if (statics)
+    {
+      found = follow_static_equilibrium(*statics, *contact_, prm.terms().friction, load);
+      if (!found)
+      {
+        statics.reset();
+        may_keep_statics = false;
+        close_contact(nullptr);
+      }
+    }
+    else if (follows)
+    {
+      found = follow_static_equilibrium(std::move(*before), nearby, terms_, *contact_,
+                                        prm.terms().friction, load);
+      if (!found)
+        close_contact(nullptr);
+    }
+    if (!found && iterative)
+      found = solve_static_equilibrium(*iterative, *contact_, prm.terms().friction, load);
+    else if (!found)
+      found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load,
+                                       needs_border, symmetry());
+    // What was known before is a good start of what follows.
+    if (before && found->space.basis.n_columns() == 0)
+      found->space = std::move(before->space);
+    if (!prm.eigenproblem.is_matrix_free())
+      iterative.reset();
+    of_state     = KnownTerms(terms_);
+    equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));
+    pressure_    = equilibrium_->pressure;
+  }
+
+  template <int dim>
+  MultiVector BrakeModel<dim>::static_load(const Parameters::All &parameters,
+                                           const FiniteElementSpace<dim> &spaces) const
+  {
+    MultiVector load = assemble_pressure_load(spaces);
+    if (load_pressure != 0)
+      for (unsigned int i = 0; i < load.n_local(); ++i)
+        load.data()[i] *= parameters.pads.pressure / load_pressure;
+    if (parameters.prestress.centrifugal_load)
+    {
+      const MultiVector centrifugal = centrifugal_load(parameters, spaces);
+      for (unsigned int i = 0; i < load.n_local(); ++i)
+        load.data()[i] += centrifugal.data()[i];
+    }
+    return load;
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::close_contact(const IterativeStatics<dim> *solver)
+  {
+    contact_->close();
+    if (!prm.contact.mortar() || geometry.interfaces.empty())
+      return;
+    // Rows of the constraint as large as those of the stiffness.
+    double stiffness = solver ? solver->stiffness_scale() : 0;
+    for (const Term &term : terms_)
+      if (term.origin == Origin::elasticity && term.order == 0)
+        stiffness = std::max(stiffness, term.coefficient * term.matrix->infinity_norm());
+    // A uniform pressure without modes needs no matrix, and nothing is solved.
+    if (stiffness > 0)
+      contact_->scale_constraints(stiffness);
+  }
+
+  template <int dim>
+  ContactModel<dim> BrakeModel<dim>::contact_model(const Parameters::All &parameters)
+  {
+    ContactModel<dim> model;
+    model.mortar            = parameters.contact.mortar();
+    model.penalty_stiffness = parameters.contact.penalty_stiffness;
+    model.compliance        = parameters.contact.compliance();
+    model.friction          = parameters.contact.law();
+    model.angular_velocity  = parameters.operation.angular_velocity;
+    if (parameters.contact.steady_pressure == "computed" && parameters.contact.initial_gap != "0")
+      model.initial_gap =
+          position_expression<dim>(parameters.contact.initial_gap, "Contact/Initial gap");
+    return model;
+  }
+
+  template <int dim>
+  std::vector<Term> BrakeModel<dim>::contact_terms(const Contact<dim> &contact,
+                                                   const typename Contact<dim>::Pressure &pressure,
+                                                   const Parameters::All &parameters)
+  {
+    std::vector<Term> terms;
+    const auto add = [&](const Origin origin, const unsigned int order, Matrix &&matrix)
+    {
+      if (matrix)
+        terms.push_back({origin, order, 1., std::make_shared<const Matrix>(std::move(matrix))});
+    };
+    const StageTerms stage = parameters.terms();
+    terms.push_back({Origin::contact, 0, 1., contact.shared_normal()});
+    if (stage.friction)
+    {
+      auto [coefficient, matrix] = contact.shared_friction(pressure);
+      terms.push_back({Origin::friction, 0, coefficient, std::move(matrix)});
+    }
+    if (stage.friction_damping)
+    {
+      auto damping = contact.friction_damping(pressure);
+      add(Origin::friction_damping, 1, std::move(damping.P));
+      add(Origin::friction_damping, 0, std::move(damping.Q));
+      add(Origin::falling_friction, 1, std::move(damping.P_falling));
+      add(Origin::falling_friction, 0, std::move(damping.Q_falling));
+    }
+    if (parameters.prestress.turning_contact)
+    {
+      auto turning = contact.turning(pressure, stage.friction);
+      add(Origin::prestress, 0, std::move(turning.pressure));
+      add(Origin::turning_friction, 0, std::move(turning.friction));
+    }
+    return terms;
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::add_contact()
+  {
+    if (geometry.interfaces.empty())
+      return;
+    PhaseTimer::Scope scope(timer, "contact");
+    for (Term &term : contact_terms(*contact_, pressure_, prm))
+      terms_.push_back(std::move(term));
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::add_prestress()
+  {
+    if (!prm.prestress.needs_state())
+      return;
+    PhaseTimer::Scope scope(timer, "assembly");
+    for (Matrix &matrix : stress_stiffnesses(prm, equilibrium_->state))
+      add_term(Origin::prestress, 0, 1., std::move(matrix));
+  }
+
+  template <int dim>
+  MultiVector BrakeModel<dim>::centrifugal_load(const Parameters::All &parameters,
+                                                const FiniteElementSpace<dim> &spaces) const
+  {
+    const std::vector<Parameters::BodyMaterial> materials = parameters.materials();
+    MultiVector load(spaces.rows, 1);
+    for (unsigned int m = 0; m < materials.size(); ++m)
+      if (materials[m].of_rotor)
+      {
+        const MultiVector part =
+            assemble_centrifugal_load(spaces, geometry.bodies_of(m), materials[m].material,
+                                      parameters.operation.angular_velocity);
+        for (unsigned int i = 0; i < load.n_local(); ++i)
+          load.data()[i] += part.data()[i];
+      }
+    return load;
+  }
+
+  template <int dim>
+  std::vector<Matrix> BrakeModel<dim>::stress_stiffnesses(const Parameters::All &parameters,
+                                                          const MultiVector &state) const
+  {
+    const std::vector<Parameters::BodyMaterial> materials = parameters.materials();
+    std::vector<Matrix> result;
+    for (unsigned int m = 0; m < materials.size(); ++m)
+      if (!geometry.bodies_of(m).empty() &&
+          (materials[m].of_rotor || parameters.prestress.stress_stiffness))
+        result.push_back(assemble_stress_stiffness(spaces_, geometry.bodies_of(m),
+                                                   materials[m].material, state));
+    return result;
+  }
+
+  template <int dim>
+  std::vector<ContactResultants> BrakeModel<dim>::resultants() const
+  {
+    if (geometry.interfaces.empty())
+      return {};
+    return contact_->resultants(pressure_, equilibrium_ ? &equilibrium_->state : nullptr);
+  }
+
+  template <int dim>
+  SelfLocking BrakeModel<dim>::self_locking() const
+  {
+    if (geometry.interfaces.empty() || !prm.terms().friction)
+      return {};
+    std::vector<Term> body_terms;
+    std::copy_if(terms_.begin(), terms_.end(), std::back_inserter(body_terms), is_body_term);
+    return squeal::self_locking(spaces_.rows, body_terms, *contact_, pressure_);
+  }
+
+  template <int dim>
+  typename Contact<dim>::FrictionWork BrakeModel<dim>::friction_work(const Modes &modes,
+                                                                     const unsigned int mode) const
+  {
+    const auto column = [&](const MultiVector &block)
+    {
+      MultiVector result(block.row_range(), 1);
+      std::copy_n(block.column(mode), block.n_local(), result.data());
+      return result;
+    };
+    return contact_->friction_work(column(modes.re), column(modes.im), modes.lambda[mode].imag(),
+                                   pressure_, prm.terms().friction_damping);
+  }
+
+  template <int dim>
+  EquationsOfMotion BrakeModel<dim>::equations() const
+  {
+    EquationsOfMotion equations;
+    equations.rows                = spaces_.rows;
+    equations.terms               = terms_;
+    equations.n_constraints       = contact_ ? contact_->n_active_multipliers() : 0;
+    equations.n_local_constraints = spaces_.rows.end - spaces_.first_local_multiplier;
+    equations.compliant           = prm.contact.compliance() > 0;
+    equations.reference_name      = "the same bodies in frictionless contact";
+    equations.may_move_rigidly    = geometry.may_move_rigidly;
+    return equations;
+  }
+
+  template <int dim>
+  std::pair<std::vector<std::string>, std::vector<unsigned int>>
+  BrakeModel<dim>::bodies_of_rows() const
+  {
+    std::vector<std::string> names = {"rotor"};
+    for (const ContactInterface &interface : geometry.interfaces)
+      names.push_back(interface.name);
+    const RowRange &rows = spaces_.rows;
+    if (spaces_.n_multipliers > 0)
+      names.push_back("contact");
+    std::vector<unsigned int> body(rows.n_local(), names.size() - 1);
+    std::vector<types::global_dof_index> cell_nodes(spaces_.fe.n_dofs_per_cell());
+    for (const auto &cell : spaces_.nodes.active_cell_iterators())
+      if (!cell->is_artificial())
+      {
+        unsigned int number = 0;
+        for (unsigned int i = 0; i < geometry.interfaces.size(); ++i)
+          if (geometry.interfaces[i].pad == geometry.parts[cell->material_id()].body)
+            number = i + 1;
+        cell->get_dof_indices(cell_nodes);
+        for (const auto node : cell_nodes)
+          for (unsigned int c = 0; c < dim; ++c)
+          {
+            const unsigned int row = spaces_.equation(node, c);
+            if (row != FiniteElementSpace<dim>::none && rows.contains(row))
+              body[row - rows.begin] = number;
+          }
+      }
+    return {names, body};
+  }
+
+  template class BrakeModel<2>;
+  template class BrakeModel<3>;
+} // namespace squeal

@@ -1,0 +1,109 @@
+#include <squeal/linalg/matrix_market.h>
+#include <squeal/model/matrix_model.h>
+
+#include <algorithm>
+
+namespace squeal
+{
+  namespace
+  {
+    RowRange even_rows(const unsigned int n, const MPI_Comm comm)
+    {
+      int rank = 0, n_ranks = 1;
+      MPI_Comm_rank(comm, &rank);
+      MPI_Comm_size(comm, &n_ranks);
+      RowRange rows;
+      rows.comm  = comm;
+      rows.begin = static_cast<std::uint64_t>(n) * rank / n_ranks;
+      rows.end   = static_cast<std::uint64_t>(n) * (rank + 1) / n_ranks;
+      rows.size  = n;
+      return rows;
+    }
+
+    void check_symmetric(const Matrix &matrix, const RowRange &rows, const std::string &filename)
+    {
+      Mat transpose = nullptr;
+      SQUEAL_PETSC(MatTranspose(matrix, MAT_INITIAL_MATRIX, &transpose));
+      const Matrix owner(transpose);
+      const Matrix difference = sum_of(rows, {{1., matrix}, {-1., owner}});
+      if (difference.infinity_norm() > 1e-10 * matrix.infinity_norm())
+        throw InputError("Matrices/Mass = " + filename + ": the mass matrix must be symmetric.");
+    }
+  } // namespace
+
+  MatrixModel::MatrixModel(const Parameters::Matrices &names, const MPI_Comm comm)
+  {
+    const auto file = read_matrix_market(names.mass, "Matrices/Mass");
+    if (file.n_rows != file.n_columns)
+      throw InputError("Matrices/Mass = " + names.mass + ": the matrix has " +
+                       std::to_string(file.n_rows) + " rows and " + std::to_string(file.n_columns) +
+                       " columns; it must be square.");
+    int n_ranks = 1;
+    MPI_Comm_size(comm, &n_ranks);
+    if (n_ranks > int(file.n_rows))
+      throw InputError("Matrices/Mass = " + names.mass + ": the matrix has fewer rows (" +
+                       std::to_string(file.n_rows) + ") than there are ranks (" +
+                       std::to_string(n_ranks) + "). Use fewer ranks.");
+    rows = even_rows(file.n_rows, comm);
+    mass = std::make_shared<const Matrix>(distribute(file, rows));
+    check_symmetric(*mass, rows, names.mass);
+
+    const auto read = [&](const std::string &filename,
+                          const std::string &key) -> std::shared_ptr<const Matrix>
+    {
+      if (filename.empty())
+        return nullptr;
+      const auto matrix = read_matrix_market(filename, key);
+      if (matrix.n_rows != file.n_rows || matrix.n_columns != file.n_rows)
+        throw InputError(key + " = " + filename + ": the matrix is " +
+                         std::to_string(matrix.n_rows) + " x " + std::to_string(matrix.n_columns) +
+                         ", the mass matrix " + std::to_string(file.n_rows) + " x " +
+                         std::to_string(file.n_rows) + ": all matrices must have one size.");
+      return std::make_shared<const Matrix>(distribute(matrix, rows));
+    };
+    velocity    = read(names.velocity, "Matrices/Velocity");
+    stiffness   = read(names.stiffness, "Matrices/Stiffness");
+    circulatory = read(names.circulatory, "Matrices/Circulatory");
+  }
+
+  void MatrixModel::assemble(const Parameters::All &parameters, const LinearOperator &)
+  {
+    circulatory_factor = parameters.matrices.circulatory_factor;
+    velocity_factor    = parameters.matrices.velocity_factor;
+    terms_             = {{Origin::inertia, 2, 1., mass},
+                          {Origin::velocity, 1, velocity_factor, velocity},
+                          {Origin::elasticity, 0, 1., stiffness},
+                          {Origin::friction, 0, circulatory_factor, circulatory}};
+    terms_.erase(
+        std::remove_if(terms_.begin(), terms_.end(), [](const Term &term) { return !term.matrix; }),
+        terms_.end());
+  }
+
+  EquationsOfMotion MatrixModel::equations() const
+  {
+    EquationsOfMotion equations;
+    equations.rows           = rows;
+    equations.terms          = terms_;
+    equations.reference      = EquationsOfMotion::Reference::symmetric_part;
+    equations.reference_name = "the symmetric part of the position matrix, without velocity terms,";
+    return equations;
+  }
+
+  std::vector<ParameterDerivative> MatrixModel::derivatives(const std::string &only,
+                                                            const LinearOperator &) const
+  {
+    std::vector<ParameterDerivative> all;
+    if (circulatory)
+      all.push_back({"Matrices/Circulatory factor",
+                     circulatory_factor,
+                     {{Origin::friction, 0, 1., circulatory}}});
+    if (velocity)
+      all.push_back(
+          {"Matrices/Velocity factor", velocity_factor, {{Origin::velocity, 1, 1., velocity}}});
+    all.erase(std::remove_if(all.begin(), all.end(),
+                             [&](const ParameterDerivative &d)
+                             { return !only.empty() && d.parameter != only; }),
+              all.end());
+    return all;
+  }
+} // namespace squeal

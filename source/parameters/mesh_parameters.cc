@@ -1,0 +1,117 @@
+#include <squeal/base/errors.h>
+#include <squeal/parameters/parameters.h>
+
+#include <deal.II/base/utilities.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace squeal
+{
+  namespace Parameters
+  {
+    namespace Patterns = dealii::Patterns;
+    using dealii::Utilities::split_string_list;
+
+    void MeshPart::declare(dealii::ParameterHandler &prm)
+    {
+      prm.add_parameter("Volumes", volumes,
+                        "Names of the volume groups that are made of this section's material; "
+                        "empty: the section is not used.");
+      prm.add_parameter("Body", body, "Whether the volumes belong to the rotor or to pads.",
+                        Patterns::Selection("rotor|pads"));
+      material.declare(prm);
+    }
+
+    void Mesh::declare(dealii::ParameterHandler &prm)
+    {
+      prm.enter_subsection("Mesh");
+      prm.add_parameter("File", file,
+                        "Mesh of linear hexahedra: Gmsh (.msh, version 2.2 or 4.1, text) or Abaqus "
+                        "and CalculiX (.inp; C3D8, C3D8R, C3D8I).");
+      prm.add_parameter("Scale", scale, "Metres per unit of length of the file; 1e-3 for mm.",
+                        Patterns::Double(std::numeric_limits<double>::min()));
+      prm.add_parameter("Axis", axis,
+                        "The file's coordinate along the rotor's axis. It becomes z: x y z are "
+                        "exchanged cyclically.",
+                        Patterns::Selection("x|y|z"));
+      prm.add_parameter("Origin", origin_text,
+                        "A point of the rotor's axis, coordinates of the file: where z = 0.",
+                        Patterns::List(Patterns::Double(), 3, 3, ","));
+      prm.add_parameter(
+          "Curved bodies", curved,
+          "Bodies whose cells between the nodes follow circles about the axis. The others have "
+          "straight edges. Transport needs a rotor that does.",
+          Patterns::Selection("none|rotor|all"));
+      prm.add_parameter("Rotor", rotor,
+                        "Names of the rotor's volume groups, of the material Rotor/Material.");
+      prm.add_parameter("Pads", pads,
+                        "Names of volume groups of the pads (linings), of the material "
+                        "Pads/Material. Empty: none.");
+      prm.add_parameter("Contact pairs", contact_pairs,
+                        "Surface groups that touch: pad surface : rotor surface, and so on. Plane, "
+                        "across the axis.");
+      prm.add_parameter("Pressure on", pressure_on,
+                        "Names of surface groups under Pads/Pressure times Pads/Pressure profile.");
+      prm.add_parameter("Clamped", clamped,
+                        "Names of surface groups on which all displacements are zero.");
+      prm.add_parameter("Guided", guided,
+                        "Names of surface groups that move along the axis only: in-plane fixed.");
+      const std::array<std::string, 3> names = {{"x", "y", "z"}};
+      for (unsigned int c = 0; c < 3; ++c)
+        prm.add_parameter("Fixed in " + names[c], fixed[c],
+                          "Names of surface groups on which the displacement along " + names[c] +
+                              " (after Axis) is zero.");
+      for (unsigned int k = 0; k < parts.size(); ++k)
+      {
+        prm.enter_subsection("Part " + std::to_string(k + 1));
+        parts[k].declare(prm);
+        prm.leave_subsection();
+      }
+      prm.leave_subsection();
+    }
+
+    std::vector<std::pair<std::string, std::string>> Mesh::pairs() const
+    {
+      std::vector<std::pair<std::string, std::string>> result;
+      if (contact_pairs.empty())
+        return result;
+      for (const std::string &text : split_string_list(contact_pairs, ','))
+      {
+        const std::vector<std::string> sides = split_string_list(text, ':');
+        if (sides.size() != 2 || sides[0].empty() || sides[1].empty())
+          throw InputError("Mesh/Contact pairs = " + contact_pairs + ": '" + text +
+                           "' is not a pair; allowed is pad surface : rotor surface, pairs "
+                           "separated by commas.");
+        result.emplace_back(sides[0], sides[1]);
+      }
+      return result;
+    }
+
+    std::array<double, 3> Mesh::origin() const
+    {
+      const std::vector<std::string> words = split_string_list(origin_text, ',');
+      std::array<double, 3> result{};
+      for (unsigned int d = 0; d < 3; ++d)
+        result[d] = dealii::Utilities::string_to_double(words[d]);
+      return result;
+    }
+
+    void Mesh::check() const
+    {
+      if (file.empty())
+        throw InputError("Mesh/File: the scene mesh needs the name of a mesh file, .msh or .inp.");
+      if (rotor.empty())
+        throw InputError("Mesh/Rotor: the scene mesh needs the names of the rotor's volumes.");
+      const bool has_pads =
+          !pads.empty() || std::any_of(parts.begin(), parts.end(),
+                                       [](const MeshPart &part)
+                                       { return !part.volumes.empty() && part.body == "pads"; });
+      if (has_pads && pairs().empty())
+        throw InputError("Mesh/Contact pairs: pads need them, as pad surface : rotor surface.");
+      if (!has_pads && !pairs().empty())
+        throw InputError("Mesh/Pads: the contact pairs " + contact_pairs +
+                         " need pads, the names of their volumes.");
+    }
+  } // namespace Parameters
+} // namespace squeal

@@ -1,0 +1,293 @@
+#include <squeal/base/errors.h>
+#include <squeal/parameters/parameter_file.h>
+
+#include <deal.II/base/patterns.h>
+#include <deal.II/base/utilities.h>
+
+#include <boost/property_tree/json_parser.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace squeal
+{
+  using dealii::Utilities::trim;
+
+  namespace
+  {
+    /// Levenshtein distance without regard to case.
+    unsigned int edit_distance(const std::string &a, const std::string &b)
+    {
+      std::vector<unsigned int> row(b.size() + 1);
+      for (unsigned int j = 0; j <= b.size(); ++j)
+        row[j] = j;
+      for (unsigned int i = 1; i <= a.size(); ++i)
+      {
+        unsigned int diagonal = row[0];
+        row[0]                = i;
+        for (unsigned int j = 1; j <= b.size(); ++j)
+        {
+          const unsigned int change = diagonal + (std::tolower(a[i - 1]) != std::tolower(b[j - 1]));
+          diagonal                  = row[j];
+          row[j]                    = std::min({row[j] + 1, row[j - 1] + 1, change});
+        }
+      }
+      return row[b.size()];
+    }
+
+    /// deal.II's description of a pattern without its brackets.
+    std::string allowed(const std::string &pattern_description)
+    {
+      const auto pattern = dealii::Patterns::pattern_factory(pattern_description);
+      std::string text   = pattern->description(dealii::Patterns::PatternBase::Text);
+      std::replace(text.begin(), text.end(), '\n', ' ');
+      const std::string smallest = "2.22507e-308";
+      const std::size_t position = text.find(smallest);
+      if (position != std::string::npos)
+        text.replace(position, smallest.size(), "0 (excluded)");
+      const std::string largest = "MAX_DOUBLE";
+      for (std::size_t end = text.find(largest); end != std::string::npos; end = text.find(largest))
+        text.replace(end, largest.size(), "infinity");
+      return text;
+    }
+  } // namespace
+
+  ParameterFile::ParameterFile() : all(std::make_unique<Parameters::All>())
+  {
+    all->declare(prm);
+
+    // The handler's own JSON is the one public list of its entries.
+    std::ostringstream json;
+    prm.print_parameters(json, dealii::ParameterHandler::KeepDeclarationOrder |
+                                   dealii::ParameterHandler::JSON);
+    std::istringstream in(json.str());
+    boost::property_tree::ptree tree;
+    boost::property_tree::read_json(in, tree);
+
+    const auto collect = [this](const auto &self, const auto &node,
+                                std::vector<std::string> section) -> void
+    {
+      for (const auto &[mangled, child] : node)
+      {
+        // deal.II writes a blank in a name as _20.
+        std::string name;
+        for (std::size_t i = 0; i < mangled.size(); ++i)
+          if (mangled[i] == '_' && i + 2 < mangled.size())
+          {
+            name += char(std::stoi(mangled.substr(i + 1, 2), nullptr, 16));
+            i += 2;
+          }
+          else
+            name += mangled[i];
+
+        if (child.get_child_optional("pattern_description"))
+        {
+          Entry entry;
+          entry.section = section;
+          entry.key     = name;
+          for (const std::string &s : section)
+            entry.path += s + "/";
+          entry.path += name;
+          entry.pattern       = child.template get<std::string>("pattern_description");
+          entry.documentation = child.template get<std::string>("documentation");
+          entry.default_value = child.template get<std::string>("default_value");
+          entries.push_back(entry);
+        }
+        else
+        {
+          section.push_back(name);
+          self(self, child, section);
+          section.pop_back();
+        }
+      }
+    };
+    collect(collect, tree, {});
+  }
+
+  void ParameterFile::read(const std::string &filename, const std::vector<std::string> &overrides)
+  {
+    std::ifstream in(filename, std::ios::binary);
+    if (!in || std::filesystem::is_directory(filename))
+      throw InputError(filename + ": the parameter file cannot be read.");
+    std::ostringstream text;
+    text << in.rdbuf();
+    if (in.bad())
+      throw InputError(filename + ": the parameter file cannot be read; is it a directory?");
+    original = text.str();
+    parse_text(original, filename);
+
+    for (const std::string &override_text : overrides)
+    {
+      const std::size_t equals = override_text.find('=');
+      if (equals == std::string::npos)
+        throw InputError("--set \"" + override_text + "\": expected \"Section/Key=value\".");
+      set(trim(override_text.substr(0, equals)), trim(override_text.substr(equals + 1)),
+          "--set \"" + override_text + "\"");
+    }
+
+    try
+    {
+      all->check();
+    }
+    catch (const InputError &error)
+    {
+      throw InputError(filename + ": " + error.what());
+    }
+  }
+
+  void ParameterFile::parse_text(const std::string &text, const std::string &filename)
+  {
+    std::vector<std::string> section;
+    std::istringstream in(text);
+    std::string line;
+    std::string section_start;
+    unsigned int line_number = 0;
+    while (std::getline(in, line))
+    {
+      ++line_number;
+      const std::string where = filename + ":" + std::to_string(line_number);
+
+      line                 = line.substr(0, line.find('#'));
+      line                 = trim(line);
+      const auto first_gap = line.find_first_of(" \t");
+      const auto word      = line.substr(0, first_gap);
+      const auto rest      = first_gap == std::string::npos ? "" : trim(line.substr(first_gap));
+
+      if (line.empty())
+        continue;
+      else if (word == "subsection")
+      {
+        section.push_back(rest);
+        section_start = where;
+      }
+      else if (word == "end" && rest.empty())
+      {
+        if (section.empty())
+          throw InputError(where + ": this 'end' closes no subsection.");
+        // A key inside of an unknown section has been refused before; this is for an empty one.
+        if (std::none_of(entries.begin(), entries.end(),
+                         [&](const Entry &e)
+                         {
+                           return e.section.size() >= section.size() &&
+                                  std::equal(section.begin(), section.end(), e.section.begin());
+                         }))
+          throw InputError(section_start + ": unknown subsection '" + section.back() +
+                           "'. All keys: squeal --print-parameters=md");
+        section.pop_back();
+      }
+      else if (word == "set")
+      {
+        const std::size_t equals = rest.find('=');
+        if (equals == std::string::npos)
+          throw InputError(where + ": expected 'set Key = value', found '" + line + "'.");
+        std::string path;
+        for (const std::string &s : section)
+          path += s + "/";
+        set(path + trim(rest.substr(0, equals)), trim(rest.substr(equals + 1)), where);
+      }
+      else
+        throw InputError(where + ": expected 'subsection', 'end' or 'set Key = value', found '" +
+                         line + "'.");
+    }
+    if (!section.empty())
+      throw InputError(filename + ": the subsection '" + section.back() + "' has no 'end'.");
+  }
+
+  const ParameterFile::Entry &ParameterFile::entry_of(const std::string &path,
+                                                      const std::string &where) const
+  {
+    const auto entry = std::find_if(entries.begin(), entries.end(),
+                                    [&](const Entry &e) { return e.path == path; });
+    if (entry == entries.end())
+    {
+      // A key that exists elsewhere is more likely meant than one that is spelt alike.
+      const std::string key = path.substr(path.rfind('/') + 1);
+      const auto distance   = [&](const Entry &e)
+      { return std::min(2 * edit_distance(e.path, path), 2 * edit_distance(e.key, key) + 1); };
+      const auto nearest = std::min_element(entries.begin(), entries.end(),
+                                            [&](const Entry &a, const Entry &b)
+                                            { return distance(a) < distance(b); });
+      throw InputError(where + ": unknown key '" + path + "'. The nearest known key is '" +
+                       nearest->path + "'. All keys: squeal --print-parameters=md");
+    }
+    return *entry;
+  }
+
+  void ParameterFile::set(const std::string &path, const std::string &value,
+                          const std::string &where)
+  {
+    const Entry *entry = &entry_of(path, where);
+    if (!dealii::Patterns::pattern_factory(entry->pattern)->match(value))
+      throw InputError(where + ": " + path + " = " + value + ": not allowed. Allowed: " +
+                       allowed(entry->pattern) + " " + entry->documentation);
+
+    for (const std::string &s : entry->section)
+      prm.enter_subsection(s);
+    prm.set(entry->key, value);
+    for (unsigned int i = 0; i < entry->section.size(); ++i)
+      prm.leave_subsection();
+  }
+
+  double ParameterFile::value_of(const std::string &path) const
+  {
+    const Entry &entry     = entry_of(path, "Sweep/Parameter");
+    const std::string text = prm.get(entry.section, entry.key);
+    try
+    {
+      return dealii::Utilities::string_to_double(text);
+    }
+    catch (const std::exception &)
+    {
+      throw InputError("Sweep/Parameter = " + path + ": its value " + text + " is not a number.");
+    }
+  }
+
+  void ParameterFile::vary(const std::string &path, const double value)
+  {
+    char text[40];
+    std::snprintf(text, sizeof(text), "%.17g", value);
+    set(path, text, "Sweep/Values");
+    all->check();
+  }
+
+  void ParameterFile::choose(const std::string &path, const std::string &value)
+  {
+    set(path, value, path);
+    all->check();
+  }
+
+  void ParameterFile::print_used(std::ostream &out) const
+  {
+    out << "# All parameters of a run of squeal " SQUEAL_VERSION
+           ". This file reproduces the run.\n";
+    prm.print_parameters(out, dealii::ParameterHandler::KeepDeclarationOrder |
+                                  dealii::ParameterHandler::ShortPRM);
+  }
+
+  void ParameterFile::print_manual(std::ostream &out, const std::string &format) const
+  {
+    using dealii::ParameterHandler;
+    if (format == "prm")
+      prm.print_parameters(out, ParameterHandler::KeepDeclarationOrder | ParameterHandler::PRM);
+    else if (format == "json")
+      prm.print_parameters(out, ParameterHandler::KeepDeclarationOrder | ParameterHandler::JSON);
+    else if (format == "md")
+    {
+      out << "| key | default | allowed | meaning |\n|---|---|---|---|\n";
+      for (const Entry &entry : entries)
+      {
+        std::string row = allowed(entry.pattern) + " \n " + entry.documentation;
+        for (std::size_t bar = row.find('|'); bar != std::string::npos;
+             bar             = row.find('|', bar + 2))
+          row.insert(bar, "\\"); // a bar inside of a cell
+        row.replace(row.find('\n'), 1, "|");
+        out << "| " << entry.path << " | " << entry.default_value << " | " << row << " |\n";
+      }
+    }
+    else
+      throw InputError("--print-parameters=" + format + ": allowed are prm, json, md.");
+  }
+} // namespace squeal

@@ -1,0 +1,118 @@
+#include <squeal/base/errors.h>
+#include <squeal/parameters/parameters.h>
+
+#include <deal.II/base/utilities.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+namespace squeal
+{
+  namespace Parameters
+  {
+    using dealii::ParameterHandler;
+    namespace Patterns = dealii::Patterns;
+
+    void Refinement::declare(ParameterHandler &prm)
+    {
+      prm.enter_subsection("Refinement");
+      prm.add_parameter(
+          "Strategy", strategy,
+          "none: one mesh. uniform: every cell is refined from cycle to cycle. "
+          "adaptive: the cells that contribute most to the estimated errors of modes "
+          "whose error bar exceeds Tolerance (or whose verdict is undecided). A sweep "
+          "or map begins on the last mesh, made for the parameters as they stand.",
+          Patterns::Selection("none|uniform|adaptive"));
+      prm.add_parameter("Cycles", cycles, "At most so many meshes.", Patterns::Integer(1, 100));
+      prm.add_parameter(
+          "Tolerance", tolerance,
+          "Strategy adaptive: wanted relative error |dl|/|l| of every mode in the window, "
+          "-; 0: only the verdicts decide.",
+          Patterns::Double(0));
+      prm.add_parameter("Maximum unknowns", maximum_unknowns,
+                        "A mesh with more unknowns is not begun.", Patterns::Integer(1));
+      prm.add_parameter("Maximum time", maximum_time,
+                        "A mesh that would end later than this after the start of the run, "
+                        "predicted from the meshes before, is not begun, s; 0: no limit.",
+                        Patterns::Double(0));
+      prm.add_parameter("Maximum memory", maximum_memory,
+                        "A mesh that would need more memory on all ranks together, predicted from "
+                        "the meshes before, is not begun, GiB; 0: no limit.",
+                        Patterns::Double(0));
+      prm.add_parameter("Reference", reference,
+                        "CSV file with the columns frequency_hz and growth_rate_1_per_s, one line "
+                        "per mode: convergence.csv then has the true errors. Empty: none.");
+      prm.leave_subsection();
+    }
+
+    void Refinement::check() const
+    {
+      reference_eigenvalues();
+    }
+
+    std::vector<std::complex<double>> Refinement::reference_eigenvalues() const
+    {
+      std::vector<std::complex<double>> result;
+      if (reference.empty())
+        return result;
+      const std::string key = "Refinement/Reference = " + reference;
+      std::ifstream in(reference);
+      std::string line;
+      if (!in || !std::getline(in, line))
+        throw InputError(key + ": the file cannot be read, or it is empty.");
+
+      const auto fields_of = [](std::string text)
+      {
+        if (!text.empty() && text.back() == '\r')
+          text.pop_back();
+        std::vector<std::string> fields = dealii::Utilities::split_string_list(text, ',');
+        // An empty field at the end counts.
+        if (!text.empty() && text.back() == ',')
+          fields.emplace_back();
+        return fields;
+      };
+      const std::vector<std::string> header = fields_of(line);
+      const auto column                     = [&](const std::string &name)
+      {
+        const auto at = std::find(header.begin(), header.end(), name);
+        if (at == header.end())
+          throw InputError(key + ", line 1: there is no column " + name +
+                           ". Needed are frequency_hz and growth_rate_1_per_s.");
+        return std::size_t(at - header.begin());
+      };
+      const std::size_t frequency = column("frequency_hz"), growth = column("growth_rate_1_per_s");
+
+      for (unsigned int number = 2; std::getline(in, line); ++number)
+      {
+        if (line.find_first_not_of(" \t\r") == std::string::npos)
+          continue;
+        const std::vector<std::string> fields = fields_of(line);
+        const std::string place               = key + ", line " + std::to_string(number) + ": ";
+        if (fields.size() != header.size())
+          throw InputError(place + std::to_string(fields.size()) + " fields, the header has " +
+                           std::to_string(header.size()) + ".");
+        const auto value = [&](const std::size_t i)
+        {
+          double x = NAN;
+          try
+          {
+            x = dealii::Utilities::string_to_double(fields[i]);
+          }
+          catch (const std::exception &)
+          {
+          }
+          if (!std::isfinite(x))
+            throw InputError(place + header[i] + " = " + fields[i] + " is not a number.");
+          return x;
+        };
+        if (value(frequency) < 0)
+          throw InputError(place + "frequency_hz = " + fields[frequency] + " is negative.");
+        result.emplace_back(value(growth), 2 * M_PI * value(frequency));
+      }
+      if (result.empty())
+        throw InputError(key + ": the file has no mode.");
+      return result;
+    }
+  } // namespace Parameters
+} // namespace squeal

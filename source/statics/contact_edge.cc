@@ -1,0 +1,176 @@
+#include <squeal/linalg/reduced_tools.h>
+#include <squeal/statics/contact_edge.h>
+
+#include <cstdlib>
+
+namespace squeal
+{
+  namespace
+  {
+    /// The given rows of a block, on all ranks: one row each.
+    DenseMatrix rows_of(const MultiVector &block, const std::vector<unsigned int> &numbers)
+    {
+      return transposed(reduced::gather_rows(block, numbers));
+    }
+
+    /// Multipliers of nodes next to each other on a pad's face of which one is closed, the other
+    /// open: the closed ones and the open ones, ascending, the same on all ranks.
+    template <int dim>
+    std::array<std::vector<unsigned int>, 2> multipliers_beside_border(const Contact<dim> &contact,
+                                                                       const RowRange &rows)
+    {
+      const unsigned int n_1d = contact.face_element().degree() + 1;
+      const auto adjacent     = [n_1d](const unsigned int a, const unsigned int b)
+      {
+        const int across = int(a % n_1d) - int(b % n_1d), along = int(a / n_1d) - int(b / n_1d);
+        return std::abs(across) <= 1 && std::abs(along) <= 1;
+      };
+      std::vector<char> marked(rows.size);
+      for (const PairedInterface<dim> &interface : contact.paired_interfaces())
+        for (const ContactFace<dim> &face : interface.pad_faces)
+          for (unsigned int a = 0; a < face.nodes.size(); ++a)
+            for (unsigned int b = 0; b < face.nodes.size(); ++b)
+              for (unsigned int k = 0; adjacent(a, b) && k < face.nodes[a].size(); ++k)
+                for (const FreeNode<dim> &other : face.nodes[b])
+                {
+                  const int row = face.nodes[a][k].equations[dim], beside = other.equations[dim];
+                  if (row >= 0 && beside >= 0 &&
+                      contact.is_closed(row) != contact.is_closed(beside))
+                    marked[row] = true;
+                }
+      MPI_Allreduce(MPI_IN_PLACE, marked.data(), marked.size(), MPI_CHAR, MPI_MAX, rows.comm);
+      std::array<std::vector<unsigned int>, 2> result;
+      for (unsigned int row = 0; row < rows.size; ++row)
+        if (marked[row])
+          result[contact.is_closed(row) ? 0 : 1].push_back(row);
+      return result;
+    }
+
+    /// A := A^{-1}. A change that leaves a singular system, as a pad on the contacts of its border
+    /// only, cannot be: then nothing is left of the set.
+    void invert(DenseMatrix &a, std::vector<unsigned int> &set)
+    {
+      DenseMatrix identity(a.n_rows, a.n_rows);
+      for (unsigned int i = 0; i < a.n_rows; ++i)
+        identity(i, i) = 1;
+      try
+      {
+        a = solve(std::move(a), std::move(identity));
+      }
+      catch (const SolverError &)
+      {
+        a = DenseMatrix();
+        set.clear();
+      }
+    }
+
+    /// L^H A R of complex L and R, and the parts of its diagonal by row.
+    struct Form
+    {
+      Form(const DenseMatrix &l_re, const DenseMatrix &l_im, const DenseMatrix &A,
+           const DenseMatrix &r_re, const DenseMatrix &r_im)
+      {
+        if (A.n_rows == 0)
+        {
+          values.resize(std::size_t(l_re.n_columns) * r_re.n_columns);
+          return;
+        }
+        const auto product = [](const bool transpose, const DenseMatrix &a, const DenseMatrix &b)
+        {
+          DenseMatrix c(transpose ? a.n_columns : a.n_rows, b.n_columns);
+          gemm(transpose, 1, a, b, 0, c);
+          return c;
+        };
+        const DenseMatrix a_re = product(false, A, r_re), a_im = product(false, A, r_im);
+        const DenseMatrix rr = product(true, l_re, a_re), ri = product(true, l_re, a_im),
+                          ir = product(true, l_im, a_re), ii = product(true, l_im, a_im);
+        for (std::size_t k = 0; k < rr.values.size(); ++k)
+          values.emplace_back(rr.values[k] + ii.values[k], ri.values[k] - ir.values[k]);
+        for (unsigned int i = 0; i < A.n_rows; ++i)
+        {
+          parts.emplace_back();
+          for (unsigned int j = 0; j < r_re.n_columns; ++j)
+            parts.back().push_back(std::complex<double>(l_re(i, j), -l_im(i, j)) *
+                                   std::complex<double>(a_re(i, j), a_im(i, j)));
+        }
+      }
+      std::vector<std::complex<double>> values;
+      std::vector<std::vector<std::complex<double>>> parts;
+    };
+  } // namespace
+
+  template <int dim>
+  ContactEdge
+  find_contact_border(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+                      const RowRange &rows, const bool with_friction, const ColumnSolver &solve)
+  {
+    ContactEdge border;
+    if (!contact.contact_model().mortar)
+      return border;
+    std::array<std::vector<unsigned int>, 2> beside = multipliers_beside_border(contact, rows);
+    border.releasing                                = std::move(beside[0]);
+    border.closing                                  = std::move(beside[1]);
+    if (!border.releasing.empty())
+    {
+      border.slack = rows_of(solve(reduced::unit_columns(rows, border.releasing), border.releasing),
+                             border.releasing);
+      invert(border.slack, border.releasing);
+    }
+    if (!border.closing.empty())
+    {
+      Contact<dim> wider = contact;
+      wider.set_closed(border.closing, true);
+      const Matrix normal   = wider.normal(),
+                   friction = with_friction ? wider.friction(pressure) : Matrix();
+      border.closed         = sum_of(rows, {{1., normal}, {1., friction}});
+      MultiVector a         = multiply(border.closed, reduced::unit_columns(rows, border.closing));
+      DenseMatrix c         = rows_of(a, border.closing);
+      reduced::clear_rows(a, border.closing);
+      const DenseMatrix b_y =
+          rows_of(multiply(border.closed, solve(a, border.closing)), border.closing);
+      for (std::size_t k = 0; k < c.values.size(); ++k)
+        c.values[k] -= b_y.values[k];
+      border.pressure = std::move(c);
+      invert(border.pressure, border.closing);
+    }
+    return border;
+  }
+
+  BorderEffects border_effects(const ContactEdge &border, const MultiVector &x_re,
+                               const MultiVector &x_im, const MultiVector &z_re,
+                               const MultiVector &z_im)
+  {
+    BorderEffects effects;
+    const std::vector<unsigned int> &R = border.releasing, &C = border.closing;
+    if (R.empty() && C.empty())
+      return effects;
+    const Form opening(rows_of(z_re, R), rows_of(z_im, R), border.slack, rows_of(x_re, R),
+                       rows_of(x_im, R));
+    // Neither vector has a pressure in C: a^T z and b x are whole columns and rows of the matrix.
+    const Form closing(rows_of(multiply_transposed(border.closed, z_re), C),
+                       rows_of(multiply_transposed(border.closed, z_im), C), border.pressure,
+                       rows_of(multiply(border.closed, x_re), C),
+                       rows_of(multiply(border.closed, x_im), C));
+    for (unsigned int k = 0; k < opening.values.size(); ++k)
+    {
+      const std::complex<double> F_o = opening.values[k], F_c = -closing.values[k];
+      effects.smaller.push_back(3. / 8 * F_o - 1. / 8 * F_c);
+      effects.larger.push_back(3. / 8 * F_c - 1. / 8 * F_o);
+    }
+    for (const Form *form : {&opening, &closing})
+      for (std::vector<std::complex<double>> parts : form->parts)
+      {
+        for (std::complex<double> &part : parts)
+          part *= 3. / 8;
+        effects.parts.push_back(std::move(parts));
+      }
+    effects.rows = R;
+    effects.rows.insert(effects.rows.end(), C.begin(), C.end());
+    return effects;
+  }
+
+  template ContactEdge find_contact_border(const Contact<2> &, const Contact<2>::Pressure &,
+                                           const RowRange &, bool, const ColumnSolver &);
+  template ContactEdge find_contact_border(const Contact<3> &, const Contact<3>::Pressure &,
+                                           const RowRange &, bool, const ColumnSolver &);
+} // namespace squeal

@@ -1,0 +1,510 @@
+#include <squeal/linalg/dense.h>
+#include <squeal/linalg/reduced_tools.h>
+#include <squeal/statics/direct_statics.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+namespace squeal
+{
+  template <int dim>
+  std::vector<Term> static_terms(const std::vector<Term> &body_terms, const Contact<dim> &contact,
+                                 const typename Contact<dim>::Pressure &pressure,
+                                 const bool with_friction)
+  {
+    std::vector<Term> terms = {{Origin::contact, 0, 1., contact.shared_normal()}};
+    if (with_friction)
+    {
+      auto [coefficient, matrix] = contact.shared_friction(pressure);
+      terms.push_back({Origin::friction, 0, coefficient, std::move(matrix)});
+    }
+    terms.insert(terms.end(), body_terms.begin(), body_terms.end());
+    return terms_of_order(terms, 0);
+  }
+
+  /// The linear problems of one mesh for changing sets of released multipliers R and changing
+  /// friction c, by the factorisation of the problem A with all multipliers and the friction of
+  /// then. Releasing a multiplier replaces its constraint by Lambda = 0; the constraint then has a
+  /// slack s. With L the multipliers' rows and F Lambda the forces of friction,
+  ///     (A + c F) x = b + E_R s,   x_R = 0
+  ///     =>   x = x_0 - c Y_F Lambda + Y s,   A x_0 = b,   A Y = E_R,   A Y_F = F E_L,
+  ///          (1 + c Y_F,L) Lambda - Y_L s = x_0,L,   Lambda_R = 0.
+  /// A new set, or another friction coefficient, costs a few solves instead of a factorisation.
+  class ReleaseSolver
+  {
+  public:
+    ReleaseSolver(const RowRange &rows, Matrix &&matrix)
+        : rows(rows), A(std::move(matrix)), norm(A.infinity_norm()),
+          factorization(A, Factorization::Kind::lu, "the stiffness of the static equilibrium"),
+          Y(rows, 0)
+    {
+    }
+
+    /// A^{-1} B with one step of iterative refinement.
+    MultiVector solve(const MultiVector &right_hand_sides) const
+    {
+      const std::size_t n  = std::size_t(right_hand_sides.n_local()) * right_hand_sides.n_columns();
+      MultiVector solution = factorization.solve(right_hand_sides);
+      MultiVector residual = multiply(A, solution);
+      for (std::size_t i = 0; i < n; ++i)
+        residual.data()[i] = right_hand_sides.data()[i] - residual.data()[i];
+      const MultiVector correction = factorization.solve(residual);
+      for (std::size_t i = 0; i < n; ++i)
+        solution.data()[i] += correction.data()[i];
+      return solution;
+    }
+
+    /// The friction matrix F and the rows L of all multipliers.
+    void set_friction(std::shared_ptr<const Matrix> matrix, std::vector<unsigned int> all)
+    {
+      F           = std::move(matrix);
+      multipliers = std::move(all);
+      responses   = DenseMatrix();
+    }
+
+    /// x with (A + c F) x = b + E_R s and x_R = 0.
+    MultiVector solve(const MultiVector &b, const double c,
+                      const std::vector<unsigned int> &released)
+    {
+      if (!is_last(b))
+      {
+        unreleased      = solve(b);
+        right_hand_side = b;
+      }
+      if (c != 0 && responses.values.empty())
+        find_responses();
+      MultiVector x =
+          c == 0 ? release(unreleased, released) : solve_changed(b, unreleased, c, released);
+      MultiVector residual = residual_of(x, b, c, released);
+      // What another friction leaves of b is due to rounding; it is corrected as often as that is
+      // more than in one multiplication.
+      constexpr double rounding           = 2e-15;
+      constexpr unsigned int most_repeats = 2;
+      for (unsigned int repeat = 0; repeat < most_repeats && c != 0; ++repeat)
+      {
+        if (largest_entry(residual) <= rounding * (norm * largest_entry(x) + largest_entry(b)))
+          break;
+        const MultiVector correction =
+            solve_changed(residual, factorization.solve(residual), c, released);
+        for (unsigned int i = 0; i < x.n_local(); ++i)
+          x.data()[i] += correction.data()[i];
+        residual = residual_of(x, b, c, released);
+      }
+      residual_ = std::sqrt(inner_products(residual, residual)[0] / inner_products(b, b)[0]);
+      return x;
+    }
+    /// |b - (A + c F) x - E_R s| / |b| of the last solution.
+    double relative_residual() const
+    {
+      return residual_;
+    }
+
+    /// x_0 + Y s with (x_0 + Y s)_R = 0.
+    MultiVector release(MultiVector x, const std::vector<unsigned int> &released)
+    {
+      find_releases(released);
+      // Y_RR and x_0R on all ranks
+      const unsigned int n = released.size(), m = x.n_columns();
+      std::vector<double> values(n * (n + m));
+      for (unsigned int i = 0; i < n; ++i)
+        if (rows.contains(released[i]))
+          for (unsigned int j = 0; j < n + m; ++j)
+            values[i + n * j] = j < n ? Y.column(column_of(released[j]))[released[i] - rows.begin]
+                                      : -x.column(j - n)[released[i] - rows.begin];
+      MPI_Allreduce(MPI_IN_PLACE, values.data(), values.size(), MPI_DOUBLE, MPI_SUM, rows.comm);
+      if (n == 0)
+        return x;
+      add_slack(released,
+                squeal::solve(DenseMatrix(n, n, {values.begin(), values.begin() + n * n}),
+                              DenseMatrix(n, m, {values.begin() + n * n, values.end()})),
+                x);
+      return x;
+    }
+
+  private:
+    unsigned int column_of(const unsigned int row) const
+    {
+      return std::find(known.begin(), known.end(), row) - known.begin();
+    }
+
+    bool is_last(const MultiVector &b) const
+    {
+      int same = unreleased.n_columns() == 1 && b.n_columns() == 1 &&
+                 std::equal(b.data(), b.data() + b.n_local(), right_hand_side.data());
+      MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, rows.comm);
+      return same;
+    }
+
+    /// Y of the released that it does not have yet.
+    void find_releases(const std::vector<unsigned int> &released)
+    {
+      std::vector<unsigned int> added;
+      for (const unsigned int row : released)
+        if (std::find(known.begin(), known.end(), row) == known.end())
+          added.push_back(row);
+      if (added.empty())
+        return;
+      Y.append(solve(reduced::unit_columns(rows, added)));
+      known.insert(known.end(), added.begin(), added.end());
+    }
+
+    /// Y_F,L, some columns at a time: the other rows of Y_F are not kept.
+    void find_responses()
+    {
+      constexpr unsigned int most_columns = 64;
+      const unsigned int n                = multipliers.size();
+      responses                           = DenseMatrix(n, n);
+      for (unsigned int first = 0; first < n; first += most_columns)
+      {
+        const unsigned int last = std::min(n, first + most_columns);
+        const std::vector<unsigned int> some(multipliers.begin() + first,
+                                             multipliers.begin() + last);
+        const DenseMatrix at_multipliers = reduced::gather_rows(
+            factorization.solve(multiply(*F, reduced::unit_columns(rows, some))), multipliers);
+        for (unsigned int j = first; j < last; ++j)
+          for (unsigned int i = 0; i < n; ++i)
+            responses(i, j) = at_multipliers(j - first, i);
+      }
+    }
+
+    /// The solution up to rounding, given x_0 = A^{-1} b.
+    MultiVector solve_changed(const MultiVector &b, const MultiVector &x_0, const double c,
+                              const std::vector<unsigned int> &released)
+    {
+      find_releases(released);
+      const unsigned int n = multipliers.size(), n_released = released.size();
+      // Columns of 1 + c Y_F,L, of those released -Y_L in their place
+      DenseMatrix equations = responses;
+      for (double &value : equations.values)
+        value *= c;
+      for (unsigned int i = 0; i < n; ++i)
+        equations(i, i) += 1;
+      const DenseMatrix at_multipliers = reduced::gather_rows(Y, multipliers);
+      std::vector<unsigned int> places;
+      for (unsigned int r = 0; r < n_released; ++r)
+      {
+        places.push_back(std::lower_bound(multipliers.begin(), multipliers.end(), released[r]) -
+                         multipliers.begin());
+        for (unsigned int i = 0; i < n; ++i)
+          equations(i, places[r]) = -at_multipliers(column_of(released[r]), i);
+      }
+      DenseMatrix solution =
+          squeal::solve(std::move(equations), transposed(reduced::gather_rows(x_0, multipliers)));
+      DenseMatrix slack(n_released, 1);
+      for (unsigned int r = 0; r < n_released; ++r)
+        std::swap(slack(r, 0), solution(places[r], 0));
+
+      MultiVector pressures(rows, 1);
+      for (unsigned int i = 0; i < n; ++i)
+        if (rows.contains(multipliers[i]))
+          pressures.data()[multipliers[i] - rows.begin] = solution(i, 0);
+      MultiVector forces = multiply(*F, pressures);
+      for (unsigned int i = 0; i < forces.n_local(); ++i)
+        forces.data()[i] = b.data()[i] - c * forces.data()[i];
+      MultiVector x = factorization.solve(forces);
+      add_slack(released, slack, x);
+      return x;
+    }
+
+    /// x += Y s, zero where released.
+    void add_slack(const std::vector<unsigned int> &released, const DenseMatrix &slack,
+                   MultiVector &x) const
+    {
+      for (unsigned int k = 0; k < x.n_columns(); ++k)
+      {
+        double *const column = x.column(k);
+        for (unsigned int j = 0; j < released.size(); ++j)
+          add_multiple(slack(j, k), Y.column(column_of(released[j])), rows.n_local(), column);
+        for (const unsigned int row : released) // zero up to rounding: exactly
+          if (rows.contains(row))
+            column[row - rows.begin] = 0;
+      }
+    }
+
+    /// b - (A + c F) x but for the slack.
+    MultiVector residual_of(const MultiVector &x, const MultiVector &b, const double c,
+                            const std::vector<unsigned int> &released) const
+    {
+      MultiVector residual   = b;
+      const MultiVector of_a = multiply(A, x),
+                        of_f = c == 0 ? MultiVector(rows, 1) : multiply(*F, x);
+      for (unsigned int i = 0; i < residual.n_local(); ++i)
+        residual.data()[i] -= of_a.data()[i] + c * of_f.data()[i];
+      reduced::clear_rows(residual, released);
+      return residual;
+    }
+
+    const RowRange rows;
+    const Matrix A;
+    const double norm;
+    const Factorization factorization;
+    double residual_ = 0;
+    MultiVector unreleased, right_hand_side; ///< x_0 and its b
+    MultiVector Y;
+    std::vector<unsigned int> known; ///< the rows of Y's columns
+    std::shared_ptr<const Matrix> F;
+    std::vector<unsigned int> multipliers; ///< L, ascending
+    DenseMatrix responses;                 ///< Y_F in the rows L
+  };
+
+  template <int dim>
+  DirectStatics<dim>::DirectStatics(const RowRange &rows, const std::vector<Term> &body_terms,
+                                    const ContactModel<dim> &model, const bool with_friction,
+                                    std::optional<MirrorSymmetry> given, const bool both_halves)
+      : rows(rows), of_bodies(terms_of_order(body_terms, 0)), with_friction(with_friction),
+        both_halves(both_halves), factor_once(may_serve(model)), symmetry(std::move(given))
+  {
+  }
+
+  template <int dim>
+  DirectStatics<dim>::~DirectStatics() = default;
+
+  template <int dim>
+  void DirectStatics<dim>::make_parts()
+  {
+    if (!parts.empty())
+      return;
+    parts.resize(symmetry && both_halves ? 2 : 1);
+    if (!symmetry)
+      return;
+    int n_ranks = 0;
+    MPI_Comm_size(rows.comm, &n_ranks);
+    for (unsigned int p = 0; p < parts.size(); ++p)
+    {
+      Part &part = parts[p];
+      if (parts.size() == 2 && n_ranks > 1)
+      {
+        const unsigned int n_symmetric = (n_ranks + 1) / 2;
+        part.group = p == 0 ? std::make_unique<const Subcommunicator>(rows.comm, 0, n_symmetric)
+                            : std::make_unique<const Subcommunicator>(rows.comm, n_symmetric,
+                                                                      n_ranks - n_symmetric);
+        part.space = std::make_unique<const ParitySpace>(*symmetry, p == 0, *part.group);
+      }
+      else
+        part.space = std::make_unique<const ParitySpace>(*symmetry, p == 0);
+    }
+  }
+
+  template <int dim>
+  void DirectStatics<dim>::forget_symmetry()
+  {
+    symmetry.reset();
+    parts.clear();
+  }
+
+  template <int dim>
+  bool DirectStatics<dim>::contains_images(const std::vector<unsigned int> &multipliers) const
+  {
+    return std::all_of(multipliers.begin(), multipliers.end(),
+                       [&](const unsigned int row)
+                       {
+                         return std::find(multipliers.begin(), multipliers.end(),
+                                          symmetry->image[row]) != multipliers.end();
+                       });
+  }
+
+  template <int dim>
+  void DirectStatics<dim>::factorise(const Contact<dim> &contact,
+                                     const typename Contact<dim>::Pressure &pressure)
+  {
+    for (Part &part : parts)
+      part.solver.reset();
+    const std::vector<std::vector<Term>> sum(
+        1, static_terms(of_bodies, contact, pressure, with_friction));
+    if (symmetry && !squeal::is_symmetric(sum, *symmetry))
+      forget_symmetry();
+    make_parts();
+    std::vector<Matrix> matrices;
+    std::vector<ParitySpace::Wanted> wanted;
+    for (const Part &part : parts)
+      if (part.space)
+        wanted.push_back({part.space.get(), sum});
+    if (wanted.empty())
+      matrices.push_back(sum_of_terms(rows, sum.front()));
+    else
+      for (std::vector<Matrix> &of_space : ParitySpace::restrict(wanted))
+        matrices.push_back(std::move(of_space.front()));
+    work_apart(rows.comm,
+               [&]()
+               {
+                 for (unsigned int p = 0; p < parts.size(); ++p)
+                   if (const RowRange &own = rows_of(parts[p], rows); own.comm != MPI_COMM_NULL)
+                     parts[p].solver = std::make_unique<ReleaseSolver>(own, std::move(matrices[p]));
+               });
+    if (!factor_once)
+      return;
+    base.emplace(Base{contact, 0., {}, {}});
+    if (with_friction)
+      std::tie(base->coefficient, base->slopes) = contact.friction_slopes(pressure);
+    if (base->coefficient == 0)
+      base->slopes.clear();
+  }
+
+  template <int dim>
+  void DirectStatics<dim>::factorise_closed(const Contact<dim> &contact,
+                                            const typename Contact<dim>::Pressure &pressure)
+  {
+    Contact<dim> closed = contact;
+    closed.close();
+    factorise(closed, pressure);
+  }
+
+  template <int dim>
+  bool DirectStatics<dim>::serves(const std::vector<Term> &body_terms,
+                                  const Contact<dim> &contact) const
+  {
+    if (!base || !factor_once || !may_serve(contact) ||
+        !contact.has_constraints_of(base->contact) ||
+        !KnownTerms(of_bodies).are(terms_of_order(body_terms, 0)))
+      return false;
+    if (!with_friction || base->slopes.empty())
+      return true;
+    const auto [coefficient, slopes] = contact.friction_slopes(contact.uniform_pressure(0));
+    int same                         = coefficient == 0 || slopes == base->slopes;
+    MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, rows.comm);
+    return same;
+  }
+
+  /// The friction coefficient less that of the factorisation; where that is not zero, the solver
+  /// has the matrix of friction then.
+  template <int dim>
+  double DirectStatics<dim>::change_of_friction(const Contact<dim> &contact,
+                                                const typename Contact<dim>::Pressure &pressure)
+  {
+    if (!with_friction)
+      return 0;
+    auto [coefficient, slopes] = contact.friction_slopes(pressure);
+    if (coefficient == base->coefficient || base->friction)
+      return coefficient - base->coefficient;
+    if (base->slopes.empty())
+      base->slopes = std::move(slopes);
+    base->contact.set_model(contact.contact_model());
+    base->friction = base->contact.shared_friction(pressure).second;
+    if (symmetry && !squeal::is_symmetric({{{Origin::friction, 0, 1., base->friction}}}, *symmetry))
+    {
+      forget_symmetry();
+      factorise_closed(contact, pressure);
+      return 0;
+    }
+    Part &part                            = parts.front();
+    std::shared_ptr<const Matrix> matrix  = base->friction;
+    std::vector<unsigned int> multipliers = contact.multipliers();
+    if (part.space)
+    {
+      matrix      = std::make_shared<const Matrix>(part.space->restrict(matrix));
+      multipliers = part.space->restrict(multipliers);
+    }
+    if (part.solver)
+      part.solver->set_friction(std::move(matrix), std::move(multipliers));
+    return coefficient - base->coefficient;
+  }
+
+  template <int dim>
+  MultiVector DirectStatics<dim>::solve(const Contact<dim> &contact,
+                                        const typename Contact<dim>::Pressure &pressure,
+                                        const MultiVector &right_hand_side)
+  {
+    std::vector<unsigned int> released = contact.released_multipliers();
+    if (symmetry &&
+        !(squeal::is_symmetric(right_hand_side, *symmetry) && contains_images(released)))
+      forget_symmetry();
+    if (released.size() > most_releases)
+      factor_once = false;
+    if (!factor_once) // the matrix is that of the active set
+      factorise(contact, pressure);
+    else if (parts.empty())
+      factorise_closed(contact, pressure);
+    const double change = factor_once ? change_of_friction(contact, pressure) : 0;
+
+    const Part &part    = parts.front();
+    const MultiVector b = part.space ? part.space->restrict(right_hand_side) : right_hand_side;
+    if (!factor_once)
+      released.clear();
+    else if (part.space)
+      released = part.space->restrict(released);
+    MultiVector x(b.row_range(), 1);
+    work_apart(rows.comm,
+               [&]()
+               {
+                 if (part.solver)
+                   x = part.solver->solve(b, change, released);
+               });
+    return part.space ? part.space->expand(x) : x;
+  }
+
+  template <int dim>
+  double DirectStatics<dim>::relative_residual() const
+  {
+    const Part &part = parts.front();
+    double residual  = part.solver ? part.solver->relative_residual() : 0;
+    // Not a number stays one.
+    MPI_Allreduce(MPI_IN_PLACE, &residual, 1, MPI_DOUBLE, MPI_SUM, rows.comm);
+    int n_ranks = part.solver ? 1 : 0;
+    MPI_Allreduce(MPI_IN_PLACE, &n_ranks, 1, MPI_INT, MPI_SUM, rows.comm);
+    return residual / n_ranks;
+  }
+
+  /// With S the reflection, solutions of A x = b and A x' = S b are
+  ///     x = V_+ y_+ + V_- y_-,   x' = S x = V_+ y_+ - V_- y_-,   V^T A V y = V^T b.
+  template <int dim>
+  MultiVector DirectStatics<dim>::solve_columns(const Contact<dim> &contact,
+                                                const MultiVector &right_hand_sides,
+                                                const std::vector<unsigned int> &multipliers)
+  {
+    const std::vector<unsigned int> released =
+        factor_once ? contact.released_multipliers() : std::vector<unsigned int>();
+    if (!symmetry)
+      return parts.front().solver->release(parts.front().solver->solve(right_hand_sides), released);
+    if (parts.size() != 2)
+      throw std::logic_error("DirectStatics has no antisymmetric half.");
+
+    // Of a pair one is solved for.
+    std::vector<unsigned int> image_of, solved;
+    MultiVector b(rows, 0);
+    for (unsigned int j = 0; j < multipliers.size(); ++j)
+    {
+      const auto image =
+          std::find(multipliers.begin(), multipliers.end(), symmetry->image[multipliers[j]]);
+      image_of.push_back(image == multipliers.end() ? j : image - multipliers.begin());
+      if (image_of[j] >= j)
+      {
+        solved.push_back(j);
+        b.append(right_hand_sides.columns(j, 1));
+      }
+    }
+    std::array<MultiVector, 2> y;
+    for (unsigned int p = 0; p < 2; ++p)
+      y[p] = parts[p].space->restrict(b);
+    work_apart(rows.comm,
+               [&]()
+               {
+                 for (unsigned int p = 0; p < 2; ++p)
+                   if (parts[p].solver)
+                     y[p] = parts[p].solver->release(parts[p].solver->solve(y[p]),
+                                                     parts[p].space->restrict(released));
+               });
+    const MultiVector plus = parts[0].space->expand(y[0]), minus = parts[1].space->expand(y[1]);
+    MultiVector x(rows, multipliers.size());
+    for (unsigned int k = 0; k < solved.size(); ++k)
+    {
+      const unsigned int j = solved[k];
+      for (unsigned int i = 0; i < rows.n_local(); ++i)
+      {
+        x.column(image_of[j])[i] = plus.column(k)[i] - minus.column(k)[i];
+        x.column(j)[i]           = plus.column(k)[i] + minus.column(k)[i];
+      }
+    }
+    return x;
+  }
+
+  template std::vector<Term> static_terms(const std::vector<Term> &, const Contact<2> &,
+                                          const Contact<2>::Pressure &, bool);
+  template std::vector<Term> static_terms(const std::vector<Term> &, const Contact<3> &,
+                                          const Contact<3>::Pressure &, bool);
+  template class DirectStatics<2>;
+  template class DirectStatics<3>;
+} // namespace squeal

@@ -1,0 +1,498 @@
+#include <squeal/linalg/dense.h>
+#include <squeal/linalg/gmres.h>
+#include <squeal/statics/direct_statics.h>
+#include <squeal/statics/static_equilibrium.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <set>
+#include <sstream>
+
+namespace squeal
+{
+  namespace
+  {
+    /// Largest difference of two pressures and the largest pressure.
+    template <typename Pressure>
+    double relative_change(const Pressure &before, const Pressure &after, const MPI_Comm comm)
+    {
+      double values[2] = {0, 0};
+      for (unsigned int i = 0; i < after.size(); ++i)
+        for (unsigned int q = 0; q < after[i].size(); ++q)
+        {
+          values[0] = std::max(values[0], std::abs(after[i][q] - before[i][q]));
+          values[1] = std::max(values[1], std::abs(after[i][q]));
+        }
+      MPI_Allreduce(MPI_IN_PLACE, values, 2, MPI_DOUBLE, MPI_MAX, comm);
+      return values[1] > 0 ? values[0] / values[1] : 0;
+    }
+  } // namespace
+
+  template <int dim>
+  Matrix static_tangent(const RowRange &rows, const std::vector<Term> &body_terms,
+                        const Contact<dim> &contact,
+                        const typename Contact<dim>::Pressure &pressure, const bool with_friction)
+  {
+    return sum_of_terms(rows, static_terms(body_terms, contact, pressure, with_friction));
+  }
+
+  template <int dim>
+  SelfLocking self_locking(const RowRange &rows, const std::vector<Term> &body_terms,
+                           const Contact<dim> &contact,
+                           const typename Contact<dim>::Pressure &pressure)
+  {
+    // Damping proportional to mass has a skew position term, which does not belong to the statics.
+    const Matrix frictionless =
+        symmetric_part(rows, static_tangent(rows, body_terms, contact, pressure, false));
+    return self_locking(rows, frictionless, contact.friction(pressure));
+  }
+
+  namespace
+  {
+    bool is_nonlinear(const FrictionLaw &friction)
+    {
+      return friction.kind == FrictionLaw::Kind::expression;
+    }
+
+    /// The given load and that of the contact.
+    template <int dim>
+    MultiVector total_load(const Contact<dim> &contact,
+                           const typename Contact<dim>::Pressure &pressure,
+                           const bool with_friction, const MultiVector &load)
+    {
+      MultiVector sum = contact.load(pressure, with_friction);
+      for (unsigned int i = 0; i < sum.n_local(); ++i)
+        sum.data()[i] += load.data()[i];
+      return sum;
+    }
+
+    /// Pressures and contacts of a new state, and a line about them. Returns whether neither
+    /// changes any more.
+    template <int dim>
+    bool take_step(Contact<dim> &contact, StaticEquilibrium &result, const MPI_Comm comm)
+    {
+      auto pressure       = contact.pressure_of(result.state);
+      const double change = relative_change(result.pressure, pressure, comm);
+      result.pressure     = std::move(pressure);
+      const auto set      = contact.update_active_set(result.state);
+      result.iterations.push_back(
+          {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change, 0});
+      return set.n_changed == 0 &&
+             (!is_nonlinear(contact.contact_model().friction) || change < 1e-11);
+    }
+
+    /// Products with the sum of the terms, which is not made.
+    LinearOperator product_with(std::vector<Term> given)
+    {
+      return [terms = std::move(given)](const MultiVector &x)
+      {
+        MultiVector y(x.row_range(), x.n_columns());
+        for (const Term &term : terms)
+        {
+          const MultiVector product = multiply(*term.matrix, x);
+          for (std::size_t i = 0; i < std::size_t(y.n_local()) * y.n_columns(); ++i)
+            y.data()[i] += term.coefficient * product.data()[i];
+        }
+        return y;
+      };
+    }
+
+    /// b - A x
+    MultiVector residual_of(const LinearOperator &A, const MultiVector &b, const MultiVector &x)
+    {
+      return difference(b, A(x));
+    }
+
+    double length_of(const MultiVector &x)
+    {
+      return std::sqrt(inner_products(x, x)[0]);
+    }
+
+    // Of a followed state: its last preconditioned residual, relative to its length.
+    constexpr double state_tolerance = 1e-12;
+
+    /// Begins anew with a state and the last directions.
+    void renew(StateSpace &space, const MultiVector &state, const std::vector<Term> &body_terms)
+    {
+      constexpr unsigned int most_kept = 7;
+      const unsigned int n = space.basis.n_columns(), n_kept = std::min(n, most_kept);
+      MultiVector vectors = state;
+      if (n_kept > 0)
+        vectors.append(space.basis.columns(n - n_kept, n_kept));
+      space.basis  = orthonormalize(std::move(vectors));
+      space.images = product_with(body_terms)(space.basis);
+      space.terms  = KnownTerms(body_terms);
+    }
+
+    /// Adds what is new in a state.
+    void enlarge(StateSpace &space, const MultiVector &state, const std::vector<Term> &body_terms)
+    {
+      MultiVector added = state;
+      const double size = length_of(state);
+      for (unsigned int pass = 0; pass < 2; ++pass)
+      {
+        subtract_combination(added, space.basis, inner_products(space.basis, added));
+        const double length = length_of(added);
+        if (pass == 0 && length <= 10 * state_tolerance * size)
+          return;
+        for (unsigned int i = 0; i < added.n_local(); ++i)
+          added.data()[i] /= length;
+      }
+      space.images.append(product_with(body_terms)(added));
+      space.basis.append(added);
+    }
+
+    /// x = X c with X^T (b - A X c) = 0, A the bodies and the contact, and its residual b - A x.
+    MultiVector best_combination(const StateSpace &space, const LinearOperator &contact,
+                                 const MultiVector &b, MultiVector &residual)
+    {
+      const MultiVector &X = space.basis;
+      MultiVector images   = contact(X);
+      for (std::size_t i = 0; i < std::size_t(X.n_local()) * X.n_columns(); ++i)
+        images.data()[i] += space.images.data()[i];
+      const unsigned int n = X.n_columns();
+      const DenseMatrix c  = squeal::solve(DenseMatrix(n, n, inner_products(X, images)),
+                                           DenseMatrix(n, 1, inner_products(X, b)));
+      residual             = b;
+      subtract_combination(residual, images, c.values);
+      return combine(X, c.values, 1);
+    }
+
+    /// Solves A x = b from the given x with the given residual on, with B ~ A^{-1}; false if that
+    /// does not converge.
+    bool correct(const LinearOperator &tangent, const LinearOperator &nearby, const MultiVector &b,
+                 const MultiVector &residual, MultiVector &x)
+    {
+      constexpr unsigned int most_corrections = 60;
+      const MultiVector change                = nearby(residual);
+      const double size                       = length_of(x);
+      for (unsigned int i = 0; i < b.n_local(); ++i)
+        x.data()[i] += change.data()[i];
+      // What is left after it is a fraction of the change.
+      if (length_of(change) <= 10 * state_tolerance * size)
+        return true;
+      return bool(gmres(tangent, nearby, b, x, state_tolerance, most_corrections));
+    }
+
+    /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts
+    /// closed as at first or with those of the last active set.
+    template <int dim>
+    std::string explain_failure(const RowRange &rows, const std::vector<Term> &body_terms,
+                                const Contact<dim> &first, const Contact<dim> &last,
+                                const typename Contact<dim>::Pressure &pressure)
+    {
+      double gain = 0;
+      for (const Contact<dim> *contact : {&first, &last})
+        try
+        {
+          gain = std::max(gain, self_locking(rows, body_terms, *contact, pressure).gain);
+        }
+        catch (const SolverError &)
+        {
+          // Without friction there is no equilibrium with these contacts either.
+        }
+      std::ostringstream text;
+      text << " Friction amplifies contact pressure with the gain " << gain
+           << (gain >= 1 ? ": the brake is self-locking (gain of 1 and more), no steady sliding "
+                           "holds the load."
+                         : " (1: self-locking).")
+           << " Try a smaller friction coefficient, or a pad with a shorter lever arm between its "
+              "face and its support.";
+      return text.str();
+    }
+
+    /// Solves the linear problems of the active-set iteration.
+    template <int dim>
+    class LinearSteps
+    {
+    public:
+      virtual ~LinearSteps() = default;
+      /// Puts the solution at the present active set and pressure of @p result into its state and
+      /// returns how many iterations that took. @p accurate only if it may be the last time.
+      virtual unsigned int solve(const Contact<dim> &contact, StaticEquilibrium &result,
+                                 const MultiVector &right_hand_side, bool accurate) = 0;
+      /// |b - A x| / |b| of the state as solved for last.
+      virtual double relative_residual(const Contact<dim> &contact, const StaticEquilibrium &result,
+                                       const MultiVector &right_hand_side) const = 0;
+      /// Whether the solutions are accurate at any rate.
+      virtual bool is_direct() const = 0;
+    };
+
+    template <int dim>
+    class DirectSteps : public LinearSteps<dim>
+    {
+    public:
+      DirectSteps(DirectStatics<dim> &solver, const bool with_friction)
+          : solver(solver), with_friction(with_friction)
+      {
+      }
+
+      unsigned int solve(const Contact<dim> &contact, StaticEquilibrium &result,
+                         const MultiVector &right_hand_side, bool) override
+      {
+        result.state = solver.solve(contact, result.pressure, right_hand_side);
+        return 0;
+      }
+      double relative_residual(const Contact<dim> &, const StaticEquilibrium &,
+                               const MultiVector &) const override
+      {
+        return solver.relative_residual();
+      }
+      bool is_direct() const override
+      {
+        return true;
+      }
+
+    private:
+      DirectStatics<dim> &solver;
+      const bool with_friction;
+    };
+
+    template <int dim>
+    class IterativeSteps : public LinearSteps<dim>
+    {
+    public:
+      IterativeSteps(IterativeStatics<dim> &solver, const bool with_friction)
+          : solver(solver), with_friction(with_friction)
+      {
+      }
+
+      unsigned int solve(const Contact<dim> &contact, StaticEquilibrium &result,
+                         const MultiVector &right_hand_side, const bool accurate) override
+      {
+        // Preconditioned residuals are relative errors of the state, but for the condition of the
+        // preconditioned matrix. What decides about the next active set needs less.
+        constexpr double of_active_set = 1e-5, of_state = 1e-12;
+        return solver.solve(contact, result.pressure, with_friction, right_hand_side,
+                            accurate ? of_state : of_active_set, result.state);
+      }
+      double relative_residual(const Contact<dim> &contact, const StaticEquilibrium &result,
+                               const MultiVector &right_hand_side) const override
+      {
+        return length_of(residual_of(solver.tangent(contact, result.pressure, with_friction),
+                                     right_hand_side, result.state)) /
+               length_of(right_hand_side);
+      }
+      bool is_direct() const override
+      {
+        return false;
+      }
+
+    private:
+      IterativeStatics<dim> &solver;
+      const bool with_friction;
+    };
+
+    /// A singular tangent need not be noticed when it is factorised: a pad that touches at one
+    /// point can tip over. Then the state does not satisfy the equations.
+    template <int dim>
+    void check_residual(const LinearSteps<dim> &steps, const Contact<dim> &contact,
+                        const bool with_friction, const MultiVector &load,
+                        const StaticEquilibrium &result)
+    {
+      constexpr double largest = 1e-6;
+      if (!(steps.relative_residual(contact, result,
+                                    total_load(contact, result.pressure, with_friction, load)) <=
+            largest))
+        throw SingularMatrix("its equations are not satisfied");
+    }
+
+    /// The active sets repeat.
+    struct Unsettled : SolverError
+    {
+      using SolverError::SolverError;
+    };
+
+    template <int dim>
+    void iterate(LinearSteps<dim> &steps, Contact<dim> &contact, const bool with_friction,
+                 const MultiVector &load, StaticEquilibrium &result)
+    {
+      const MPI_Comm comm = load.row_range().comm;
+      result.pressure     = contact.uniform_pressure(0);
+      result.state        = MultiVector(load.row_range(), 1);
+
+      std::set<std::size_t> visited;
+      // The border of contact moves by about one row of contacts in a step.
+      unsigned int max_iterations = 60;
+      bool accurate               = steps.is_direct();
+      for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
+      {
+        if (iteration == 1)
+          max_iterations += result.iterations.front().n_active / 2;
+        const unsigned int n_linear = steps.solve(
+            contact, result, total_load(contact, result.pressure, with_friction, load), accurate);
+        const bool settled                = take_step(contact, result, comm);
+        result.iterations.back().n_linear = n_linear;
+        if (settled && accurate)
+        {
+          check_residual(steps, contact, with_friction, load, result);
+          return;
+        }
+        accurate |= settled;
+
+        const std::vector<std::string> lost = contact.lost_contacts();
+        if (!lost.empty())
+          throw SolverError(
+              "The static equilibrium has no contact on the pad '" + lost.front() +
+              "': nothing presses it onto the rotor. Check Pads/Pressure and Contact/Initial gap.");
+        if (result.iterations.back().n_changed > 0 &&
+            !visited.insert(contact.active_set_hash()).second)
+          break;
+      }
+      const unsigned int n_steps = result.iterations.size();
+      throw Unsettled(
+          "The active set of the static equilibrium does not settle (" + std::to_string(n_steps) +
+          " steps, " + std::to_string(result.iterations.back().n_changed) +
+          " changes in the last; " +
+          (n_steps < max_iterations ? "the sets repeat)." : "more steps are not taken)."));
+    }
+  } // namespace
+
+  template <int dim>
+  std::optional<StaticEquilibrium>
+  follow_static_equilibrium(StaticEquilibrium before, const LinearOperator &nearby,
+                            const std::vector<Term> &body_terms, Contact<dim> &contact,
+                            const bool with_friction, const MultiVector &load)
+  {
+    const RowRange rows                   = before.state.row_range();
+    constexpr unsigned int max_iterations = 10, most_vectors = 24;
+    const std::vector<Term> of_bodies = terms_of_order(body_terms, 0);
+    StaticEquilibrium result;
+    result.state      = std::move(before.state);
+    result.pressure   = std::move(before.pressure);
+    result.space      = std::move(before.space);
+    StateSpace &space = result.space;
+    if (space.basis.n_columns() == 0 || space.basis.n_columns() >= most_vectors ||
+        !space.terms.are(of_bodies))
+      renew(space, result.state, of_bodies);
+    else
+      enlarge(space, result.state, of_bodies);
+    for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
+    {
+      std::vector<Term> terms         = static_terms({}, contact, result.pressure, with_friction);
+      const LinearOperator in_contact = product_with(terms);
+      terms.insert(terms.end(), of_bodies.begin(), of_bodies.end());
+      const LinearOperator tangent = product_with(std::move(terms));
+      const MultiVector b          = total_load(contact, result.pressure, with_friction, load);
+      MultiVector residual;
+      if (iteration == 0)
+        result.state = best_combination(space, in_contact, b, residual);
+      else
+        residual = residual_of(tangent, b, result.state);
+      if (!correct(tangent, nearby, b, residual, result.state))
+        return std::nullopt;
+      if (take_step(contact, result, rows.comm))
+        return result;
+      if (!contact.lost_contacts().empty())
+        return std::nullopt;
+    }
+    return std::nullopt;
+  }
+
+  template <int dim>
+  StaticEquilibrium
+  solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
+                           Contact<dim> &contact, const bool with_friction, const MultiVector &load,
+                           const bool with_border, const std::optional<MirrorSymmetry> &symmetry)
+  {
+    const Contact<dim> all_closed = contact;
+    StaticEquilibrium result;
+    std::string failure;
+    try
+    {
+      DirectStatics<dim> solver(rows, body_terms, contact.contact_model(), with_friction, symmetry,
+                                with_border);
+      DirectSteps<dim> steps(solver, with_friction);
+      iterate(steps, contact, with_friction, load, result);
+      if (with_border)
+        result.border = find_contact_border(
+            contact, result.pressure, rows, with_friction,
+            [&](const MultiVector &b, const std::vector<unsigned int> &multipliers)
+            { return solver.solve_columns(contact, b, multipliers); });
+      return result;
+    }
+    catch (const Unsettled &error)
+    {
+      failure = error.what();
+    }
+    catch (const SingularMatrix &error)
+    {
+      if (!with_friction)
+        throw;
+      failure = "The static equilibrium with friction has a singular tangent: contact and supports "
+                "do not hold a pad, which slides away or tips over.";
+    }
+    throw SolverError(failure + (with_friction ? explain_failure(rows, body_terms, all_closed,
+                                                                 contact, result.pressure)
+                                               : std::string(" Try a finer mesh.")));
+  }
+
+  template <int dim>
+  std::optional<StaticEquilibrium>
+  follow_static_equilibrium(DirectStatics<dim> &solver, Contact<dim> &contact,
+                            const bool with_friction, const MultiVector &load)
+  {
+    StaticEquilibrium result;
+    DirectSteps<dim> steps(solver, with_friction);
+    try
+    {
+      iterate(steps, contact, with_friction, load, result);
+    }
+    catch (const SolverError &)
+    {
+      return std::nullopt;
+    }
+    return result;
+  }
+
+  template <int dim>
+  StaticEquilibrium solve_static_equilibrium(IterativeStatics<dim> &solver, Contact<dim> &contact,
+                                             const bool with_friction, const MultiVector &load)
+  {
+    StaticEquilibrium result;
+    IterativeSteps<dim> steps(solver, with_friction);
+    try
+    {
+      iterate(steps, contact, with_friction, load, result);
+    }
+    catch (const SolverError &error)
+    {
+      throw SolverError(
+          std::string(error.what()) +
+          " Static equilibrium/Linear solver = direct tells more, for example whether friction is "
+          "self-locking, where its factors fit; on a coarse mesh they do.");
+    }
+    return result;
+  }
+
+  template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<2> &,
+                                 const Contact<2>::Pressure &, bool);
+  template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<3> &,
+                                 const Contact<3>::Pressure &, bool);
+  template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<2> &,
+                                    const Contact<2>::Pressure &);
+  template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<3> &,
+                                    const Contact<3>::Pressure &);
+  template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
+                                                      Contact<2> &, bool, const MultiVector &, bool,
+                                                      const std::optional<MirrorSymmetry> &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(StaticEquilibrium, const LinearOperator &, const std::vector<Term> &,
+                            Contact<2> &, bool, const MultiVector &);
+  template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
+                                                      Contact<3> &, bool, const MultiVector &, bool,
+                                                      const std::optional<MirrorSymmetry> &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(DirectStatics<2> &, Contact<2> &, bool, const MultiVector &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(DirectStatics<3> &, Contact<3> &, bool, const MultiVector &);
+  template StaticEquilibrium solve_static_equilibrium(IterativeStatics<2> &, Contact<2> &, bool,
+                                                      const MultiVector &);
+  template StaticEquilibrium solve_static_equilibrium(IterativeStatics<3> &, Contact<3> &, bool,
+                                                      const MultiVector &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(StaticEquilibrium, const LinearOperator &, const std::vector<Term> &,
+                            Contact<3> &, bool, const MultiVector &);
+} // namespace squeal

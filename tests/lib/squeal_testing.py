@@ -1,0 +1,195 @@
+"""What the end-to-end tests share: running the program in a temporary directory, reading its tables, comparing modes.
+
+The program under test is named by the environment variable SQUEAL (ctest sets it), else build/release/squeal.
+Only Python's standard library is needed, so that a fresh machine can run the tests.
+"""
+
+import csv
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PROJECT = pathlib.Path(__file__).resolve().parents[2]
+SQUEAL = pathlib.Path(os.environ.get("SQUEAL", PROJECT / "build/release/squeal")).resolve()
+REFERENCE = PROJECT / "tests/data/reference"
+SKIPPED = 77  # SKIP_RETURN_CODE in tests/CMakeLists.txt
+
+# Data too large for this repository lie beside it.
+SHARED = pathlib.Path(os.environ.get("SQUEAL_SHARED", PROJECT.parent / "shared"))
+
+ENVIRONMENT = {
+    **os.environ,
+    # One thread per rank: ctest runs several tests at a time, and equal runs shall give equal digits.
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    # Open MPI refuses root, binds the ranks of all tests to the same cores, and assumes that containers allow
+    # one process to read another's memory.
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+}
+
+# A brake small enough for a second. The pad's contact mesh and the rotor's do not match.
+SMALL_BRAKE = {
+    "Discretization/Degree": 2,
+    "Discretization/Rotor cells": "3, 18, 1",
+    "Discretization/Pad cells": "2, 3, 1",
+    "Output/Fields": "none",
+}
+
+# 888 unknowns: small enough for the dense solver, which needs the eigenvalues of a matrix of twice that size.
+TINY_BRAKE = {
+    "Discretization/Degree": 2,
+    "Discretization/Rotor cells": "2, 9, 1",
+    "Discretization/Pad cells": "1, 2, 1",
+    "Discretization/Clamp layers": 0,
+    "Output/Fields": "none",
+}
+
+# Of reference.md's tables of the brake; the stage is added by the test.
+REFERENCE_BRAKE = {
+    "Operation/Angular velocity": 5,
+    "Contact/Steady pressure": "uniform",
+    "Contact/Friction/Coefficient": 0.4,
+    "Eigenproblem/Maximum frequency": 6300,
+    "Output/Fields": "none",
+}
+PENALTY = {"Contact/Formulation": "penalty", "Contact/Penalty stiffness": 1e12}
+MORTAR = {"Contact/Formulation": "mortar"}
+
+
+def parameter_file(settings):
+    """The text of a parameter file, from {"Section/Key": value}."""
+    lines = []
+    for path, value in settings.items():
+        *sections, key = path.split("/")
+        lines += [f"subsection {section}" for section in sections]
+        lines += [f"set {key} = {value}"]
+        lines += ["end"] * len(sections)
+    return "\n".join(lines) + "\n"
+
+
+def read_table(path):
+    """The rows of a CSV file as dictionaries: numbers where the field is one, None where it is empty."""
+
+    def value(field):
+        try:
+            return float(field) if field else None
+        except ValueError:
+            return field
+
+    with open(path, newline="") as file:
+        return [{key: value(field) for key, field in row.items()} for row in csv.DictReader(file)]
+
+
+def eigenvalue(row):
+    """The eigenvalue of a line of modes.csv or of a reference table, 1/s."""
+    return complex(row["growth_rate_1_per_s"], 2 * math.pi * row["frequency_hz"])
+
+
+def run(*arguments, ranks=1, directory=None, timeout=300, executable=SQUEAL, environment=ENVIRONMENT):
+    """Runs the program; returns subprocess.CompletedProcess with text. A hang fails the test."""
+    command = [str(executable), *(str(argument) for argument in arguments)]
+    if ranks > 1:
+        command = ["mpirun", "-np", str(ranks), *command]
+    process = subprocess.Popen(command, cwd=directory, env=environment, stdin=subprocess.DEVNULL,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        out, err = process.communicate(timeout=timeout)
+    except subprocess.TimeoutExpired:
+        process.terminate()  # unlike kill() this lets mpirun end its ranks
+        out, err = process.communicate()
+        raise AssertionError(f"{' '.join(command)} did not end within {timeout} s.\n{out}{err}") from None
+    return subprocess.CompletedProcess(command, process.returncode, out, err)
+
+
+class TestCase(unittest.TestCase):
+    """A test with a temporary directory of its own, `self.directory`."""
+
+    def setUp(self):
+        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="squeal-test-"))
+        self.addCleanup(shutil.rmtree, self.directory, ignore_errors=True)
+
+    def write(self, name, content):
+        """Writes a file into the temporary directory: text, or a parameter file from a dictionary."""
+        path = self.directory / name
+        path.write_text(parameter_file(content) if isinstance(content, dict) else content)
+        return path
+
+    def analyse(self, settings, ranks=1, executable=SQUEAL, timeout=300):
+        """Runs an analysis that must succeed; returns the directory of its results."""
+        n_runs = len(list(self.directory.glob("run*.prm")))
+        file = self.write(f"run{n_runs}.prm", settings)
+        result = run(file.name, ranks=ranks, directory=self.directory, executable=executable, timeout=timeout)
+        self.assertEqual(result.returncode, 0, f"{settings}\n{result.stdout}{result.stderr}")
+        return self.directory / "output" / file.stem
+
+    def kill(self, settings, is_time):
+        """Starts an analysis, killed.prm, and kills it once is_time(directory of its results); returns the directory."""
+        file = self.write("killed.prm", settings)
+        results = self.directory / "output" / file.stem
+        shutil.rmtree(results, ignore_errors=True)
+        process = subprocess.Popen([str(SQUEAL), file.name], cwd=self.directory, env=ENVIRONMENT,
+                                   stdout=subprocess.DEVNULL)
+        deadline = time.monotonic() + 120
+        while not is_time(results) and time.monotonic() < deadline:
+            time.sleep(0.005)
+        process.kill()
+        process.wait()
+        return results
+
+    def resume(self):
+        """Goes on with what was killed; it must succeed and say that it does not begin anew."""
+        result = run("killed.prm", directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("Resumed after", result.stdout)
+
+    def modes(self, settings, **options):
+        """The modes (lines of modes.csv) of an analysis that must succeed, of its last mesh."""
+        rows = read_table(self.analyse(settings, **options) / "modes.csv")
+        return [row for row in rows if row["cycle"] == rows[-1]["cycle"]]
+
+    def eigenvalues(self, settings, **options):
+        return [eigenvalue(row) for row in self.modes(settings, **options)]
+
+    def pairs(self, computed, expected):
+        """Pairs two sets of eigenvalues, the nearest first: every one has exactly one partner.
+        Returns [(computed, expected)] in the order of `expected`."""
+        self.assertEqual(len(computed), len(expected),
+                         f"the numbers of modes differ: computed {computed}, expected {expected}")
+        distances = sorted((abs(a - b), i, j) for i, a in enumerate(computed) for j, b in enumerate(expected))
+        partner, used = {}, set()
+        for _, i, j in distances:
+            if i not in used and j not in partner:
+                partner[j] = i
+                used.add(i)
+        return [(computed[partner[j]], b) for j, b in enumerate(expected)]
+
+    def assertSameModes(self, computed, expected, tolerance):
+        """Two sets of eigenvalues agree: |l - l'| <= tolerance |l'| for each pair."""
+        for a, b in self.pairs(computed, expected):
+            self.assertLessEqual(abs(a - b), tolerance * abs(b), f"eigenvalue {a}, expected {b}")
+
+
+def reference_eigenvalues(name):
+    """A table of tests/data/reference."""
+    return [eigenvalue(row) for row in read_table(REFERENCE / name)]
+
+
+def require_shared(name):
+    """The path of shared data; where they do not exist, the whole test file ends as skipped."""
+    path = SHARED / name
+    if not path.exists():
+        print(f"SKIPPED: this test needs {name} in the directory named by SQUEAL_SHARED, or in ../shared; "
+              f"{path} does not exist.")
+        sys.exit(SKIPPED)
+    return path

@@ -1,0 +1,181 @@
+"""The command line, the manual of parameters, and the record that each run keeps of its input."""
+
+import json
+import pathlib
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import squeal_testing as st  # noqa: E402
+
+TINY_ROTOR = {
+    "Pads/Arrangement": "none",
+    "Stage": "transport",
+    "Discretization/Degree": 1,
+    "Discretization/Rotor cells": "2, 9, 1",
+    "Output/Fields": "none",
+}
+
+
+class CommandLine(st.TestCase):
+    def assertPrints(self, *arguments):
+        """Runs the program where it must succeed and compute nothing; returns what it prints."""
+        before = sorted(self.directory.rglob("*"))
+        result = st.run(*arguments, directory=self.directory, timeout=60)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertNotIn("squeal:", result.stderr)
+        self.assertEqual(sorted(self.directory.rglob("*")), before, "nothing may be written")
+        return result.stdout
+
+    def test_version(self):
+        self.assertRegex(self.assertPrints("--version"), r"^squeal \d+\.\d+\.\d+\n$")
+
+    def test_help(self):
+        text = self.assertPrints("--help")
+        for option in ["--set", "--check", "--print-parameters", "--version", "--help"]:
+            self.assertIn(option, text)
+
+    def test_check_computes_nothing(self):
+        self.write("case.prm", {**st.SMALL_BRAKE, "Contact/Friction/Coefficient": 0.123})
+        text = self.assertPrints("--check", "case.prm")
+        for word in ["case.prm", "0.123", "mortar", "output/case"]:
+            self.assertIn(word, text)
+
+    def test_runs_without_a_directory_for_temporary_files(self):
+        """Many runs that start and end at the same time once shared one, and took it from each other."""
+        self.write("case.prm", TINY_ROTOR)
+        result = st.run("case.prm", directory=self.directory, environment={**st.ENVIRONMENT, "TMPDIR": "/dev/null"})
+        self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_set_overrides_the_file(self):
+        self.write("case.prm", st.SMALL_BRAKE)
+        text = self.assertPrints("--check", "case.prm", "--set", "Contact/Friction/Coefficient=0.123",
+                                 "--set", "Output/Directory = elsewhere")
+        self.assertIn("0.123", text)
+        self.assertIn("elsewhere", text)
+
+    def test_the_last_of_two_settings_counts(self):
+        self.write("case.prm", st.SMALL_BRAKE)
+        text = self.assertPrints("--check", "case.prm", "--set", "Contact/Friction/Coefficient=0.123",
+                                 "--set", "Contact/Friction/Coefficient=0.456")
+        self.assertIn("0.456", text)
+        self.assertNotIn("0.123", text)
+
+    def test_shipped_parameter_files_are_valid(self):
+        files = sorted((st.PROJECT / "prm").glob("**/*.prm"))
+        self.assertTrue(files)
+        for file in files:
+            with self.subTest(file.name):
+                # Names of matrix files are relative to the project.
+                result = st.run("--check", file, directory=st.PROJECT, timeout=60)
+                self.assertEqual(result.returncode, 0, result.stderr)
+
+    # The manual
+
+    def test_manual_as_parameter_file(self):
+        manual = self.assertPrints("--print-parameters=prm")
+        self.write("manual.prm", manual)
+        self.write("empty.prm", "")
+        described = [self.assertPrints("--check", name).replace(name[:-4], "") for name in ["manual.prm", "empty.prm"]]
+        self.assertEqual(described[0], described[1], "the printed values are not the defaults")
+
+        # Values that differ from the defaults survive being written and read as well.
+        directory = self.analyse({**TINY_ROTOR, "Rotor/Material/Density": 7123.456789})
+        again = st.run("--check", directory / "parameters.prm", directory=self.directory)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertIn("7123.456789", (directory / "parameters.prm").read_text())
+
+    def test_manual_as_json(self):
+        manual = json.loads(self.assertPrints("--print-parameters=json"))
+        thickness = manual["Rotor"]["Thickness"]
+        self.assertEqual(float(thickness["default_value"]), 0.012)
+        self.assertIn("m.", thickness["documentation"])
+
+    def test_manual_as_table(self):
+        lines = self.assertPrints("--print-parameters=md").splitlines()
+        n_columns = lines[0].count("|")
+        for line in lines:
+            # A bar inside of a cell must be escaped, or it ends the cell.
+            self.assertEqual(line.replace(r"\|", "").count("|"), n_columns, line)
+            self.assertNotIn("MAX_DOUBLE", line)
+
+        def keys(tree, path=()):
+            for name, node in tree.items():
+                name = name.replace("_20", " ")
+                yield from ["/".join((*path, name))] if "default_value" in node else keys(node, (*path, name))
+
+        manual = json.loads(self.assertPrints("--print-parameters=json"))
+        self.assertEqual([line.split("|")[1].strip() for line in lines[2:]], list(keys(manual)))
+
+    def test_reference_in_the_manual(self):
+        """doc/parameters.md is what the program says; its head tells how to make it again."""
+        self.assertTrue((st.PROJECT / "doc/parameters.md").read_text().endswith(
+            "\n\n" + self.assertPrints("--print-parameters=md")))
+
+    def test_every_parameter_is_explained(self):
+        for line in self.assertPrints("--print-parameters=md").splitlines()[2:]:
+            self.assertNotEqual(line.replace(r"\|", "").split("|")[4].strip(), "", line)
+
+    # The record of a run
+
+    def test_record_of_the_input(self):
+        text = "# A remark\r\nset Stage=elastic\n\n" + st.parameter_file({**TINY_ROTOR, "Stage": "elastic"}) + "  "
+        self.write("case.prm", text)
+        result = st.run("case.prm", directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        results = self.directory / "output/case"
+        self.assertEqual((results / "original.prm").read_bytes(), (self.directory / "case.prm").read_bytes())
+        self.assertEqual((results / "log.txt").read_text(), result.stdout)
+
+    def test_parameters_prm_reproduces_the_run(self):
+        self.write("case.prm", st.SMALL_BRAKE)
+        first = st.run("case.prm", "--set", "Contact/Friction/Coefficient=0.4567", directory=self.directory)
+        self.assertEqual(first.returncode, 0, first.stderr)
+        results = self.directory / "output/case"
+        second = st.run(results / "parameters.prm", "--set", "Output/Directory=again", directory=self.directory)
+        self.assertEqual(second.returncode, 0, second.stderr)
+        self.assertEqual((self.directory / "again/modes.csv").read_bytes(), (results / "modes.csv").read_bytes())
+        self.assertTrue(st.read_table(results / "modes.csv"))
+
+    def test_results_of_an_earlier_run_are_removed(self):
+        settings = {**TINY_ROTOR, "Output/Directory": "results", "Output/Fields": "all", "Output/Animation frames": 2}
+        self.analyse_into_results(settings)
+        results = self.directory / "results"
+        self.assertTrue(list(results.glob("mode-*")))
+        (results / "notes.txt").write_text("mine")
+        self.analyse_into_results({**settings, "Output/Fields": "none"})
+        self.assertFalse(list(results.glob("mode-*")))
+        self.assertEqual((results / "notes.txt").read_text(), "mine", "a file of the user's was touched")
+
+    def analyse_into_results(self, settings):
+        self.write("case.prm", settings)
+        result = st.run("case.prm", directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_tables(self):
+        # Names and order of columns that comparison scripts rely on; unknown values are empty.
+        results = self.analyse(st.SMALL_BRAKE)
+        modes = "cycle,mode,growth_rate_1_per_s,frequency_hz,damping_ratio,verdict," \
+                "growth_rate_error_1_per_s,frequency_error_hz,backward_error,condition_number," \
+                "d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2"
+        self.assertTrue((results / "modes.csv").read_text().startswith(modes))
+        rows = st.read_table(results / "modes.csv")
+        self.assertEqual([row["mode"] for row in rows], list(range(1, len(rows) + 1)))
+        frequencies = [row["frequency_hz"] for row in rows]
+        self.assertEqual(frequencies, sorted(frequencies))
+        self.assertLessEqual(frequencies[-1], 6000)
+        for row in rows:
+            l = st.eigenvalue(row)
+            self.assertAlmostEqual(row["damping_ratio"], -l.real / abs(l), delta=1e-9)
+            self.assertIn(row["verdict"], ["stable", "flutter", "divergence", "marginal", "undecided"])
+        cycles = (results / "cycles.csv").read_text().splitlines()
+        self.assertTrue(cycles[0].startswith("cycle,cells,dofs,multipliers,seconds_"))
+        self.assertTrue(cycles[0].endswith(",seconds_total,memory_mib"))
+        static = (results / "static.csv").read_text().splitlines()
+        self.assertEqual(static[0], "cycle,pad,normal_force_n,friction_force_n,friction_torque_nm,contact_area_m2,"
+                                    "max_pressure_pa,max_penetration_m,self_energising_gain")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

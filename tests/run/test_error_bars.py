@@ -1,0 +1,114 @@
+"""Error bars against the true errors of the reference tables (tests/data/reference), on adaptively refined meshes.
+
+A bar is good if it holds the true error and is not much longer. What is demanded, over all modes and meshes:
+95 % of the bars cover the true error, at most 20 % exceed it by more than a factor of 5 (growth rates on the coarse mesh:
+not reached), no verdict is contradicted by the reference, and taking the estimated error off brings 90 % of the eigenvalues
+nearer to the reference.
+All tables with three meshes: tests/benchmark/error_bars.py.
+"""
+
+import pathlib
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import error_statistics as es  # noqa: E402
+import squeal_testing as st  # noqa: E402
+
+# In these 22 to 25 modes lies the triple at 4750, 4769, 4773 Hz, closer together than the coarse mesh's errors, 65 Hz.
+TABLES = ["T4", "T6"]
+
+
+class AgainstReference(st.TestCase):
+    comparisons = None
+
+    def setUp(self):
+        super().setUp()
+        if AgainstReference.comparisons is not None:
+            return
+        found = []
+        for table in TABLES:
+            rows = st.read_table(self.analyse(es.settings(table, **es.ADAPTIVE, **{"Refinement/Cycles": 2}),
+                                              timeout=900) / "modes.csv")
+            found += es.compare(table, rows)
+        AgainstReference.comparisons = found
+        print(es.table(found), flush=True)
+
+    def test_statistics(self):
+        # The window's end, 6300 Hz, lies among modes that are 65 Hz too high on the coarse mesh: 22 of the 25 are
+        # left of each table there, and at least as many on the finer one.
+        self.assertGreaterEqual(len(self.comparisons), 2 * 2 * 22)
+        s = es.statistics(self.comparisons)
+        for quantity in ["frequency", "growth"]:
+            self.assertGreaterEqual(s.covered[quantity], 0.95 * s.modes, f"{quantity}: too many bars are too short")
+            self.assertLessEqual(s.wide[quantity], 0.2 * s.modes, f"{quantity}: too many bars are too long")
+        self.assertGreaterEqual(s.improved, 0.9 * s.modes)
+
+    def test_verdicts(self):
+        wrong = [c for c in self.comparisons if c.is_contradicted]
+        self.assertFalse(wrong, "verdicts against the reference")
+        # Bars as long as everything would decide nothing: most modes of T6 are well damped.
+        damped = [c for c in self.comparisons if c.table == "T6"]
+        self.assertGreaterEqual(sum(c.row["verdict"] == "stable" for c in damped), 0.9 * len(damped))
+
+    def test_refinement_decides(self):
+        """On the coarse mesh the bars of the triple are longer than a growth rate of -43 1/s; on the finer they are
+        not. Its partner is found by the reference."""
+        def with_verdict(cycle, wanted):
+            return {(c.table, c.reference) for c in self.comparisons
+                    if c.cycle == cycle and (c.row["verdict"] == "undecided") == wanted}
+
+        decided = with_verdict(0, True) & with_verdict(1, False)
+        self.assertTrue(decided, "no undecided mode was decided by refinement")
+        self.assertTrue(any(table == "T6" for table, _ in decided))
+
+
+class Parallel(st.TestCase):
+    def test_ranks(self):
+        """Which cells are refined does not depend on the ranks: the same meshes, modes and bars."""
+        settings = {**st.SMALL_BRAKE, **st.PENALTY, **es.ADAPTIVE, "Refinement/Cycles": 2,
+                    "Eigenproblem/Maximum frequency": 1500}
+        serial, parallel = (self.analyse(settings, ranks=ranks) for ranks in [1, 3])
+        meshes = [[(row["cells"], row["dofs"]) for row in st.read_table(results / "cycles.csv")]
+                  for results in [serial, parallel]]
+        self.assertEqual(len(meshes[0]), 2)
+        self.assertLess(meshes[0][0], meshes[0][1])
+        self.assertEqual(*meshes)
+        rows = [st.read_table(results / "modes.csv") for results in [serial, parallel]]
+        self.assertEqual(len(rows[0]), len(rows[1]))
+        for a, b in zip(*rows):
+            self.assertEqual((a["cycle"], a["mode"], a["verdict"]), (b["cycle"], b["mode"], b["verdict"]))
+            l = abs(st.eigenvalue(a))
+            self.assertLessEqual(abs(st.eigenvalue(a) - st.eigenvalue(b)), 1e-8 * l)
+            # Differences of the eigenvalues, which the solver knows to 1e-9 of their size at most, enter the bars.
+            for key in ["frequency_error_hz", "growth_rate_error_1_per_s"]:
+                self.assertLessEqual(abs(a[key] - b[key]), 1e-6 * abs(a[key]) + 1e-12 * l, f"mode {a['mode']}: {key}")
+
+
+class Budgets(st.TestCase):
+    """Refinement ends where the next mesh would cost more than is allowed, and says why."""
+
+    LAYER = {"Scene": "strip", "Stage": "full", "Operation/Angular velocity": 2, "Contact/Steady pressure": "uniform",
+             "Discretization/Rotor cells": "1, 20, 2", "Discretization/Pad cells": "1, 5, 2", "Discretization/Degree": 1,
+             "Eigenproblem/Maximum frequency": 60000, "Output/Fields": "none", "Refinement/Cycles": 3}
+
+    def study(self, **limits):
+        results = self.analyse({**self.LAYER, **{f"Refinement/{key}": value for key, value in limits.items()}})
+        return len(st.read_table(results / "cycles.csv")), (results / "log.txt").read_text()
+
+    def test_limits(self):
+        for strategy in ["uniform", "adaptive"]:
+            for key, small, large in [("Maximum unknowns", 10, 100000), ("Maximum time", 1e-3, 1e5),
+                                      ("Maximum memory", 0.01, 1000)]:
+                with self.subTest(strategy=strategy, limit=key):
+                    meshes, log = self.study(Strategy=strategy, Tolerance=1e-9, **{key: small})
+                    self.assertEqual(meshes, 1)
+                    self.assertRegex(log, rf"No further mesh: it would have about \d+ unknowns.* than Refinement/{key} = ")
+                    meshes, log = self.study(Strategy=strategy, Tolerance=1e-9, **{key: large})
+                    self.assertEqual(meshes, 3)
+                    self.assertNotIn("No further mesh", log)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

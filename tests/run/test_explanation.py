@@ -1,0 +1,122 @@
+"""Why a mode is unstable: Rayleigh coefficients, their split by origin, left vectors, sensitivities.
+
+Expected: with x^H M x = 1 the coefficients of (30) are those of a scalar equation that l satisfies, so one root of (31)
+is l to the accuracy of the solver. Its imaginary part makes the growth rate the sum of -(d w + n)/(2 w + g) over all
+terms. Energy: the internal forces of one body do no work on a conservative term.
+"""
+
+import math
+import pathlib
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import squeal_testing as st  # noqa: E402
+
+STAGES = ["elastic", "transport", "friction", "friction_damping", "full"]
+
+# Two dimensions, less than a second; a load off the middle lifts a part of the block off.
+STRIP = {
+    "Scene": "strip",
+    "Operation/Angular velocity": 2,
+    "Discretization/Degree": 2,
+    "Discretization/Rotor cells": "1, 24, 2",
+    "Discretization/Pad cells": "1, 7, 2",
+    "Eigenproblem/Maximum frequency": 36000,
+    "Eigenproblem/Tolerance": 1e-10,
+    "Rotor/Material/Mass proportional damping": 20,
+    "Output/Fields": "none",
+}
+FALLING = {"Contact/Friction/Law": "falling", "Contact/Friction/Coefficient": 0.5,
+           "Contact/Friction/Coefficient at speed": 0.2, "Contact/Friction/Decay speed": 3}
+
+
+class Explanation(st.TestCase):
+    def test_rayleigh_coefficients(self):
+        for stage in STAGES:
+            for formulation in [st.MORTAR, st.PENALTY]:
+                with self.subTest(stage=stage, **formulation):
+                    directory = self.analyse({**st.SMALL_BRAKE, **formulation, "Stage": stage})
+                    modes = st.read_table(directory / "modes.csv")
+                    parts = st.read_table(directory / "contributions.csv")
+                    self.assertGreater(len(modes), 10)
+                    for mode in modes:
+                        size = abs(st.eigenvalue(mode))
+                        self.assertLess(mode["rayleigh_defect"], 1e-8)
+                        self.assertLess(mode["left_backward_error"], 1e-9)
+                        self.assertGreater(mode["condition_number"], 0.9)
+                        own = [part for part in parts if part["mode"] == mode["mode"]]
+                        growth = sum(part["growth_rate_1_per_s"] for part in own)
+                        self.assertLess(abs(growth - mode["growth_rate_1_per_s"]), 1e-8 * size)
+                        for key in ["d_1_per_s", "g_1_per_s"]:
+                            self.assertLess(abs(sum(part[key] for part in own) - mode[key]), 1e-8 * size)
+                        for key in ["k_1_per_s2", "n_1_per_s2"]:
+                            self.assertLess(abs(sum(part[key] for part in own) - mode[key]), 1e-8 * size**2)
+                        # What is conservative feeds nothing in, body by body where it is internal to a body.
+                        for part in own:
+                            if part["origin"] in ["elasticity", "transport"]:
+                                self.assertLess(abs(part["growth_rate_1_per_s"]), 1e-8 * size)
+                        contact = sum(part["growth_rate_1_per_s"] for part in own if part["origin"] == "contact")
+                        self.assertLess(abs(contact), 1e-8 * size)
+                        if stage in ["elastic", "transport"]:
+                            # z = x, so that z^H Q'(l) x = j (2 w + g)
+                            w = 2 * math.pi * mode["frequency_hz"]
+                            self.assertLess(abs(mode["condition_number"] - 2 * w / (2 * w + mode["g_1_per_s"])),
+                                            1e-6)
+
+    def test_ladder(self):
+        """All stages side by side: those of separate runs; undamped friction with a turning rotor is unstable."""
+        directory = self.analyse({**st.SMALL_BRAKE, **st.MORTAR, "Stage": "ladder"})
+        rows = st.read_table(directory / "ladder.csv")
+        for stage in STAGES:
+            own = [row for row in rows if row["stage"] == stage]
+            self.assertSameModes([st.eigenvalue(row) for row in own],
+                                 self.eigenvalues({**st.SMALL_BRAKE, **st.MORTAR, "Stage": stage}), 1e-8)
+            if stage in ["elastic", "transport"]:
+                self.assertEqual({row["verdict"] for row in own}, {"marginal"})
+            if stage == "friction":
+                self.assertIn("flutter", {row["verdict"] for row in own})
+
+    def check_sensitivities(self, settings):
+        directory = self.analyse({**settings, "Output/Sensitivities": "true"})
+        base = st.read_table(directory / "modes.csv")
+        table = st.read_table(directory / "sensitivities.csv")
+        parameters = sorted({row["parameter"] for row in table})
+        self.assertGreater(len(parameters), 6)
+        for name in parameters:
+            rows = [row for row in table if row["parameter"] == name]
+            value = rows[0]["value"]
+            if value == 0:
+                continue
+            # Five-point differences of the eigenvalues of whole runs.
+            h = 2e-3 * value
+            shifted = {}
+            for k in [-2, -1, 1, 2]:
+                run = self.eigenvalues({**settings, name: repr(value + k * h)})
+                shifted[k] = [a for a, _ in self.pairs(run, [st.eigenvalue(mode) for mode in base])]
+            for j, row in enumerate(rows):
+                quotient = (8 * (shifted[1][j] - shifted[-1][j]) - (shifted[2][j] - shifted[-2][j])) / (12 * h)
+                computed = complex(row["d_growth_rate_1_per_s"], 2 * math.pi * row["d_frequency_hz"])
+                size = abs(st.eigenvalue(base[j]))
+                self.assertLessEqual(abs(computed - quotient) * value, 1e-5 * abs(quotient) * value + 1e-8 * size,
+                                     f"{name}, mode {j + 1}: {computed}, by differences {quotient}")
+
+    def test_sensitivities_mortar(self):
+        self.check_sensitivities({**STRIP, **st.MORTAR})
+
+    def test_sensitivities_penalty_falling(self):
+        self.check_sensitivities({**STRIP, **FALLING, "Contact/Formulation": "penalty",
+                                  "Contact/Penalty stiffness": 1e12})
+
+    def test_sensitivities_uniform(self):
+        self.check_sensitivities({**st.SMALL_BRAKE, **st.MORTAR, "Contact/Steady pressure": "uniform",
+                                  "Contact/Friction/Coefficient": 0.3, "Eigenproblem/Maximum frequency": 2000})
+
+    def test_sensitivities_prestress(self):
+        self.check_sensitivities({**STRIP, **st.MORTAR, "Prestress/Stress stiffness": "true",
+                                  "Prestress/Turning contact": "true"})
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

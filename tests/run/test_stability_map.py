@@ -1,0 +1,137 @@
+"""Stability maps over two parameters: the grid, the traced border against closed forms, resumption after a kill.
+
+prm/theory/ziegler_map.prm: det = 2 l^4 + 7 b l^3 + (7 - 2 p + b^2) l^2 + 2 b l + 1 is zero at l = j w for w^2 = 2/7 (odd
+part) and p = 41/28 + b^2/2 (even part): the border for b > 0.
+
+The same pendulum under a load of which a quarter follows the rod diverges at p = (3 - sqrt(11/3))/2 whatever b: the
+velocity terms vanish at l = 0.
+"""
+
+import math
+import pathlib
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import squeal_testing as st  # noqa: E402
+
+ZIEGLER_MAP = st.PROJECT / "prm/theory/ziegler_map.prm"
+STRIP = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 12, 1",
+         "Discretization/Degree": 1,
+         "Discretization/Pad cells": "1, 4, 1", "Contact/Friction/Law": "falling", "Contact/Friction/Coefficient": 0.6,
+         "Contact/Friction/Decay speed": 2, "Contact/Steady pressure": "uniform",
+         "Pads/Material/Stiffness proportional damping": 1e-7, "Eigenproblem/Maximum frequency": 20000,
+         "Output/Fields": "none"}
+STRIP_MAP = {**STRIP, "Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.3 : 0.7 : 3",
+             "Sweep/Second parameter": "Operation/Angular velocity", "Sweep/Second values": "1 : 3 : 3"}
+
+
+class StabilityMaps(st.TestCase):
+    def ziegler(self, *overrides):
+        results = self.directory / "ziegler"
+        settings = [argument for override in overrides for argument in ("--set", override)]
+        result = st.run(ZIEGLER_MAP, "--set", f"Output/Directory={results}", *settings, directory=st.PROJECT)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        return st.read_table(results / "map.csv"), st.read_table(results / "border.csv")
+
+    def assertPolyline(self, points, cell):
+        """Pieces of at most half a cell of the grid."""
+        for a, b in zip(points, points[1:]):
+            length = math.hypot((a["first_value"] - b["first_value"]) / cell[0],
+                                (a["second_value"] - b["second_value"]) / cell[1])
+            self.assertLess(length, 0.5 + 1e-9)
+            self.assertGreater(length, 0)
+
+    def test_closed_form(self):
+        grid, border = self.ziegler()
+        self.assertEqual(len(grid), 16 * 13)
+        for row in grid:
+            p, b = row["first_value"], row["second_value"]
+            grows = p > 41 / 28 + b ** 2 / 2
+            self.assertEqual((row["unstable_modes"], row["verdict"]), (1, "flutter") if grows else (0, "stable"), (p, b))
+            self.assertEqual(row["growth_rate_1_per_s"] > 0, grows)
+        self.assertEqual({row["curve"] for row in border}, {0}, "one curve, found once")
+        for row in border:
+            self.assertLess(abs(row["first_value"] - 41 / 28 - row["second_value"] ** 2 / 2), 1e-8)
+            self.assertLess(abs(2 * math.pi * row["frequency_hz"] - math.sqrt(2 / 7)), 1e-8)
+            self.assertEqual(row["kind"], "flutter")
+        ends = sorted(row["second_value"] for row in border)
+        self.assertEqual((ends[0], ends[-1]), (0.02, 1.22), "from edge to edge of the map")
+        self.assertPolyline(border, (0.1, 0.1))
+
+    def test_grid_point_on_the_border(self):
+        """b = 0.5 and p = 41/28 + 1/8 are a point of the grid: the border runs through it, once."""
+        on_border = 41 / 28 + 0.125
+        grid, border = self.ziegler(f"Sweep/Values=1.2, 1.4, {on_border!r}, 1.8", "Sweep/Second values=0.25, 0.5, 0.75")
+        self.assertEqual({row["curve"] for row in border}, {0})
+        for row in border:
+            self.assertLess(abs(row["first_value"] - 41 / 28 - row["second_value"] ** 2 / 2), 1e-8)
+        self.assertEqual({0.25, 0.75} - {row["second_value"] for row in border}, set())
+
+    def test_divergence(self):
+        load = st.PROJECT / "prm/theory/quarter_follower_load.mtx"
+        grid, border = self.ziegler(f"Matrices/Circulatory={load}", "Sweep/Values=0.1 : 1.1 : 6",
+                                    "Sweep/Second values=0.1 : 0.4 : 4")
+        expected = (3 - math.sqrt(11 / 3)) / 2
+        self.assertEqual({(row["curve"], row["kind"]) for row in border}, {(0, "divergence")})
+        for row in border:
+            self.assertLess(abs(row["first_value"] - expected), 1e-10)
+            self.assertEqual(row["frequency_hz"], 0)
+        self.assertEqual({row["verdict"] for row in grid if row["first_value"] > expected}, {"divergence"})
+        self.assertPolyline(border, (0.2, 0.1))
+
+    def test_undamped_border_is_no_zero_of_the_growth_rate(self):
+        """Without damping modes are marginal up to the coalescence: nothing to trace, and no failure."""
+        grid, border = self.ziegler("Matrices/Velocity=", "Sweep/Second parameter=Operation/Angular velocity",
+                                    "Sweep/Second values=1, 2")
+        self.assertEqual(border, [])
+        self.assertEqual({row["verdict"] for row in grid if row["first_value"] < 3.5 - math.sqrt(2)}, {"marginal"})
+
+    def test_contact(self):
+        """On a strip: growth changes its sign across every point of the border, and nowhere else."""
+        directory = self.analyse(STRIP_MAP)
+        grid, border = st.read_table(directory / "map.csv"), st.read_table(directory / "border.csv")
+        self.assertEqual(len(grid), 9)
+        self.assertGreater(len(border), 3)
+        self.assertGreater(len({row["unstable_modes"] for row in grid}), 1)
+        for row in border[::3]:
+            growth = []
+            for factor in [1 - 1e-4, 1, 1 + 1e-4]:
+                modes = self.eigenvalues({**STRIP, "Contact/Friction/Coefficient": repr(row["first_value"] * factor),
+                                          "Operation/Angular velocity": repr(row["second_value"])})
+                own = min(modes, key=lambda l: abs(l.imag - 2 * math.pi * row["frequency_hz"]))
+                growth.append(own.real)
+            self.assertLess(growth[0] * growth[2], 0)
+            self.assertLess(abs(growth[1]), 1e-5 * abs(growth[2] - growth[0]))
+
+    def test_killed_and_resumed(self):
+        whole = self.analyse(STRIP_MAP)
+        n_grid = 1 + 3 * 3
+        for n_lines in [4, n_grid]:  # on the grid; while the border is traced
+            with self.subTest(killed_after=n_lines):
+                results = self.kill(STRIP_MAP, lambda results: (results / "map.csv").exists() and
+                                    (results / "map.csv").read_text().count("\n") >= n_lines)
+                self.assertTrue((results / "map.state").exists())
+                self.resume()
+                for name in ["map.csv", "border.csv"]:
+                    self.assertEqual((whole / name).read_text(), (results / name).read_text())
+                self.assertFalse((results / "map.state").exists())
+
+    def test_bad_maps(self):
+        for change, part in [({"Sweep/Second parameter": "Rotor/Thickness"}, "keeps the mesh"),
+                             ({"Sweep/Second parameter": "Contact/Friction/Coefficient"}, "another one"),
+                             ({"Sweep/Second parameter": "Contact/Friction/Coeficient"}, "Contact/Friction/Coefficient"),
+                             ({"Sweep/Second values": "1, x"}, "Sweep/Second values"),
+                             ({"Sweep/Second values": "1"}, "at least two"),
+                             ({"Sweep/Parameter": "none"}, "Sweep/Parameter is needed"),
+                             ({"Sweep/Critical values": "true"}, "border")]:
+            with self.subTest(**change):
+                file = self.write("bad.prm", {**STRIP_MAP, **change})
+                result = st.run(file.name, directory=self.directory)
+                self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+                self.assertIn(part, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
