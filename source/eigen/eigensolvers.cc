@@ -299,7 +299,7 @@ namespace squeal
       }
     };
 
-    /// MultiVector Krylov: as many right-hand sides a step as the factors serve at the cost of a
+    /// Block Krylov: as many right-hand sides a step as the factors serve at the cost of a
     /// few.
     class BlockKrylov : public ShiftInvertSolver
     {

@@ -229,9 +229,9 @@ namespace squeal
       prm.add_parameter("Length", length, "Period of the layer in x, m.", positive());
       prm.add_parameter("Thickness", thickness,
                         "Thickness of the layer, m; its lower face is fixed.", positive());
-      prm.add_parameter("MultiVector length", block_length,
-                        "Length of the block, centred on x = 0, m.", positive());
-      prm.add_parameter("MultiVector thickness", block_thickness, "Thickness of the block, m.",
+      prm.add_parameter("Block length", block_length, "Length of the block, centred on x = 0, m.",
+                        positive());
+      prm.add_parameter("Block thickness", block_thickness, "Thickness of the block, m.",
                         positive());
       prm.leave_subsection();
     }
@@ -239,7 +239,7 @@ namespace squeal
     void Strip::check() const
     {
       if (block_length >= length)
-        fail("Strip/MultiVector length", block_length,
+        fail("Strip/Block length", block_length,
              "it must be shorter than Strip/Length = " + std::to_string(length) + " m.");
     }
 

@@ -27,7 +27,7 @@ namespace squeal
     unsigned int block_size = 6;
   };
 
-  /// MultiVector Krylov search of (l^2 M + l P + Q) x = 0 with shift-invert at the real shift s, in
+  /// Block Krylov search of (l^2 M + l P + Q) x = 0 with shift-invert at the real shift s, in
   /// real arithmetic. With l = s + c/theta, theta is an eigenvalue of
   ///     S (a, b) = (-Q(s)^{-1} (c Q'(s) a + c^2 M b), a),      a = theta b, x = b,
   /// and, without a velocity term, of S b = c^2 F^{-1} M b, F = Q + t M, l^2 = t - c^2/theta, where
