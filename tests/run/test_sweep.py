@@ -80,9 +80,13 @@ class Sweeps(st.TestCase):
                 self.assertSameModes(own, self.eigenvalues({**settings, name: last}), 1e-8)
 
     def test_long(self):
-        """Pads that lift off on the way: bases are restarted, and what follows is as good as a run of its own."""
+        """Pads that lift off on the way: bases are restarted, and what follows is as good as a run of its own.
+
+        A projected eigenvalue is of the first order in its residual: its relative error was up to 190 times the
+        backward error here, of which a fifth of the tolerance is allowed. So the tolerance of 1e-10 must give 4e-9.
+        (With 1e-9 errors were 6e-9 or 1.2e-8, depending on the kernels of the BLAS.)"""
         settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 5000,
-                    "Eigenproblem/Error bars": "false"}
+                    "Eigenproblem/Error bars": "false", "Eigenproblem/Tolerance": 1e-10}
         directory = self.analyse({**settings, "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1 : 0.6 : 101"})
         log = (directory / "log.txt").read_text()
         full, values, restarts = map(int, re.search(
@@ -93,8 +97,8 @@ class Sweeps(st.TestCase):
         rows = st.read_table(directory / "sweep.csv")
         for value in [0.35, 0.6]:
             own = [st.eigenvalue(row) for row in rows if abs(row["parameter"] - value) < 1e-12]
-            self.assertSameModes(own, self.eigenvalues({**settings, FRICTION: value}), 1e-8)
-        self.assertLess(max(row["backward_error"] for row in rows), 1e-8)
+            self.assertSameModes(own, self.eigenvalues({**settings, FRICTION: value}), 4e-9)
+        self.assertLess(max(row["backward_error"] for row in rows), 1e-9)
 
     def test_ranks(self):
         """One and two ranks: the same branches and eigenvalues."""
