@@ -53,7 +53,7 @@ namespace squeal
 
     private:
       MultiVector interpolate(const MultiVector &column);
-      void release_at_border();
+      void release_at_edge();
       void find_contact_terms();
       /// The functions of a cell in the space of one degree more: n rows, the dim components of a
       /// column side by side, then the pressures of all. They also go to @p result.
@@ -65,7 +65,7 @@ namespace squeal
       /// Adds Z^H Q+ X to T.
       void add_products();
       void eliminate(EigenvalueErrors &errors);
-      std::vector<std::vector<Complex>> other_borders(EigenvalueErrors &errors) const;
+      std::vector<std::vector<Complex>> other_edges(EigenvalueErrors &errors) const;
       void add_state_correction(const DenseMatrix &functions, unsigned int number,
                                 const std::vector<int> &unknowns, const double *solution);
       void add_static_residual();
@@ -210,11 +210,11 @@ namespace squeal
       return result;
     }
 
-    /// The border of contact stays where it is: pressures are enriched only where all contacts are
-    /// closed. The enriched space has nodes on both sides of the border, and each that is closed or
-    /// open by mistake would outweigh all other residuals.
+    /// The edge of the contact zone stays where it is: pressures are enriched only where all
+    /// contacts are closed. The enriched space has nodes on both sides of the edge, and each that
+    /// is closed or open by mistake would outweigh all other residuals.
     template <int dim>
-    void Estimator<dim>::release_at_border()
+    void Estimator<dim>::release_at_edge()
     {
       MultiVector closed(base.rows, 1);
       for (unsigned int row = base.first_local_multiplier; row < base.rows.end; ++row)
@@ -251,7 +251,7 @@ namespace squeal
         pressure = contact->uniform_pressure(prm.pads.pressure);
       contact_terms = BrakeModel<dim>::contact_terms(*contact, pressure, prm);
       if (mortar)
-        release_at_border();
+        release_at_edge();
     }
 
     template <int dim>
@@ -490,7 +490,7 @@ namespace squeal
         for (unsigned int j = 0; j < m; ++j)
           f[i + m * j] =
               -Complex(sums[i + m * j], sums[m * m + i + m * j]) / (2. * modes.lambda[i]);
-      std::vector<std::vector<std::vector<Complex>>> alternatives = {other_borders(errors)};
+      std::vector<std::vector<std::vector<Complex>>> alternatives = {other_edges(errors)};
       if (with_state)
         alternatives.push_back({other_pressure()});
       errors.bounds =
@@ -504,15 +504,15 @@ namespace squeal
       }
     }
 
-    /// First-order changes of the eigenvalues by another border of contact, like F. Their parts go
-    /// to the pads' cells that share the border's nodes.
+    /// First-order changes of the eigenvalues by another edge of the contact zone, like F. Their
+    /// parts go to the pads' cells that share the edge's nodes.
     template <int dim>
-    std::vector<std::vector<Complex>> Estimator<dim>::other_borders(EigenvalueErrors &errors) const
+    std::vector<std::vector<Complex>> Estimator<dim>::other_edges(EigenvalueErrors &errors) const
     {
       if (!model.equilibrium())
         return {};
-      BorderEffects effects = border_effects(model.equilibrium()->border, modes.re, modes.im,
-                                             modes.left_re, modes.left_im);
+      EdgeEffects effects =
+          edge_effects(model.equilibrium()->edge, modes.re, modes.im, modes.left_re, modes.left_im);
       if (effects.rows.empty())
         return {};
       for (unsigned int k = 0; k < m * m; ++k)

@@ -22,14 +22,14 @@ namespace squeal
     const std::vector<double> global = replicate(state);
     ActiveSetChange change;
     double size = 0; // of the displacements, for what counts as rounding
-    for (unsigned int row = 0; row < spaces.rows.size; ++row)
+    for (unsigned int row = 0; row < space->rows.size; ++row)
       if (!is_multiplier[row])
         size = std::max(size, std::abs(global[row]));
 
     if (model.mortar)
     {
       // Weighted gaps int psi_j ([[u]].n - g_0) and the weights' sizes int |psi_j|.
-      std::vector<double> gaps(2 * spaces.rows.size);
+      std::vector<double> gaps(2 * space->rows.size);
       for_each_pair(
           [&](const unsigned int, const Kinematics &k)
           {
@@ -44,12 +44,12 @@ namespace squeal
                     gaps[2 * node.equations[dim] + 1] += std::abs(w);
                   }
           });
-      MPI_Allreduce(MPI_IN_PLACE, gaps.data(), gaps.size(), MPI_DOUBLE, MPI_SUM, spaces.comm);
+      MPI_Allreduce(MPI_IN_PLACE, gaps.data(), gaps.size(), MPI_DOUBLE, MPI_SUM, space->comm);
       double largest_pressure = 0;
-      for (unsigned int row = 0; row < spaces.rows.size; ++row)
+      for (unsigned int row = 0; row < space->rows.size; ++row)
         if (is_multiplier[row])
           largest_pressure = std::max(largest_pressure, std::abs(global[row]));
-      for (unsigned int row = 0; row < spaces.rows.size; ++row)
+      for (unsigned int row = 0; row < space->rows.size; ++row)
         if (is_multiplier[row])
         {
           const double penetration = gaps[2 * row] / gaps[2 * row + 1];
@@ -85,10 +85,10 @@ namespace squeal
               active_points[i][k.first_point + q] = now;
             }
           });
-      change.n_changed           = Utilities::MPI::sum(change.n_changed, spaces.comm);
-      change.n_active            = Utilities::MPI::sum(change.n_active, spaces.comm);
-      change.largest_tension     = Utilities::MPI::max(change.largest_tension, spaces.comm);
-      change.largest_penetration = Utilities::MPI::max(change.largest_penetration, spaces.comm);
+      change.n_changed           = Utilities::MPI::sum(change.n_changed, space->comm);
+      change.n_active            = Utilities::MPI::sum(change.n_active, space->comm);
+      change.largest_tension     = Utilities::MPI::max(change.largest_tension, space->comm);
+      change.largest_penetration = Utilities::MPI::max(change.largest_penetration, space->comm);
     }
     return change;
   }
@@ -96,11 +96,11 @@ namespace squeal
   template <int dim>
   std::vector<std::string> Contact<dim>::lost_contacts() const
   {
-    std::vector<unsigned int> n_active(interfaces.size());
-    for (unsigned int i = 0; i < interfaces.size(); ++i)
+    std::vector<unsigned int> n_active(paired_interfaces().size());
+    for (unsigned int i = 0; i < paired_interfaces().size(); ++i)
       if (model.mortar)
       {
-        for (const ContactFace<dim> &face : interfaces[i].pad_faces)
+        for (const ContactFace<dim> &face : paired_interfaces()[i].pad_faces)
           for (const auto &nodes : face.nodes)
             for (const FreeNode<dim> &node : nodes)
               n_active[i] += is_active(node);
@@ -108,11 +108,11 @@ namespace squeal
       else
         n_active[i] = std::count(active_points[i].begin(), active_points[i].end(), true);
     MPI_Allreduce(MPI_IN_PLACE, n_active.data(), n_active.size(), MPI_UNSIGNED, MPI_SUM,
-                  spaces.comm);
+                  space->comm);
     std::vector<std::string> names;
-    for (unsigned int i = 0; i < interfaces.size(); ++i)
+    for (unsigned int i = 0; i < paired_interfaces().size(); ++i)
       if (n_active[i] == 0)
-        names.push_back(interfaces[i].name);
+        names.push_back(paired_interfaces()[i].name);
     return names;
   }
 
@@ -148,7 +148,7 @@ namespace squeal
     std::size_t hash = std::hash<std::vector<bool>>()(active);
     for (const std::vector<bool> &points : active_points)
       hash = 31 * hash + std::hash<std::vector<bool>>()(points);
-    return Utilities::MPI::sum(hash, spaces.comm);
+    return Utilities::MPI::sum(hash, space->comm);
   }
 
   template void Contact<2>::close();

@@ -12,7 +12,7 @@ namespace squeal
   {
     const std::vector<double> constants = constants_of_normal();
     int is_kept                         = kept_normal.is_of(*this, constants);
-    MPI_Allreduce(MPI_IN_PLACE, &is_kept, 1, MPI_INT, MPI_MIN, spaces.comm);
+    MPI_Allreduce(MPI_IN_PLACE, &is_kept, 1, MPI_INT, MPI_MIN, space->comm);
     if (!is_kept)
       kept_normal = {
           active, active_points, constants, {}, std::make_shared<const Matrix>(normal())};
@@ -35,7 +35,7 @@ namespace squeal
             largest = std::max(largest, std::abs(slope));
           }
         });
-    largest = Utilities::MPI::max(largest, spaces.comm);
+    largest = Utilities::MPI::max(largest, space->comm);
     if (largest > 0)
       for (std::vector<double> &of_interface : slopes)
         for (double &slope : of_interface)
@@ -52,7 +52,7 @@ namespace squeal
       return {0., std::make_shared<const Matrix>(tangential(slopes))};
     const std::vector<double> constants = {double(model.mortar), scale, model.penalty_stiffness};
     int is_kept = kept_friction.is_of(*this, constants) && kept_friction.coefficients == slopes;
-    MPI_Allreduce(MPI_IN_PLACE, &is_kept, 1, MPI_INT, MPI_MIN, spaces.comm);
+    MPI_Allreduce(MPI_IN_PLACE, &is_kept, 1, MPI_INT, MPI_MIN, space->comm);
     if (!is_kept)
       kept_friction = {active, active_points, constants, slopes,
                        std::make_shared<const Matrix>(tangential(slopes))};

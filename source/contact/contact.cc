@@ -9,18 +9,18 @@ namespace squeal
 
   template <int dim>
   Contact<dim>::Contact(const FiniteElementSpace<dim> &spaces, const ContactModel<dim> &model)
-      : spaces(spaces), model(model), element(spaces.fe.degree),
+      : space(&spaces), model(model), element(spaces.fe.degree),
         surfaces(std::make_shared<const std::vector<PairedInterface<dim>>>(
             pair_interfaces(spaces, element))),
-        interfaces(*surfaces), active(spaces.rows.size, true)
+        active(spaces.rows.size, true)
   {
-    MultiVector mark(spaces.rows, 1);
-    for (unsigned int row = spaces.first_local_multiplier; row < spaces.rows.end; ++row)
-      mark.data()[row - spaces.rows.begin] = 1;
+    MultiVector mark(space->rows, 1);
+    for (unsigned int row = space->first_local_multiplier; row < space->rows.end; ++row)
+      mark.data()[row - space->rows.begin] = 1;
     for (const double value : replicate(mark))
       is_multiplier.push_back(value != 0);
     std::size_t n_all_points = 0;
-    for (const PairedInterface<dim> &interface : interfaces)
+    for (const PairedInterface<dim> &interface : paired_interfaces())
     {
       unsigned int n_points = 0;
       for (const FacePair<dim> &pair : interface.pairs)
@@ -47,19 +47,20 @@ namespace squeal
     }
     auto table              = std::make_shared<Tabulated>();
     table->angular_velocity = model.angular_velocity;
-    for (unsigned int i = 0; i < interfaces.size(); ++i)
+    for (unsigned int i = 0; i < paired_interfaces().size(); ++i)
     {
       unsigned int first_point = 0;
-      for (const FacePair<dim> &pair : interfaces[i].pairs)
+      for (const FacePair<dim> &pair : paired_interfaces()[i].pairs)
       {
         const auto shapes = std::make_shared<PairShapes<dim>>(
-            element, interfaces[i].rotor_faces[pair.rotor_face],
-            interfaces[i].pad_faces[pair.pad_face], pair, spaces.geometry, model.angular_velocity);
+            element, paired_interfaces()[i].rotor_faces[pair.rotor_face],
+            paired_interfaces()[i].pad_faces[pair.pad_face], pair, space->geometry,
+            model.angular_velocity);
         shapes->first_point = first_point;
         first_point += pair.points.size();
         Kinematics kinematics(shapes);
         if (with_slopes)
-          kinematics.add_slopes(element, pair, spaces.geometry);
+          kinematics.add_slopes(element, pair, space->geometry);
         work(i, kinematics);
         if (keeps)
           table->pairs.emplace_back(i, shapes);
@@ -92,10 +93,10 @@ namespace squeal
             k.add(entries, k.product(k.n(), c, k.n()));
         });
     if (model.mortar) // Lambda = 0 where the pad has lifted off
-      for (unsigned int row = spaces.first_local_multiplier; row < spaces.rows.end; ++row)
+      for (unsigned int row = space->first_local_multiplier; row < space->rows.end; ++row)
         if (!active[row])
           entries.add(row, row, constraint_stiffness);
-    return entries.make_matrix(spaces.rows);
+    return entries.make_matrix(space->rows);
   }
 
   template <int dim>
@@ -139,13 +140,13 @@ namespace squeal
           else
             k.add(entries, k.product(k.e(), c, k.n()));
         });
-    return entries.make_matrix(spaces.rows);
+    return entries.make_matrix(space->rows);
   }
 
   template <int dim>
   typename Contact<dim>::Pressure Contact<dim>::uniform_pressure(const double value) const
   {
-    Pressure pressure(interfaces.size());
+    Pressure pressure(paired_interfaces().size());
     for_each_pair([&](const unsigned int i, const Kinematics &k)
                   { pressure[i].insert(pressure[i].end(), k.n_points, value); });
     return pressure;
@@ -155,7 +156,7 @@ namespace squeal
   typename Contact<dim>::Pressure Contact<dim>::pressure_of(const MultiVector &state) const
   {
     const std::vector<double> global = replicate(state);
-    Pressure pressure(interfaces.size());
+    Pressure pressure(paired_interfaces().size());
     for_each_pair(
         [&](const unsigned int i, const Kinematics &k)
         {
@@ -212,13 +213,13 @@ namespace squeal
     FrictionDamping result;
     if (dim == 3)
     {
-      result.P = P.make_matrix(spaces.rows);
-      result.Q = Q.make_matrix(spaces.rows);
+      result.P = P.make_matrix(space->rows);
+      result.Q = Q.make_matrix(space->rows);
     }
     if (!model.friction.is_flat())
     {
-      result.P_falling = P_falling.make_matrix(spaces.rows);
-      result.Q_falling = Q_falling.make_matrix(spaces.rows);
+      result.P_falling = P_falling.make_matrix(space->rows);
+      result.Q_falling = Q_falling.make_matrix(space->rows);
     }
     return result;
   }
@@ -262,7 +263,7 @@ namespace squeal
           if (!std::all_of(along_e.begin(), along_e.end(), is_zero))
             k.add_forces(rows, values, k.e(), along_e);
         });
-    return sum_entries(spaces.rows, rows, values);
+    return sum_entries(space->rows, rows, values);
   }
 
   template <int dim>
@@ -307,9 +308,9 @@ namespace squeal
         },
         true);
     Turning result;
-    result.pressure = by_pressure.make_matrix(spaces.rows);
+    result.pressure = by_pressure.make_matrix(space->rows);
     if (with_friction)
-      result.friction = by_friction.make_matrix(spaces.rows);
+      result.friction = by_friction.make_matrix(space->rows);
     return result;
   }
 
@@ -409,13 +410,13 @@ namespace squeal
         },
         turned_from != nullptr);
     if (model.mortar)
-      for (unsigned int row = spaces.first_local_multiplier; row < spaces.rows.end; ++row)
+      for (unsigned int row = space->first_local_multiplier; row < space->rows.end; ++row)
         if (!active[row])
         {
           rows.push_back(row);
           values.push_back(constraint_stiffness * u[row]);
         }
-    return sum_entries(spaces.rows, rows, values);
+    return sum_entries(space->rows, rows, values);
   }
 
   template <int dim>
@@ -423,9 +424,9 @@ namespace squeal
                                                           const MultiVector *state) const
   {
     const std::vector<double> global = state ? replicate(*state) : std::vector<double>();
-    std::vector<ContactResultants> results(interfaces.size());
-    for (unsigned int i = 0; i < interfaces.size(); ++i)
-      results[i].name = interfaces[i].name;
+    std::vector<ContactResultants> results(paired_interfaces().size());
+    for (unsigned int i = 0; i < paired_interfaces().size(); ++i)
+      results[i].name = paired_interfaces()[i].name;
     for_each_pair(
         [&](const unsigned int i, const Kinematics &k)
         {
@@ -456,10 +457,10 @@ namespace squeal
     for (ContactResultants &r : results)
     {
       for (double *sum : {&r.area, &r.normal_force, &r.friction_force, &r.friction_torque})
-        *sum = Utilities::MPI::sum(*sum, spaces.comm);
+        *sum = Utilities::MPI::sum(*sum, space->comm);
       for (double *maximum : {&r.max_pressure, &r.max_penetration})
-        *maximum = Utilities::MPI::max(*maximum, spaces.comm);
-      r.min_pressure = Utilities::MPI::min(r.min_pressure, spaces.comm);
+        *maximum = Utilities::MPI::max(*maximum, space->comm);
+      r.min_pressure = Utilities::MPI::min(r.min_pressure, space->comm);
     }
     return results;
   }

@@ -14,7 +14,7 @@ namespace squeal
     const std::array<std::vector<double>, 2> global = {{replicate(re), replicate(im)}};
     FrictionWork work;
     for (Pressure *part : {&work.friction, &work.damping, &work.falling})
-      part->resize(interfaces.size());
+      part->resize(paired_interfaces().size());
     for_each_pair(
         [&](const unsigned int i, const Kinematics &k)
         {

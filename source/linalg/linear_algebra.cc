@@ -192,6 +192,20 @@ namespace squeal
     n_columns_ += other.n_columns_;
   }
 
+  MultiVector &MultiVector::operator*=(const double factor)
+  {
+    for (double &value : data_)
+      value *= factor;
+    return *this;
+  }
+
+  MultiVector &MultiVector::add(const double factor, const MultiVector &other)
+  {
+    for (std::size_t k = 0; k < data_.size(); ++k)
+      data_[k] += factor * other.data_[k];
+    return *this;
+  }
+
   MultiVector MultiVector::columns(const unsigned int first, const unsigned int n) const
   {
     MultiVector result(rows, n);
@@ -251,9 +265,13 @@ namespace squeal
 
   MultiVector difference(MultiVector a, const MultiVector &b)
   {
-    for (std::size_t k = 0; k < std::size_t(a.n_local()) * a.n_columns(); ++k)
-      a.data()[k] -= b.data()[k];
+    a -= b;
     return a;
+  }
+
+  double length_of(const MultiVector &column)
+  {
+    return std::sqrt(inner_products(column, column)[0]);
   }
 
   double largest_entry(const MultiVector &block)

@@ -146,18 +146,13 @@ namespace squeal
   MultiVector BrakeModel<dim>::static_residual(const Parameters::All &parameters,
                                                const Contact<dim> &contact) const
   {
-    const MultiVector &x = equilibrium_->state;
+    const MultiVector &x = steady.equilibrium->state;
     const bool slides    = parameters.terms().friction;
     MultiVector residual = multiply(contact.normal(), x);
-    const auto add       = [&](const double factor, const MultiVector &block)
-    {
-      for (unsigned int i = 0; i < residual.n_local(); ++i)
-        residual.data()[i] += factor * block.data()[i];
-    };
     if (slides)
-      add(1, multiply(contact.friction(pressure_), x));
-    add(-1, contact.load(pressure_, slides));
-    add(-1, static_load(parameters, spaces_));
+      residual += multiply(contact.friction(steady.pressure), x);
+    residual -= contact.load(steady.pressure, slides);
+    residual -= static_load(parameters, spaces_);
     return residual;
   }
 
@@ -175,7 +170,7 @@ namespace squeal
       const auto residual        = [&](const double value)
       {
         const Parameters::All p = varied(parameter.path, value);
-        Contact<dim> contact    = *contact_;
+        Contact<dim> contact    = *steady.contact;
         contact.set_model(contact_model(p));
         return static_residual(p, contact);
       };
@@ -185,7 +180,7 @@ namespace squeal
       for (const Term &term : parameter.terms)
         if (term.order == 0 && term.matrix && term.coefficient != 0)
         {
-          const MultiVector product = multiply(*term.matrix, equilibrium_->state);
+          const MultiVector product = multiply(*term.matrix, steady.equilibrium->state);
           for (unsigned int i = 0; i < rows.n_local(); ++i)
             right.column(k)[i] -= term.coefficient * product.data()[i];
         }
@@ -194,7 +189,8 @@ namespace squeal
     for (const Term &term : terms_)
       if (is_body_term(term))
         body_terms.push_back(term);
-    const Matrix A = static_tangent(rows, body_terms, *contact_, pressure_, prm.terms().friction);
+    const Matrix A = sum_of_terms(
+        rows, static_terms(body_terms, *steady.contact, steady.pressure, prm.terms().friction));
     if (nearby)
     {
       MultiVector result(rows, 0);
@@ -227,8 +223,9 @@ namespace squeal
       return {};
     const StageTerms stage = prm.terms();
     // Only friction and prestress depend on the steady state.
-    const bool state_matters = equilibrium_ && (stage.friction || prm.prestress.needs_state() ||
-                                                prm.prestress.turning_contact);
+    const bool state_matters =
+        steady.equilibrium &&
+        (stage.friction || prm.prestress.needs_state() || prm.prestress.turning_contact);
     const MultiVector x_p =
         state_matters ? state_derivatives(parameters, nearby) : MultiVector(spaces_.rows, 0);
     const bool has_pads = !geometry.interfaces.empty();
@@ -250,9 +247,8 @@ namespace squeal
         MultiVector state;
         if (state_matters)
         {
-          state = equilibrium_->state;
-          for (unsigned int i = 0; i < state.n_local(); ++i)
-            state.data()[i] += sign * h * x_p.column(k)[i];
+          state = steady.equilibrium->state;
+          state.add(sign * h, x_p.columns(k, 1));
         }
         const auto add = [&](Term term)
         {
@@ -261,11 +257,11 @@ namespace squeal
         };
         if (has_pads)
         {
-          Contact<dim> contact = *contact_;
+          Contact<dim> contact = *steady.contact;
           contact.set_model(contact_model(p));
-          const auto pressure = state_matters  ? contact.pressure_of(state)
-                                : equilibrium_ ? pressure_
-                                               : contact.uniform_pressure(p.pads.pressure);
+          const auto pressure = state_matters        ? contact.pressure_of(state)
+                                : steady.equilibrium ? steady.pressure
+                                                     : contact.uniform_pressure(p.pads.pressure);
           for (Term &term : contact_terms(contact, pressure, p))
             if (term.origin != Origin::contact || prm.contact.formulation != "mortar")
               add(std::move(term));

@@ -67,7 +67,7 @@ namespace squeal
   } // namespace
 
   template <int dim>
-  void BrakeModel<dim>::make_iterative_solver(const bool needs_border)
+  void BrakeModel<dim>::make_iterative_solver(const bool needs_edge)
   {
     PhaseTimer::Scope scope(timer, "assembly");
     iterative = std::make_unique<IterativeStatics<dim>>(
@@ -75,7 +75,7 @@ namespace squeal
         IterativeOptions{prm.static_equilibrium.multigrid,
                          prm.static_equilibrium.maximum_iterations});
     log.line("Static equilibrium by GMRES: " + iterative->description());
-    if (needs_border)
+    if (needs_edge)
       log.line("Error bars take the border of contact for known: what moves it needs factors.");
   }
 
@@ -113,17 +113,16 @@ namespace squeal
                                 [](const Term &term) { return product_of(*term.matrix); }),
                  others.end());
     const auto of_surfaces = std::make_shared<const Matrix>(sum_of_terms(spaces_.rows, others));
-    return make_matrix_free(
-        spaces_.rows,
-        [of_bodies, of_surfaces](const MultiVector &x, const bool transposed)
-        {
-          MultiVector y = of_bodies->multiply(x, transposed);
-          const MultiVector added =
-              transposed ? multiply_transposed(*of_surfaces, x) : multiply(*of_surfaces, x);
-          for (std::size_t i = 0; i < std::size_t(y.n_local()) * y.n_columns(); ++i)
-            y.data()[i] += added.data()[i];
-          return y;
-        });
+    return make_matrix_free(spaces_.rows,
+                            [of_bodies, of_surfaces](const MultiVector &x, const bool transposed)
+                            {
+                              MultiVector y           = of_bodies->multiply(x, transposed);
+                              const MultiVector added = transposed
+                                                            ? multiply_transposed(*of_surfaces, x)
+                                                            : multiply(*of_surfaces, x);
+                              y += added;
+                              return y;
+                            });
   }
 
   template <int dim>
@@ -134,7 +133,7 @@ namespace squeal
                  [](const Term &term)
                  { return term.origin == Origin::contact || term.origin == Origin::friction; });
     const bool slides = prm.terms().friction && prm.n_pads() > 0;
-    iterative->set_up(*contact_, pressure_, slides);
+    iterative->set_up(*steady.contact, steady.pressure, slides);
     QuadraticEigenproblem problem = equations().without_matrices();
     problem.M                     = matrix_free_sum(2);
     if (!terms_of_order(terms_, 1).empty())

@@ -110,10 +110,9 @@ namespace squeal
   void BrakeModel<dim>::distribute()
   {
     terms_.clear();
-    contact_.reset();
-    equilibrium_.reset();
+    steady = {};
     iterative.reset();
-    statics.reset();
+    static_solver.drop_factors();
     bodies.clear();
     spaces_.distribute();
   }
@@ -123,12 +122,12 @@ namespace squeal
   {
     prm = parameters;
     terms_.clear();
-    const bool iterates = solves_iteratively(), needs_modes = prm.eigenproblem.is_solved(),
+    const bool needs_modes    = prm.eigenproblem.is_solved(),
                is_matrix_free = prm.eigenproblem.is_matrix_free();
     // Mass and gyroscopic matrices only after the factors of the static equilibrium are gone.
-    if (!is_matrix_free && (needs_modes || !iterates))
+    if (!is_matrix_free && (needs_modes || !solves_iteratively()))
       add_bodies(false);
-    find_steady_state(iterates, nearby);
+    steady = find_steady_state(std::exchange(steady, {}), nearby);
     if (!needs_modes)
       return;
     terms_.clear();
@@ -171,7 +170,7 @@ namespace squeal
       AssembledBody &body                = bodies[m];
       if (!material.is_proportional(body.material))
       {
-        statics.reset(); // it keeps the matrices
+        static_solver.drop_factors(); // they keep the matrices
         body = {};
       }
       // Those that are added must fit to the present ones: of the material of these.
@@ -194,94 +193,55 @@ namespace squeal
     }
   }
 
-  /// The contact surfaces and the steady pressure. With a computed one the static equilibrium also
-  /// decides where the pads touch, in every stage. A rotor alone has a static state only under the
-  /// centrifugal load.
+  /// With a computed pressure the static equilibrium also decides where the pads touch, in every
+  /// stage. A rotor alone has a static state only under the centrifugal load.
   template <int dim>
-  void BrakeModel<dim>::find_steady_state(const bool iterates, const LinearOperator &nearby)
+  SteadyState<dim> BrakeModel<dim>::find_steady_state(SteadyState<dim> before,
+                                                      const LinearOperator &nearby)
   {
-    const std::unique_ptr<StaticEquilibrium> before = std::move(equilibrium_);
-    const bool has_pads                             = !geometry.interfaces.empty();
-    if (!has_pads && !prm.prestress.needs_state() && !prm.eigenproblem.is_matrix_free())
-      return;
+    SteadyState<dim> found;
+    const bool has_pads       = !geometry.interfaces.empty(),
+               is_matrix_free = prm.eigenproblem.is_matrix_free();
+    if (!has_pads && !prm.prestress.needs_state() && !is_matrix_free)
+      return found;
     const bool computed =
         has_pads ? prm.contact.steady_pressure == "computed" : prm.prestress.needs_state();
-    const bool follows = nearby && (before || !computed);
-    const bool needs_border =
+    const bool follows = nearby && (before.equilibrium || !computed);
+    const bool needs_edge =
         prm.eigenproblem.error_bars && prm.eigenproblem.is_solved() && !prm.sweep.active();
     {
       PhaseTimer::Scope scope(timer, "contact");
-      if (contact_)
-        contact_->set_model(contact_model(prm));
+      found.contact = std::move(before.contact);
+      if (found.contact)
+        found.contact->set_model(contact_model(prm));
       else
-        contact_ = std::make_unique<Contact<dim>>(spaces_, contact_model(prm));
+        found.contact.emplace(spaces_, contact_model(prm));
     }
     iterative.reset();
-    if (iterates && (computed || prm.eigenproblem.is_matrix_free()) && !follows)
-      make_iterative_solver(needs_border && computed);
+    if ((is_matrix_free || (computed && solves_iteratively())) && !follows)
+      make_iterative_solver(needs_edge && computed);
     if (!follows)
     {
       PhaseTimer::Scope scope(timer, "contact");
-      close_contact(iterative.get());
+      close_contact(*found.contact, terms_, iterative.get());
     }
     if (!computed)
     {
-      pressure_ = contact_->uniform_pressure(prm.pads.pressure);
-      return;
+      found.pressure = found.contact->uniform_pressure(prm.pads.pressure);
+      return found;
     }
 
     PhaseTimer::Scope scope(timer, "static");
     log.progress("  static equilibrium");
-    const MultiVector load = static_load(prm, spaces_);
-    std::optional<StaticEquilibrium> found;
     const auto symmetry = [this]()
     { return prm.eigenproblem.mirror_symmetry ? mirror_symmetry() : std::nullopt; };
-    // Factors for a sweep that leaves the bodies as they are. What is solved in full must not
-    // depend on what came before.
-    if (!nearby)
-    {
-      statics.reset();
-      may_keep_statics = true;
-    }
-    if (statics && !statics->serves(terms_, *contact_))
-    {
-      statics.reset();
-      may_keep_statics = false;
-    }
-    if (!statics && follows && may_keep_statics && of_state.are(terms_) &&
-        DirectStatics<dim>::may_serve(*contact_))
-      statics = std::make_unique<DirectStatics<dim>>(
-          spaces_.rows, terms_, contact_->contact_model(), prm.terms().friction, symmetry(), false);
-    if (statics)
-    {
-      found = follow_static_equilibrium(*statics, *contact_, prm.terms().friction, load);
-      if (!found)
-      {
-        statics.reset();
-        may_keep_statics = false;
-        close_contact(nullptr);
-      }
-    }
-    else if (follows)
-    {
-      found = follow_static_equilibrium(std::move(*before), nearby, terms_, *contact_,
-                                        prm.terms().friction, load);
-      if (!found)
-        close_contact(nullptr);
-    }
-    if (!found && iterative)
-      found = solve_static_equilibrium(*iterative, *contact_, prm.terms().friction, load);
-    else if (!found)
-      found = solve_static_equilibrium(spaces_.rows, terms_, *contact_, prm.terms().friction, load,
-                                       needs_border, symmetry());
-    // What was known before is a good start of what follows.
-    if (before && found->space.basis.n_columns() == 0)
-      found->space = std::move(before->space);
-    if (!prm.eigenproblem.is_matrix_free())
+    found.equilibrium = static_solver.solve(
+        {terms_, prm.terms().friction, static_load(prm, spaces_), needs_edge, symmetry},
+        *found.contact, std::move(before.equilibrium), nearby, iterative.get());
+    if (!is_matrix_free)
       iterative.reset();
-    of_state     = KnownTerms(terms_);
-    equilibrium_ = std::make_unique<StaticEquilibrium>(std::move(*found));
-    pressure_    = equilibrium_->pressure;
+    found.pressure = found.equilibrium->pressure;
+    return found;
   }
 
   template <int dim>
@@ -290,31 +250,10 @@ namespace squeal
   {
     MultiVector load = assemble_pressure_load(spaces);
     if (load_pressure != 0)
-      for (unsigned int i = 0; i < load.n_local(); ++i)
-        load.data()[i] *= parameters.pads.pressure / load_pressure;
+      load *= parameters.pads.pressure / load_pressure;
     if (parameters.prestress.centrifugal_load)
-    {
-      const MultiVector centrifugal = centrifugal_load(parameters, spaces);
-      for (unsigned int i = 0; i < load.n_local(); ++i)
-        load.data()[i] += centrifugal.data()[i];
-    }
+      load += centrifugal_load(parameters, spaces);
     return load;
-  }
-
-  template <int dim>
-  void BrakeModel<dim>::close_contact(const IterativeStatics<dim> *solver)
-  {
-    contact_->close();
-    if (!prm.contact.mortar() || geometry.interfaces.empty())
-      return;
-    // Rows of the constraint as large as those of the stiffness.
-    double stiffness = solver ? solver->stiffness_scale() : 0;
-    for (const Term &term : terms_)
-      if (term.origin == Origin::elasticity && term.order == 0)
-        stiffness = std::max(stiffness, term.coefficient * term.matrix->infinity_norm());
-    // A uniform pressure without modes needs no matrix, and nothing is solved.
-    if (stiffness > 0)
-      contact_->scale_constraints(stiffness);
   }
 
   template <int dim>
@@ -373,7 +312,7 @@ namespace squeal
     if (geometry.interfaces.empty())
       return;
     PhaseTimer::Scope scope(timer, "contact");
-    for (Term &term : contact_terms(*contact_, pressure_, prm))
+    for (Term &term : contact_terms(*steady.contact, steady.pressure, prm))
       terms_.push_back(std::move(term));
   }
 
@@ -383,7 +322,7 @@ namespace squeal
     if (!prm.prestress.needs_state())
       return;
     PhaseTimer::Scope scope(timer, "assembly");
-    for (Matrix &matrix : stress_stiffnesses(prm, equilibrium_->state))
+    for (Matrix &matrix : stress_stiffnesses(prm, steady.equilibrium->state))
       add_term(Origin::prestress, 0, 1., std::move(matrix));
   }
 
@@ -395,13 +334,8 @@ namespace squeal
     MultiVector load(spaces.rows, 1);
     for (unsigned int m = 0; m < materials.size(); ++m)
       if (materials[m].of_rotor)
-      {
-        const MultiVector part =
-            assemble_centrifugal_load(spaces, geometry.bodies_of(m), materials[m].material,
-                                      parameters.operation.angular_velocity);
-        for (unsigned int i = 0; i < load.n_local(); ++i)
-          load.data()[i] += part.data()[i];
-      }
+        load += assemble_centrifugal_load(spaces, geometry.bodies_of(m), materials[m].material,
+                                          parameters.operation.angular_velocity);
     return load;
   }
 
@@ -424,7 +358,8 @@ namespace squeal
   {
     if (geometry.interfaces.empty())
       return {};
-    return contact_->resultants(pressure_, equilibrium_ ? &equilibrium_->state : nullptr);
+    return steady.contact->resultants(steady.pressure,
+                                      steady.equilibrium ? &steady.equilibrium->state : nullptr);
   }
 
   template <int dim>
@@ -434,7 +369,7 @@ namespace squeal
       return {};
     std::vector<Term> body_terms;
     std::copy_if(terms_.begin(), terms_.end(), std::back_inserter(body_terms), is_body_term);
-    return squeal::self_locking(spaces_.rows, body_terms, *contact_, pressure_);
+    return squeal::self_locking(spaces_.rows, body_terms, *steady.contact, steady.pressure);
   }
 
   template <int dim>
@@ -447,8 +382,9 @@ namespace squeal
       std::copy_n(block.column(mode), block.n_local(), result.data());
       return result;
     };
-    return contact_->friction_work(column(modes.re), column(modes.im), modes.lambda[mode].imag(),
-                                   pressure_, prm.terms().friction_damping);
+    return steady.contact->friction_work(column(modes.re), column(modes.im),
+                                         modes.lambda[mode].imag(), steady.pressure,
+                                         prm.terms().friction_damping);
   }
 
   template <int dim>
@@ -457,7 +393,7 @@ namespace squeal
     EquationsOfMotion equations;
     equations.rows                = spaces_.rows;
     equations.terms               = terms_;
-    equations.n_constraints       = contact_ ? contact_->n_active_multipliers() : 0;
+    equations.n_constraints       = steady.contact ? steady.contact->n_active_multipliers() : 0;
     equations.n_local_constraints = spaces_.rows.end - spaces_.first_local_multiplier;
     equations.compliant           = prm.contact.compliance() > 0;
     equations.reference_name      = "the same bodies in frictionless contact";

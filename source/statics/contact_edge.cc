@@ -16,8 +16,8 @@ namespace squeal
     /// Multipliers of nodes next to each other on a pad's face of which one is closed, the other
     /// open: the closed ones and the open ones, ascending, the same on all ranks.
     template <int dim>
-    std::array<std::vector<unsigned int>, 2> multipliers_beside_border(const Contact<dim> &contact,
-                                                                       const RowRange &rows)
+    std::array<std::vector<unsigned int>, 2> multipliers_beside_edge(const Contact<dim> &contact,
+                                                                     const RowRange &rows)
     {
       const unsigned int n_1d = contact.face_element().degree() + 1;
       const auto adjacent     = [n_1d](const unsigned int a, const unsigned int b)
@@ -46,7 +46,7 @@ namespace squeal
       return result;
     }
 
-    /// A := A^{-1}. A change that leaves a singular system, as a pad on the contacts of its border
+    /// A := A^{-1}. A change that leaves a singular system, as a pad on the contacts of its edge
     /// only, cannot be: then nothing is left of the set.
     void invert(DenseMatrix &a, std::vector<unsigned int> &set)
     {
@@ -101,56 +101,55 @@ namespace squeal
 
   template <int dim>
   ContactEdge
-  find_contact_border(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
-                      const RowRange &rows, const bool with_friction, const ColumnSolver &solve)
+  find_contact_edge(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+                    const RowRange &rows, const bool with_friction, const ColumnSolver &solve)
   {
-    ContactEdge border;
+    ContactEdge edge;
     if (!contact.contact_model().mortar)
-      return border;
-    std::array<std::vector<unsigned int>, 2> beside = multipliers_beside_border(contact, rows);
-    border.releasing                                = std::move(beside[0]);
-    border.closing                                  = std::move(beside[1]);
-    if (!border.releasing.empty())
+      return edge;
+    std::array<std::vector<unsigned int>, 2> beside = multipliers_beside_edge(contact, rows);
+    edge.releasing                                  = std::move(beside[0]);
+    edge.closing                                    = std::move(beside[1]);
+    if (!edge.releasing.empty())
     {
-      border.slack = rows_of(solve(reduced::unit_columns(rows, border.releasing), border.releasing),
-                             border.releasing);
-      invert(border.slack, border.releasing);
+      edge.slack = rows_of(solve(reduced::unit_columns(rows, edge.releasing), edge.releasing),
+                           edge.releasing);
+      invert(edge.slack, edge.releasing);
     }
-    if (!border.closing.empty())
+    if (!edge.closing.empty())
     {
       Contact<dim> wider = contact;
-      wider.set_closed(border.closing, true);
+      wider.set_closed(edge.closing, true);
       const Matrix normal   = wider.normal(),
                    friction = with_friction ? wider.friction(pressure) : Matrix();
-      border.closed         = sum_of(rows, {{1., normal}, {1., friction}});
-      MultiVector a         = multiply(border.closed, reduced::unit_columns(rows, border.closing));
-      DenseMatrix c         = rows_of(a, border.closing);
-      reduced::clear_rows(a, border.closing);
-      const DenseMatrix b_y =
-          rows_of(multiply(border.closed, solve(a, border.closing)), border.closing);
+      edge.closed           = sum_of(rows, {{1., normal}, {1., friction}});
+      MultiVector a         = multiply(edge.closed, reduced::unit_columns(rows, edge.closing));
+      DenseMatrix c         = rows_of(a, edge.closing);
+      reduced::clear_rows(a, edge.closing);
+      const DenseMatrix b_y = rows_of(multiply(edge.closed, solve(a, edge.closing)), edge.closing);
       for (std::size_t k = 0; k < c.values.size(); ++k)
         c.values[k] -= b_y.values[k];
-      border.pressure = std::move(c);
-      invert(border.pressure, border.closing);
+      edge.pressure = std::move(c);
+      invert(edge.pressure, edge.closing);
     }
-    return border;
+    return edge;
   }
 
-  BorderEffects border_effects(const ContactEdge &border, const MultiVector &x_re,
-                               const MultiVector &x_im, const MultiVector &z_re,
-                               const MultiVector &z_im)
+  EdgeEffects edge_effects(const ContactEdge &edge, const MultiVector &x_re,
+                           const MultiVector &x_im, const MultiVector &z_re,
+                           const MultiVector &z_im)
   {
-    BorderEffects effects;
-    const std::vector<unsigned int> &R = border.releasing, &C = border.closing;
+    EdgeEffects effects;
+    const std::vector<unsigned int> &R = edge.releasing, &C = edge.closing;
     if (R.empty() && C.empty())
       return effects;
-    const Form opening(rows_of(z_re, R), rows_of(z_im, R), border.slack, rows_of(x_re, R),
+    const Form opening(rows_of(z_re, R), rows_of(z_im, R), edge.slack, rows_of(x_re, R),
                        rows_of(x_im, R));
     // Neither vector has a pressure in C: a^T z and b x are whole columns and rows of the matrix.
-    const Form closing(rows_of(multiply_transposed(border.closed, z_re), C),
-                       rows_of(multiply_transposed(border.closed, z_im), C), border.pressure,
-                       rows_of(multiply(border.closed, x_re), C),
-                       rows_of(multiply(border.closed, x_im), C));
+    const Form closing(rows_of(multiply_transposed(edge.closed, z_re), C),
+                       rows_of(multiply_transposed(edge.closed, z_im), C), edge.pressure,
+                       rows_of(multiply(edge.closed, x_re), C),
+                       rows_of(multiply(edge.closed, x_im), C));
     for (unsigned int k = 0; k < opening.values.size(); ++k)
     {
       const std::complex<double> F_o = opening.values[k], F_c = -closing.values[k];
@@ -169,8 +168,8 @@ namespace squeal
     return effects;
   }
 
-  template ContactEdge find_contact_border(const Contact<2> &, const Contact<2>::Pressure &,
-                                           const RowRange &, bool, const ColumnSolver &);
-  template ContactEdge find_contact_border(const Contact<3> &, const Contact<3>::Pressure &,
-                                           const RowRange &, bool, const ColumnSolver &);
+  template ContactEdge find_contact_edge(const Contact<2> &, const Contact<2>::Pressure &,
+                                         const RowRange &, bool, const ColumnSolver &);
+  template ContactEdge find_contact_edge(const Contact<3> &, const Contact<3>::Pressure &,
+                                         const RowRange &, bool, const ColumnSolver &);
 } // namespace squeal

@@ -47,14 +47,8 @@ namespace squeal
     /// A^{-1} B with one step of iterative refinement.
     MultiVector solve(const MultiVector &right_hand_sides) const
     {
-      const std::size_t n  = std::size_t(right_hand_sides.n_local()) * right_hand_sides.n_columns();
       MultiVector solution = factorization.solve(right_hand_sides);
-      MultiVector residual = multiply(A, solution);
-      for (std::size_t i = 0; i < n; ++i)
-        residual.data()[i] = right_hand_sides.data()[i] - residual.data()[i];
-      const MultiVector correction = factorization.solve(residual);
-      for (std::size_t i = 0; i < n; ++i)
-        solution.data()[i] += correction.data()[i];
+      solution += factorization.solve(difference(right_hand_sides, multiply(A, solution)));
       return solution;
     }
 
@@ -88,13 +82,10 @@ namespace squeal
       {
         if (largest_entry(residual) <= rounding * (norm * largest_entry(x) + largest_entry(b)))
           break;
-        const MultiVector correction =
-            solve_changed(residual, factorization.solve(residual), c, released);
-        for (unsigned int i = 0; i < x.n_local(); ++i)
-          x.data()[i] += correction.data()[i];
+        x += solve_changed(residual, factorization.solve(residual), c, released);
         residual = residual_of(x, b, c, released);
       }
-      residual_ = std::sqrt(inner_products(residual, residual)[0] / inner_products(b, b)[0]);
+      residual_ = length_of(residual) / length_of(b);
       return x;
     }
     /// |b - (A + c F) x - E_R s| / |b| of the last solution.
@@ -202,10 +193,8 @@ namespace squeal
       for (unsigned int i = 0; i < n; ++i)
         if (rows.contains(multipliers[i]))
           pressures.data()[multipliers[i] - rows.begin] = solution(i, 0);
-      MultiVector forces = multiply(*F, pressures);
-      for (unsigned int i = 0; i < forces.n_local(); ++i)
-        forces.data()[i] = b.data()[i] - c * forces.data()[i];
-      MultiVector x = factorization.solve(forces);
+      MultiVector forces = b;
+      MultiVector x      = factorization.solve(forces.add(-c, multiply(*F, pressures)));
       add_slack(released, slack, x);
       return x;
     }
@@ -229,11 +218,10 @@ namespace squeal
     MultiVector residual_of(const MultiVector &x, const MultiVector &b, const double c,
                             const std::vector<unsigned int> &released) const
     {
-      MultiVector residual   = b;
-      const MultiVector of_a = multiply(A, x),
-                        of_f = c == 0 ? MultiVector(rows, 1) : multiply(*F, x);
-      for (unsigned int i = 0; i < residual.n_local(); ++i)
-        residual.data()[i] -= of_a.data()[i] + c * of_f.data()[i];
+      MultiVector product = multiply(A, x);
+      if (c != 0)
+        product.add(c, multiply(*F, x));
+      MultiVector residual = difference(b, product);
       reduced::clear_rows(residual, released);
       return residual;
     }

@@ -20,12 +20,6 @@ namespace squeal
       SQUEAL_PETSC(MatMult(matrix, PetscVectorView(x), PetscVectorView(y.row_range(), y.data())));
       return y;
     }
-
-    void add(MultiVector &to, const MultiVector &from)
-    {
-      for (unsigned int i = 0; i < to.n_local(); ++i)
-        to.data()[i] += from.data()[i];
-    }
   } // namespace
 
   template <int dim>
@@ -44,8 +38,8 @@ namespace squeal
     MultiVector multiply(const Matrix &normal, const Matrix &friction, const MultiVector &x) const
     {
       MultiVector y = stiffness.multiply(x);
-      add(y, multiply_column(normal, x));
-      add(y, multiply_column(friction, x));
+      y += multiply_column(normal, x);
+      y += multiply_column(friction, x);
       return y;
     }
   };
@@ -144,16 +138,11 @@ namespace squeal
       augmented.data()[i]   = (1 + soft[i]) * weighted;
       multipliers.data()[i] = closed[i] * residual.data()[i] - weighted;
     }
-    add(forces, multiply_column(normal, augmented));
+    forces += multiply_column(normal, augmented);
     if (friction)
-    {
-      MultiVector slip = multiply_column(friction, multipliers);
-      for (unsigned int i = 0; i < slip.n_local(); ++i)
-        slip.data()[i] *= -1;
-      add(forces, slip);
-    }
+      forces -= multiply_column(friction, multipliers);
     MultiVector result = bodies.multigrid.apply(forces);
-    add(result, multipliers);
+    result += multipliers;
     return result;
   }
 

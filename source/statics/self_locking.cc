@@ -55,8 +55,7 @@ namespace squeal
     const auto feedback = [&](const MultiVector &x)
     {
       MultiVector y = factorization.solve(multiply(friction, x));
-      for (unsigned int i = 0; i < y.n_local(); ++i)
-        y.data()[i] *= -1;
+      y *= -1;
       return y;
     };
     MultiVector start(rows, 1);
@@ -78,7 +77,7 @@ namespace squeal
         for (unsigned int k = 0; k < n; ++k)
           column[k] += along[k];
       }
-      const double norm = std::sqrt(inner_products(next, next)[0]);
+      const double norm = length_of(next);
       double size       = norm;
       for (const double c : column)
         size = std::max(size, std::abs(c));

@@ -31,21 +31,13 @@ namespace squeal
   } // namespace
 
   template <int dim>
-  Matrix static_tangent(const RowRange &rows, const std::vector<Term> &body_terms,
-                        const Contact<dim> &contact,
-                        const typename Contact<dim>::Pressure &pressure, const bool with_friction)
-  {
-    return sum_of_terms(rows, static_terms(body_terms, contact, pressure, with_friction));
-  }
-
-  template <int dim>
   SelfLocking self_locking(const RowRange &rows, const std::vector<Term> &body_terms,
                            const Contact<dim> &contact,
                            const typename Contact<dim>::Pressure &pressure)
   {
     // Damping proportional to mass has a skew position term, which does not belong to the statics.
-    const Matrix frictionless =
-        symmetric_part(rows, static_tangent(rows, body_terms, contact, pressure, false));
+    const Matrix frictionless = symmetric_part(
+        rows, sum_of_terms(rows, static_terms(body_terms, contact, pressure, false)));
     return self_locking(rows, frictionless, contact.friction(pressure));
   }
 
@@ -60,11 +52,10 @@ namespace squeal
     template <int dim>
     MultiVector total_load(const Contact<dim> &contact,
                            const typename Contact<dim>::Pressure &pressure,
-                           const bool with_friction, const MultiVector &load)
+                           const StaticProblem &problem)
     {
-      MultiVector sum = contact.load(pressure, with_friction);
-      for (unsigned int i = 0; i < sum.n_local(); ++i)
-        sum.data()[i] += load.data()[i];
+      MultiVector sum = contact.load(pressure, problem.with_friction);
+      sum += problem.load;
       return sum;
     }
 
@@ -90,24 +81,9 @@ namespace squeal
       {
         MultiVector y(x.row_range(), x.n_columns());
         for (const Term &term : terms)
-        {
-          const MultiVector product = multiply(*term.matrix, x);
-          for (std::size_t i = 0; i < std::size_t(y.n_local()) * y.n_columns(); ++i)
-            y.data()[i] += term.coefficient * product.data()[i];
-        }
+          y.add(term.coefficient, multiply(*term.matrix, x));
         return y;
       };
-    }
-
-    /// b - A x
-    MultiVector residual_of(const LinearOperator &A, const MultiVector &b, const MultiVector &x)
-    {
-      return difference(b, A(x));
-    }
-
-    double length_of(const MultiVector &x)
-    {
-      return std::sqrt(inner_products(x, x)[0]);
     }
 
     // Of a followed state: its last preconditioned residual, relative to its length.
@@ -150,8 +126,7 @@ namespace squeal
     {
       const MultiVector &X = space.basis;
       MultiVector images   = contact(X);
-      for (std::size_t i = 0; i < std::size_t(X.n_local()) * X.n_columns(); ++i)
-        images.data()[i] += space.images.data()[i];
+      images += space.images;
       const unsigned int n = X.n_columns();
       const DenseMatrix c  = squeal::solve(DenseMatrix(n, n, inner_products(X, images)),
                                            DenseMatrix(n, 1, inner_products(X, b)));
@@ -168,8 +143,7 @@ namespace squeal
       constexpr unsigned int most_corrections = 60;
       const MultiVector change                = nearby(residual);
       const double size                       = length_of(x);
-      for (unsigned int i = 0; i < b.n_local(); ++i)
-        x.data()[i] += change.data()[i];
+      x += change;
       // What is left after it is a fraction of the change.
       if (length_of(change) <= 10 * state_tolerance * size)
         return true;
@@ -205,98 +179,56 @@ namespace squeal
 
     /// Solves the linear problems of the active-set iteration.
     template <int dim>
-    class LinearSteps
+    struct LinearSolver
     {
-    public:
-      virtual ~LinearSteps() = default;
-      /// Puts the solution at the present active set and pressure of @p result into its state and
-      /// returns how many iterations that took. @p accurate only if it may be the last time.
-      virtual unsigned int solve(const Contact<dim> &contact, StaticEquilibrium &result,
-                                 const MultiVector &right_hand_side, bool accurate) = 0;
-      /// |b - A x| / |b| of the state as solved for last.
-      virtual double relative_residual(const Contact<dim> &contact, const StaticEquilibrium &result,
-                                       const MultiVector &right_hand_side) const = 0;
-      /// Whether the solutions are accurate at any rate.
-      virtual bool is_direct() const = 0;
+      using Pressure = typename Contact<dim>::Pressure;
+      bool is_direct; ///< solutions are accurate at any rate
+      /// Puts the solution of A x = b at the present active set and pressure into x and returns how
+      /// many iterations that took. Accurate only if it may be the last time.
+      std::function<unsigned int(const Contact<dim> &, const Pressure &, const MultiVector &b,
+                                 bool accurate, MultiVector &x)>
+          solve;
+      /// |b - A x| / |b| of the x that was solved for last.
+      std::function<double(const Contact<dim> &, const Pressure &, const MultiVector &b,
+                           const MultiVector &x)>
+          relative_residual;
     };
 
     template <int dim>
-    class DirectSteps : public LinearSteps<dim>
+    LinearSolver<dim> solver_by(DirectStatics<dim> &factors)
     {
-    public:
-      DirectSteps(DirectStatics<dim> &solver, const bool with_friction)
-          : solver(solver), with_friction(with_friction)
-      {
-      }
-
-      unsigned int solve(const Contact<dim> &contact, StaticEquilibrium &result,
-                         const MultiVector &right_hand_side, bool) override
-      {
-        result.state = solver.solve(contact, result.pressure, right_hand_side);
-        return 0;
-      }
-      double relative_residual(const Contact<dim> &, const StaticEquilibrium &,
-                               const MultiVector &) const override
-      {
-        return solver.relative_residual();
-      }
-      bool is_direct() const override
-      {
-        return true;
-      }
-
-    private:
-      DirectStatics<dim> &solver;
-      const bool with_friction;
-    };
+      using Pressure = typename Contact<dim>::Pressure;
+      return {true,
+              [&factors](const Contact<dim> &contact, const Pressure &pressure,
+                         const MultiVector &b, bool, MultiVector &x)
+              {
+                x = factors.solve(contact, pressure, b);
+                return 0;
+              },
+              [&factors](const Contact<dim> &, const Pressure &, const MultiVector &,
+                         const MultiVector &) { return factors.relative_residual(); }};
+    }
 
     template <int dim>
-    class IterativeSteps : public LinearSteps<dim>
+    LinearSolver<dim> solver_by(IterativeStatics<dim> &solver, const bool with_friction)
     {
-    public:
-      IterativeSteps(IterativeStatics<dim> &solver, const bool with_friction)
-          : solver(solver), with_friction(with_friction)
-      {
-      }
-
-      unsigned int solve(const Contact<dim> &contact, StaticEquilibrium &result,
-                         const MultiVector &right_hand_side, const bool accurate) override
-      {
-        // Preconditioned residuals are relative errors of the state, but for the condition of the
-        // preconditioned matrix. What decides about the next active set needs less.
-        constexpr double of_active_set = 1e-5, of_state = 1e-12;
-        return solver.solve(contact, result.pressure, with_friction, right_hand_side,
-                            accurate ? of_state : of_active_set, result.state);
-      }
-      double relative_residual(const Contact<dim> &contact, const StaticEquilibrium &result,
-                               const MultiVector &right_hand_side) const override
-      {
-        return length_of(residual_of(solver.tangent(contact, result.pressure, with_friction),
-                                     right_hand_side, result.state)) /
-               length_of(right_hand_side);
-      }
-      bool is_direct() const override
-      {
-        return false;
-      }
-
-    private:
-      IterativeStatics<dim> &solver;
-      const bool with_friction;
-    };
-
-    /// A singular tangent need not be noticed when it is factorised: a pad that touches at one
-    /// point can tip over. Then the state does not satisfy the equations.
-    template <int dim>
-    void check_residual(const LinearSteps<dim> &steps, const Contact<dim> &contact,
-                        const bool with_friction, const MultiVector &load,
-                        const StaticEquilibrium &result)
-    {
-      constexpr double largest = 1e-6;
-      if (!(steps.relative_residual(contact, result,
-                                    total_load(contact, result.pressure, with_friction, load)) <=
-            largest))
-        throw SingularMatrix("its equations are not satisfied");
+      using Pressure = typename Contact<dim>::Pressure;
+      // Preconditioned residuals are relative errors of the state, but for the condition of the
+      // preconditioned matrix. What decides about the next active set needs less.
+      constexpr double of_active_set = 1e-5, of_state = 1e-12;
+      return {false,
+              [&solver, with_friction](const Contact<dim> &contact, const Pressure &pressure,
+                                       const MultiVector &b, const bool accurate, MultiVector &x)
+              {
+                return solver.solve(contact, pressure, with_friction, b,
+                                    accurate ? of_state : of_active_set, x);
+              },
+              [&solver, with_friction](const Contact<dim> &contact, const Pressure &pressure,
+                                       const MultiVector &b, const MultiVector &x)
+              {
+                const LinearOperator A = solver.tangent(contact, pressure, with_friction);
+                return length_of(difference(b, A(x))) / length_of(b);
+              }};
     }
 
     /// The active sets repeat.
@@ -306,28 +238,35 @@ namespace squeal
     };
 
     template <int dim>
-    void iterate(LinearSteps<dim> &steps, Contact<dim> &contact, const bool with_friction,
-                 const MultiVector &load, StaticEquilibrium &result)
+    void iterate(const LinearSolver<dim> &solver, const StaticProblem &problem,
+                 Contact<dim> &contact, StaticEquilibrium &result)
     {
-      const MPI_Comm comm = load.row_range().comm;
+      const MPI_Comm comm = problem.load.row_range().comm;
       result.pressure     = contact.uniform_pressure(0);
-      result.state        = MultiVector(load.row_range(), 1);
+      result.state        = MultiVector(problem.load.row_range(), 1);
 
       std::set<std::size_t> visited;
-      // The border of contact moves by about one row of contacts in a step.
+      // The edge of the contact zone moves by about one row of contacts in a step.
       unsigned int max_iterations = 60;
-      bool accurate               = steps.is_direct();
+      bool accurate               = solver.is_direct;
       for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
       {
         if (iteration == 1)
           max_iterations += result.iterations.front().n_active / 2;
-        const unsigned int n_linear = steps.solve(
-            contact, result, total_load(contact, result.pressure, with_friction, load), accurate);
+        const unsigned int n_linear =
+            solver.solve(contact, result.pressure, total_load(contact, result.pressure, problem),
+                         accurate, result.state);
         const bool settled                = take_step(contact, result, comm);
         result.iterations.back().n_linear = n_linear;
         if (settled && accurate)
         {
-          check_residual(steps, contact, with_friction, load, result);
+          // A singular tangent need not be noticed when it is factorised: a pad that touches at
+          // one point can tip over. Then the state does not satisfy the equations.
+          constexpr double largest = 1e-6;
+          if (!(solver.relative_residual(contact, result.pressure,
+                                         total_load(contact, result.pressure, problem),
+                                         result.state) <= largest))
+            throw SingularMatrix("its equations are not satisfied");
           return;
         }
         accurate |= settled;
@@ -351,14 +290,85 @@ namespace squeal
   } // namespace
 
   template <int dim>
+  StaticEquilibrium solve_static_equilibrium(const StaticProblem &problem, Contact<dim> &contact)
+  {
+    const RowRange rows           = problem.load.row_range();
+    const Contact<dim> all_closed = contact;
+    StaticEquilibrium result;
+    std::string failure;
+    try
+    {
+      DirectStatics<dim> factors(rows, problem.body_terms, contact.contact_model(),
+                                 problem.with_friction, problem.mirror_symmetry(),
+                                 problem.with_edge);
+      iterate(solver_by(factors), problem, contact, result);
+      if (problem.with_edge)
+        result.edge = find_contact_edge(
+            contact, result.pressure, rows, problem.with_friction,
+            [&](const MultiVector &b, const std::vector<unsigned int> &multipliers)
+            { return factors.solve_columns(contact, b, multipliers); });
+      return result;
+    }
+    catch (const Unsettled &error)
+    {
+      failure = error.what();
+    }
+    catch (const SingularMatrix &)
+    {
+      if (!problem.with_friction)
+        throw;
+      failure = "The static equilibrium with friction has a singular tangent: contact and supports "
+                "do not hold a pad, which slides away or tips over.";
+    }
+    throw SolverError(failure + (problem.with_friction
+                                     ? explain_failure(rows, problem.body_terms, all_closed,
+                                                       contact, result.pressure)
+                                     : std::string(" Try a finer mesh.")));
+  }
+
+  template <int dim>
+  StaticEquilibrium solve_static_equilibrium(IterativeStatics<dim> &solver,
+                                             const StaticProblem &problem, Contact<dim> &contact)
+  {
+    StaticEquilibrium result;
+    try
+    {
+      iterate(solver_by(solver, problem.with_friction), problem, contact, result);
+      return result;
+    }
+    catch (const SolverError &error)
+    {
+      throw SolverError(
+          std::string(error.what()) +
+          " Static equilibrium/Linear solver = direct tells more, for example whether friction is "
+          "self-locking, where its factors fit; on a coarse mesh they do.");
+    }
+  }
+
+  template <int dim>
+  std::optional<StaticEquilibrium> follow_static_equilibrium(DirectStatics<dim> &solver,
+                                                             const StaticProblem &problem,
+                                                             Contact<dim> &contact)
+  {
+    StaticEquilibrium result;
+    try
+    {
+      iterate(solver_by(solver), problem, contact, result);
+      return result;
+    }
+    catch (const SolverError &)
+    {
+      return std::nullopt;
+    }
+  }
+
+  template <int dim>
   std::optional<StaticEquilibrium>
   follow_static_equilibrium(StaticEquilibrium before, const LinearOperator &nearby,
-                            const std::vector<Term> &body_terms, Contact<dim> &contact,
-                            const bool with_friction, const MultiVector &load)
+                            const StaticProblem &problem, Contact<dim> &contact)
   {
-    const RowRange rows                   = before.state.row_range();
     constexpr unsigned int max_iterations = 10, most_vectors = 24;
-    const std::vector<Term> of_bodies = terms_of_order(body_terms, 0);
+    const std::vector<Term> of_bodies = terms_of_order(problem.body_terms, 0);
     StaticEquilibrium result;
     result.state      = std::move(before.state);
     result.pressure   = std::move(before.pressure);
@@ -371,19 +381,19 @@ namespace squeal
       enlarge(space, result.state, of_bodies);
     for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
     {
-      std::vector<Term> terms         = static_terms({}, contact, result.pressure, with_friction);
+      std::vector<Term> terms = static_terms({}, contact, result.pressure, problem.with_friction);
       const LinearOperator in_contact = product_with(terms);
       terms.insert(terms.end(), of_bodies.begin(), of_bodies.end());
       const LinearOperator tangent = product_with(std::move(terms));
-      const MultiVector b          = total_load(contact, result.pressure, with_friction, load);
+      const MultiVector b          = total_load(contact, result.pressure, problem);
       MultiVector residual;
       if (iteration == 0)
         result.state = best_combination(space, in_contact, b, residual);
       else
-        residual = residual_of(tangent, b, result.state);
+        residual = difference(b, tangent(result.state));
       if (!correct(tangent, nearby, b, residual, result.state))
         return std::nullopt;
-      if (take_step(contact, result, rows.comm))
+      if (take_step(contact, result, b.row_range().comm))
         return result;
       if (!contact.lost_contacts().empty())
         return std::nullopt;
@@ -391,108 +401,26 @@ namespace squeal
     return std::nullopt;
   }
 
-  template <int dim>
-  StaticEquilibrium
-  solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
-                           Contact<dim> &contact, const bool with_friction, const MultiVector &load,
-                           const bool with_border, const std::optional<MirrorSymmetry> &symmetry)
-  {
-    const Contact<dim> all_closed = contact;
-    StaticEquilibrium result;
-    std::string failure;
-    try
-    {
-      DirectStatics<dim> solver(rows, body_terms, contact.contact_model(), with_friction, symmetry,
-                                with_border);
-      DirectSteps<dim> steps(solver, with_friction);
-      iterate(steps, contact, with_friction, load, result);
-      if (with_border)
-        result.border = find_contact_border(
-            contact, result.pressure, rows, with_friction,
-            [&](const MultiVector &b, const std::vector<unsigned int> &multipliers)
-            { return solver.solve_columns(contact, b, multipliers); });
-      return result;
-    }
-    catch (const Unsettled &error)
-    {
-      failure = error.what();
-    }
-    catch (const SingularMatrix &error)
-    {
-      if (!with_friction)
-        throw;
-      failure = "The static equilibrium with friction has a singular tangent: contact and supports "
-                "do not hold a pad, which slides away or tips over.";
-    }
-    throw SolverError(failure + (with_friction ? explain_failure(rows, body_terms, all_closed,
-                                                                 contact, result.pressure)
-                                               : std::string(" Try a finer mesh.")));
-  }
-
-  template <int dim>
-  std::optional<StaticEquilibrium>
-  follow_static_equilibrium(DirectStatics<dim> &solver, Contact<dim> &contact,
-                            const bool with_friction, const MultiVector &load)
-  {
-    StaticEquilibrium result;
-    DirectSteps<dim> steps(solver, with_friction);
-    try
-    {
-      iterate(steps, contact, with_friction, load, result);
-    }
-    catch (const SolverError &)
-    {
-      return std::nullopt;
-    }
-    return result;
-  }
-
-  template <int dim>
-  StaticEquilibrium solve_static_equilibrium(IterativeStatics<dim> &solver, Contact<dim> &contact,
-                                             const bool with_friction, const MultiVector &load)
-  {
-    StaticEquilibrium result;
-    IterativeSteps<dim> steps(solver, with_friction);
-    try
-    {
-      iterate(steps, contact, with_friction, load, result);
-    }
-    catch (const SolverError &error)
-    {
-      throw SolverError(
-          std::string(error.what()) +
-          " Static equilibrium/Linear solver = direct tells more, for example whether friction is "
-          "self-locking, where its factors fit; on a coarse mesh they do.");
-    }
-    return result;
-  }
-
-  template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<2> &,
-                                 const Contact<2>::Pressure &, bool);
-  template Matrix static_tangent(const RowRange &, const std::vector<Term> &, const Contact<3> &,
-                                 const Contact<3>::Pressure &, bool);
   template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<2> &,
                                     const Contact<2>::Pressure &);
+  template StaticEquilibrium solve_static_equilibrium(const StaticProblem &, Contact<2> &);
+  template StaticEquilibrium solve_static_equilibrium(IterativeStatics<2> &, const StaticProblem &,
+                                                      Contact<2> &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(DirectStatics<2> &, const StaticProblem &, Contact<2> &);
+  template std::optional<StaticEquilibrium> follow_static_equilibrium(StaticEquilibrium,
+                                                                      const LinearOperator &,
+                                                                      const StaticProblem &,
+                                                                      Contact<2> &);
   template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<3> &,
                                     const Contact<3>::Pressure &);
-  template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
-                                                      Contact<2> &, bool, const MultiVector &, bool,
-                                                      const std::optional<MirrorSymmetry> &);
+  template StaticEquilibrium solve_static_equilibrium(const StaticProblem &, Contact<3> &);
+  template StaticEquilibrium solve_static_equilibrium(IterativeStatics<3> &, const StaticProblem &,
+                                                      Contact<3> &);
   template std::optional<StaticEquilibrium>
-  follow_static_equilibrium(StaticEquilibrium, const LinearOperator &, const std::vector<Term> &,
-                            Contact<2> &, bool, const MultiVector &);
-  template StaticEquilibrium solve_static_equilibrium(const RowRange &, const std::vector<Term> &,
-                                                      Contact<3> &, bool, const MultiVector &, bool,
-                                                      const std::optional<MirrorSymmetry> &);
-  template std::optional<StaticEquilibrium>
-  follow_static_equilibrium(DirectStatics<2> &, Contact<2> &, bool, const MultiVector &);
-  template std::optional<StaticEquilibrium>
-  follow_static_equilibrium(DirectStatics<3> &, Contact<3> &, bool, const MultiVector &);
-  template StaticEquilibrium solve_static_equilibrium(IterativeStatics<2> &, Contact<2> &, bool,
-                                                      const MultiVector &);
-  template StaticEquilibrium solve_static_equilibrium(IterativeStatics<3> &, Contact<3> &, bool,
-                                                      const MultiVector &);
-  template std::optional<StaticEquilibrium>
-  follow_static_equilibrium(StaticEquilibrium, const LinearOperator &, const std::vector<Term> &,
-                            Contact<3> &, bool, const MultiVector &);
+  follow_static_equilibrium(DirectStatics<3> &, const StaticProblem &, Contact<3> &);
+  template std::optional<StaticEquilibrium> follow_static_equilibrium(StaticEquilibrium,
+                                                                      const LinearOperator &,
+                                                                      const StaticProblem &,
+                                                                      Contact<3> &);
 } // namespace squeal

@@ -38,9 +38,9 @@ namespace squeal::tests
                                      {Origin::elasticity, 0, 1., pad.K},
                                      {Origin::material_damping, 1, 1e3, pad.K},
                                      {Origin::inertia, 2, 1e3, pad.M}};
-    StaticEquilibrium equilibrium = solve_static_equilibrium(spaces.rows, terms, contact, friction,
-                                                             assemble_pressure_load(spaces));
-    auto resultants               = contact.resultants(equilibrium.pressure, &equilibrium.state);
+    StaticEquilibrium equilibrium =
+        solve_static_equilibrium({terms, friction, assemble_pressure_load(spaces)}, contact);
+    auto resultants = contact.resultants(equilibrium.pressure, &equilibrium.state);
     return {std::move(contact), std::move(equilibrium.state), std::move(equilibrium.pressure),
             std::move(resultants), static_cast<unsigned int>(equilibrium.iterations.size())};
   }

@@ -34,7 +34,7 @@ namespace squeal
   /// the pads' local problems hold the contact pressure, the rotor's see it as a given traction.
   /// Terms of the prestress are left out: they are of the size of the static strain.
   ///
-  /// With a computed steady pressure the bounds contain what half a spacing of nodes at the border
+  /// With a computed steady pressure the bounds contain what half a spacing of nodes at the edge
   /// of contact changes (contact_edge.h), and the effect of the pressure's own error. Collective.
   template <int dim>
   EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const Modes &modes);

@@ -168,7 +168,7 @@ namespace squeal
 
     const std::vector<PairedInterface<dim>> &paired_interfaces() const
     {
-      return interfaces;
+      return *surfaces;
     }
     const FaceElement<dim> &face_element() const
     {
@@ -217,12 +217,11 @@ namespace squeal
       return model.initial_gap ? model.initial_gap(x) : 0.;
     }
 
-    const FiniteElementSpace<dim> &spaces;
+    const FiniteElementSpace<dim> *space;
     ContactModel<dim> model;
     FaceElement<dim> element;
     /// Shared with copies, as is what is tabulated on it.
-    const std::shared_ptr<const std::vector<PairedInterface<dim>>> surfaces;
-    const std::vector<PairedInterface<dim>> &interfaces;
+    std::shared_ptr<const std::vector<PairedInterface<dim>>> surfaces;
     struct Tabulated
     {
       double angular_velocity;

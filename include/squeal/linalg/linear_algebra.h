@@ -180,6 +180,19 @@ namespace squeal
     /// [this, other].
     void append(const MultiVector &other);
 
+    /// Entry by entry; the other multi-vector has the same size.
+    MultiVector &operator+=(const MultiVector &other)
+    {
+      return add(1, other);
+    }
+    MultiVector &operator-=(const MultiVector &other)
+    {
+      return add(-1, other);
+    }
+    MultiVector &operator*=(double factor);
+    /// this += factor * other.
+    MultiVector &add(double factor, const MultiVector &other);
+
     /// n columns from the first on.
     MultiVector columns(unsigned int first, unsigned int n) const;
 
@@ -200,6 +213,8 @@ namespace squeal
   /// A - B.
   MultiVector difference(MultiVector a, const MultiVector &b);
 
+  /// The Euclidean length of one column. Collective.
+  double length_of(const MultiVector &column);
   /// max |b_ij|. Collective.
   double largest_entry(const MultiVector &block);
 

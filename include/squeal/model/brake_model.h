@@ -5,7 +5,7 @@
 #include <squeal/eigen/block_davidson.h>
 #include <squeal/eigen/subspace_iteration.h>
 #include <squeal/model/model.h>
-#include <squeal/statics/static_equilibrium.h>
+#include <squeal/statics/static_solver.h>
 
 #include <cmath>
 #include <memory>
@@ -72,17 +72,17 @@ namespace squeal
     /// Null without pads.
     const Contact<dim> *contact() const
     {
-      return contact_.get();
+      return steady.contact ? &*steady.contact : nullptr;
     }
     /// The static equilibrium, or null if none was computed.
     const StaticEquilibrium *equilibrium() const
     {
-      return equilibrium_.get();
+      return steady.equilibrium ? &*steady.equilibrium : nullptr;
     }
     /// The steady pressure and its resultants.
     const typename Contact<dim>::Pressure &pressure() const
     {
-      return pressure_;
+      return steady.pressure;
     }
     std::vector<ContactResultants> resultants() const;
     const FiniteElementSpace<dim> &spaces() const
@@ -125,12 +125,12 @@ namespace squeal
     /// The terms of one order, those of the bodies in one pass over the cells.
     Matrix matrix_free_sum(unsigned int order) const;
     /// Makes the iterative solver and tells the log.
-    void make_iterative_solver(bool needs_border);
+    void make_iterative_solver(bool needs_edge);
     /// Whether the static equilibrium is solved without factors.
     bool solves_iteratively() const;
-    void find_steady_state(bool iterates, const LinearOperator &nearby);
-    /// All contacts closed and scaled to the stiffness, that of the solver if there is one.
-    void close_contact(const IterativeStatics<dim> *solver);
+    /// The contact surfaces and the steady pressure: the static equilibrium where that is computed.
+    /// With @p nearby it follows from the state @p before; see Model::assemble().
+    SteadyState<dim> find_steady_state(SteadyState<dim> before, const LinearOperator &nearby);
     void add_contact();
     void add_prestress();
     /// Of the rotor's materials.
@@ -179,14 +179,9 @@ namespace squeal
     Parameters::All prm;               ///< of the terms
     const double load_pressure;        ///< Pads/Pressure of the geometry's loads, Pa
     std::vector<AssembledBody> bodies; ///< by material
-    std::unique_ptr<Contact<dim>> contact_;
-    std::unique_ptr<StaticEquilibrium> equilibrium_;
+    SteadyState<dim> steady;
+    StaticSolver<dim> static_solver;
     /// While the equilibrium is solved for, and where modes are to be found without factors.
     std::unique_ptr<IterativeStatics<dim>> iterative;
-    KnownTerms of_state; ///< the bodies' terms of the equilibrium
-    /// For states that follow one another while the bodies stay as they are.
-    std::unique_ptr<DirectStatics<dim>> statics;
-    bool may_keep_statics = true; ///< they have not turned out to be of no use
-    typename Contact<dim>::Pressure pressure_;
   };
 } // namespace squeal

@@ -9,9 +9,9 @@
 
 namespace squeal
 {
-  /// What is uncertain about the area in contact. A mesh places the border between contact and
-  /// lift-off between two nodes of a pad's face; one more node on either side may belong to the
-  /// other part. With A the tangent at the present contacts (theory.md, section 3),
+  /// What is uncertain about the area in contact. A mesh places the edge of the contact zone
+  /// between two nodes of a pad's face; one more node on either side may belong to the other part.
+  /// With A the tangent at the present contacts (theory.md, section 3),
   ///
   /// * the closed multipliers R beside open ones may release. The constraint gets a slack s,
   ///       A x = E_R s,   x_R = 0;
@@ -35,28 +35,28 @@ namespace squeal
   /// @p solve gives A^{-1} of a block with a column for each of some multipliers, whose rows it is
   /// told; where these are mirror images of each other in a symmetric brake, so are the columns.
   /// Empty sets without lift-off and for penalty contact, whose
-  /// border is placed by quadrature points. A set whose change leaves a singular system is left
+  /// edge is placed by quadrature points. A set whose change leaves a singular system is left
   /// out. Collective.
   template <int dim>
   ContactEdge
-  find_contact_border(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
-                      const RowRange &rows, bool with_friction, const ColumnSolver &solve);
+  find_contact_edge(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+                    const RowRange &rows, bool with_friction, const ColumnSolver &solve);
 
-  /// z_i^H dQ x_j of right and left vectors X and Z: what another border does to the operator.
+  /// z_i^H dQ x_j of right and left vectors X and Z: what another edge does to the operator.
   /// Opening R and closing C give
   ///     F_o = z_R^H (E_R^T A^{-1} E_R)^{-1} x_R,   F_c = -(a^T z)^H (c - b A^{-1} a)^{-1} b x,
-  /// with the static response in place of that at the frequency of the mode. Nodes know the border
+  /// with the static response in place of that at the frequency of the mode. Nodes know the edge
   /// to half of their spacing: the parabola through F_c, 0 and F_o at the shifts -1, 0 and 1 is
   /// taken at -1/2 and 1/2.
-  struct BorderEffects
+  struct EdgeEffects
   {
     std::vector<std::complex<double>> smaller, larger; ///< area in contact; column-major
-    /// The multipliers beside the border and their parts of z_j^H dQ x_j, one for each mode.
+    /// The multipliers beside the edge and their parts of z_j^H dQ x_j, one for each mode.
     std::vector<unsigned int> rows;
     std::vector<std::vector<std::complex<double>>> parts;
   };
-  /// Empty without a border. Collective.
-  BorderEffects border_effects(const ContactEdge &border, const MultiVector &x_re,
-                               const MultiVector &x_im, const MultiVector &z_re,
-                               const MultiVector &z_im);
+  /// Empty without a edge. Collective.
+  EdgeEffects edge_effects(const ContactEdge &edge, const MultiVector &x_re,
+                           const MultiVector &x_im, const MultiVector &z_re,
+                           const MultiVector &z_im);
 } // namespace squeal

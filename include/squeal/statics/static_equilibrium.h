@@ -6,9 +6,8 @@
 #include <squeal/statics/self_locking.h>
 #include <squeal/symmetry/mirror.h>
 
-#include <memory>
+#include <functional>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace squeal
@@ -35,17 +34,27 @@ namespace squeal
   {
     MultiVector state; ///< one column, contact pressures in the multipliers' rows
     std::vector<StaticIteration> iterations;
-    typename std::vector<std::vector<double>> pressure; ///< Contact::Pressure of the state
-    ContactEdge border;                                 ///< on demand
-    StateSpace space;                                   ///< of those before it, if it followed them
+    std::vector<std::vector<double>> pressure; ///< Contact::Pressure of the state
+    ContactEdge edge;                          ///< on demand
+    StateSpace space;                          ///< of those before it, if it followed them
   };
 
-  /// The tangent of the static problem at fixed active set: the body terms of order 0, N, and with
-  /// friction d tau/dp at the given pressure.
-  template <int dim>
-  Matrix static_tangent(const RowRange &rows, const std::vector<Term> &body_terms,
-                        const Contact<dim> &contact,
-                        const typename Contact<dim>::Pressure &pressure, bool with_friction);
+  /// What a static equilibrium is asked for.
+  struct StaticProblem
+  {
+    std::vector<Term> body_terms; ///< only those of order 0 are used
+    bool with_friction;
+    MultiVector load;
+    bool with_edge = false; ///< asks for StaticEquilibrium::edge
+    /// Asked for the mirror symmetry of the mesh where the state is factorised for: what is
+    /// symmetric is solved for by halves. Empty: there is none.
+    std::function<std::optional<MirrorSymmetry>()> symmetry;
+
+    std::optional<MirrorSymmetry> mirror_symmetry() const
+    {
+      return symmetry ? symmetry() : std::nullopt;
+    }
+  };
 
   /// The gain of friction on the contact pressure at the present active set.
   template <int dim>
@@ -53,43 +62,39 @@ namespace squeal
                            const Contact<dim> &contact,
                            const typename Contact<dim>::Pressure &pressure);
 
-  /// The steady sliding state of theory.md, section 3: p >= 0, g <= 0, p g = 0 with friction in
-  /// full sliding,
-  ///     sum_{order 0} c_i A_i q_0 + (N + mu T) Lambda_0 = f.
-  /// Primal-dual active set (a semi-smooth Newton method, Hintermueller, Ito, Kunisch 2002); a
-  /// friction law that depends on the pressure is linearised in the same steps. The operator is not
-  /// symmetric because of friction; DirectStatics solves with it. @p contact leaves with the active
-  /// set of the solution. @p with_border: for error bars. @p symmetry of the mesh: what is
-  /// symmetric is solved for by halves.
+  /// Finds the steady sliding state of theory.md, section 3: p >= 0, g <= 0, p g = 0 with friction
+  /// in full sliding,
+  ///     sum_{order 0} c_i A_i q_0 + (N + mu T) Lambda_0 = f,
+  /// by new factors (DirectStatics). Primal-dual active set (a semi-smooth Newton method,
+  /// Hintermueller, Ito, Kunisch 2002); a friction law that depends on the pressure is linearised
+  /// in the same steps. The operator is not symmetric because of friction. @p contact leaves with
+  /// the active set of the solution.
   ///
   /// Throws SolverError if a pad loses all contact, and if active sets repeat or the tangent is
   /// singular; with friction it then tells whether that is self-locking.
   template <int dim>
-  StaticEquilibrium
-  solve_static_equilibrium(const RowRange &rows, const std::vector<Term> &body_terms,
-                           Contact<dim> &contact, bool with_friction, const MultiVector &load,
-                           bool with_border                              = false,
-                           const std::optional<MirrorSymmetry> &symmetry = std::nullopt);
+  StaticEquilibrium solve_static_equilibrium(const StaticProblem &problem, Contact<dim> &contact);
 
-  /// The same with an iterative solver, without factors and without the bodies' matrices.
+  /// Finds the steady sliding state by an iterative solver, without factors and without the bodies'
+  /// matrices. Throws SolverError.
   template <int dim>
-  StaticEquilibrium solve_static_equilibrium(IterativeStatics<dim> &solver, Contact<dim> &contact,
-                                             bool with_friction, const MultiVector &load);
+  StaticEquilibrium solve_static_equilibrium(IterativeStatics<dim> &solver,
+                                             const StaticProblem &problem, Contact<dim> &contact);
 
-  /// The same out of the state and the active set of an equilibrium nearby, by GMRES with factors
-  /// of a matrix nearby: no factorisation, no matrix but those of the contact. It begins with the
-  /// combination of earlier states that satisfies the equations best. Nothing if that does not
-  /// converge; @p contact is then to be closed again.
+  /// Follows an equilibrium nearby from its state and its active set on, by GMRES with factors of a
+  /// matrix nearby: no factorisation, no matrix but those of the contact. It begins with the
+  /// combination of earlier states that satisfies the equations best. Returns nothing if that does
+  /// not converge; @p contact is then to be closed again.
   template <int dim>
   std::optional<StaticEquilibrium>
   follow_static_equilibrium(StaticEquilibrium before, const LinearOperator &nearby,
-                            const std::vector<Term> &body_terms, Contact<dim> &contact,
-                            bool with_friction, const MultiVector &load);
+                            const StaticProblem &problem, Contact<dim> &contact);
 
-  /// The same out of the active set of an equilibrium nearby, by factors that serve it
-  /// (DirectStatics::serves). Nothing if there is none; @p contact is then to be closed again.
+  /// Follows an equilibrium nearby from its active set on, by factors that serve it
+  /// (DirectStatics::serves). Returns nothing if no state is found; @p contact is then to be closed
+  /// again.
   template <int dim>
-  std::optional<StaticEquilibrium>
-  follow_static_equilibrium(DirectStatics<dim> &solver, Contact<dim> &contact, bool with_friction,
-                            const MultiVector &load);
+  std::optional<StaticEquilibrium> follow_static_equilibrium(DirectStatics<dim> &solver,
+                                                             const StaticProblem &problem,
+                                                             Contact<dim> &contact);
 } // namespace squeal

@@ -37,7 +37,7 @@ namespace
 /// The half-spacing effects are combined from those of opening R and of closing C, which they give
 /// back: F_o = 3 smaller + larger, F_c = 3 larger + smaller. These are compared with the
 /// eigenvalues of the problem in which R is open or C is closed.
-TEST_CASE("A contact that opens or closes moves the eigenvalues as its border says")
+TEST_CASE("A contact that opens or closes moves the eigenvalues as its edge says")
 {
   const Parameters::All prm = brake_with_lift_off();
   const Geometry<3> bodies  = make_brake(prm);
@@ -48,20 +48,19 @@ TEST_CASE("A contact that opens or closes moves the eigenvalues as its border sa
   model.assemble(prm);
   const QuadraticEigenproblem problem = model.problem();
   const Modes modes                   = solve(problem, prm);
-  const ContactEdge &border           = model.equilibrium()->border;
-  REQUIRE(border.releasing.size() >= 2);
-  REQUIRE(border.closing.size() >= 2);
+  const ContactEdge &edge             = model.equilibrium()->edge;
+  REQUIRE(edge.releasing.size() >= 2);
+  REQUIRE(edge.closing.size() >= 2);
   const unsigned int m = modes.lambda.size();
   REQUIRE(m >= 4);
-  const BorderEffects effects =
-      border_effects(border, modes.re, modes.im, modes.left_re, modes.left_im);
-  CHECK(effects.rows.size() == border.releasing.size() + border.closing.size());
+  const EdgeEffects effects = edge_effects(edge, modes.re, modes.im, modes.left_re, modes.left_im);
+  CHECK(effects.rows.size() == edge.releasing.size() + edge.closing.size());
 
   const Matrix before[] = {model.contact()->normal(), model.contact()->friction(model.pressure())};
   for (const bool opens : {true, false})
   {
     Contact<3> contact = *model.contact();
-    contact.set_closed(opens ? border.releasing : border.closing, !opens);
+    contact.set_closed(opens ? edge.releasing : edge.closing, !opens);
     const Matrix normal = contact.normal(), friction = contact.friction(model.pressure());
     QuadraticEigenproblem other = model.problem();
     other.Q =

@@ -244,8 +244,8 @@ TEST_CASE("iterative_statics: the state is that of the direct solver where nodes
     if (mortar)
       for (Contact<3> *c : {&contact, &other})
         c->scale_constraints(solver.stiffness_scale());
-    const auto direct    = solve_static_equilibrium(spaces.rows, terms, contact, true, load);
-    const auto iterative = solve_static_equilibrium(solver, other, true, load);
+    const auto direct    = solve_static_equilibrium({terms, true, load}, contact);
+    const auto iterative = solve_static_equilibrium(solver, {{}, true, load}, other);
     CHECK(contact.active_set_hash() == other.active_set_hash());
     CHECK(largest_difference(iterative.state, direct.state) <= 1e-9 * largest_entry(direct.state));
   }
@@ -260,6 +260,6 @@ TEST_CASE("iterative_statics: too few iterations are an error")
   Contact<3> contact(spaces, ContactModel<3>());
   IterativeStatics<3> solver(spaces, bodies_of(p, 0, 0), {"gamg", 2});
   contact.scale_constraints(solver.stiffness_scale());
-  CHECK_THROWS_AS(solve_static_equilibrium(solver, contact, false, assemble_pressure_load(spaces)),
-                  SolverError);
+  const StaticProblem problem{{}, false, assemble_pressure_load(spaces)};
+  CHECK_THROWS_AS(solve_static_equilibrium(solver, problem, contact), SolverError);
 }

@@ -215,13 +215,12 @@ TEST_CASE("unilateral_contact: one factorisation serves other friction, loads an
       {
         CAPTURE(mu);
         contact.set_model(model(mu));
-        const auto followed = follow_static_equilibrium(statics, contact, true, *force);
+        const auto followed = follow_static_equilibrium(statics, {terms, true, *force}, contact);
         REQUIRE(followed);
         CHECK(statics.serves(terms, contact));
         Contact<3> fresh(spaces, model(mu));
         fresh.scale_constraints(stiffness);
-        const StaticEquilibrium alone =
-            solve_static_equilibrium(spaces.rows, terms, fresh, true, *force);
+        const StaticEquilibrium alone = solve_static_equilibrium({terms, true, *force}, fresh);
         CHECK(contact.released_multipliers() == fresh.released_multipliers());
         n_sets += contact.released_multipliers() != before;
         before            = contact.released_multipliers();

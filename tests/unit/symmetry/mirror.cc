@@ -438,13 +438,13 @@ TEST_CASE("mirror: the static equilibrium by halves is that of the whole")
     CHECK(a.iterations[k].n_active == b.iterations[k].n_active);
   CHECK(distance(a.state, b.state) <= 1e-11 * largest_entry(b.state));
   CHECK(distance(halves.symmetry->reflect(a.state), a.state) <= 1e-14 * largest_entry(a.state));
-  REQUIRE_FALSE(b.border.releasing.empty());
-  REQUIRE_FALSE(b.border.closing.empty());
-  CHECK(a.border.releasing == b.border.releasing);
-  CHECK(a.border.closing == b.border.closing);
+  REQUIRE_FALSE(b.edge.releasing.empty());
+  REQUIRE_FALSE(b.edge.closing.empty());
+  CHECK(a.edge.releasing == b.edge.releasing);
+  CHECK(a.edge.closing == b.edge.closing);
   for (const auto member : {&ContactEdge::slack, &ContactEdge::pressure})
   {
-    const std::vector<double> &x = (a.border.*member).values, &y = (b.border.*member).values;
+    const std::vector<double> &x = (a.edge.*member).values, &y = (b.edge.*member).values;
     REQUIRE(x.size() == y.size());
     double largest = 0, error = 0;
     for (unsigned int k = 0; k < x.size(); ++k)

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <squeal/statics/static_equilibrium.h>
+
+#include <memory>
+#include <optional>
+
+namespace squeal
+{
+  /// The steady sliding state about which the equations of motion are linearised.
+  template <int dim>
+  struct SteadyState
+  {
+    std::optional<Contact<dim>> contact;          ///< with the active set; none without surfaces
+    std::optional<StaticEquilibrium> equilibrium; ///< none: the pressure is given
+    typename Contact<dim>::Pressure pressure;     ///< Pa, at the contact's quadrature points
+  };
+
+  /// Closes the contact everywhere and scales its constraints to the stiffness of the bodies: that
+  /// of @p body_terms and of the iterative solver, if there is one. Without any the scale stays.
+  template <int dim>
+  void close_contact(Contact<dim> &contact, const std::vector<Term> &body_terms,
+                     const IterativeStatics<dim> *solver);
+
+  /// Finds steady sliding states that follow one another, each by the first of its candidates that
+  /// can, cheapest first:
+  ///
+  /// 1. cached factors: those of an earlier state, while they serve (DirectStatics::serves), made
+  ///    once a second state has the bodies of the one before;
+  /// 2. nearby factors: GMRES from the state before, preconditioned by products with the inverse of
+  ///    a matrix nearby;
+  /// 3. the iterative solver, if there is one; else new factors.
+  template <int dim>
+  class StaticSolver
+  {
+  public:
+    /// @p contact is closed, or with @p nearby has the active set of @p before; it leaves with that
+    /// of the state. Only with @p nearby the state may depend on what came before: candidates 1 and
+    /// 2. @p iterative may be null. Throws SolverError.
+    StaticEquilibrium solve(const StaticProblem &problem, Contact<dim> &contact,
+                            std::optional<StaticEquilibrium> before, const LinearOperator &nearby,
+                            IterativeStatics<dim> *iterative);
+
+    /// Drops the cached factors, which keep the matrices of the bodies.
+    void drop_factors()
+    {
+      cached.reset();
+    }
+
+  private:
+    /// Whether cached factors serve; makes them where they are worth it.
+    bool has_factors(const StaticProblem &problem, const Contact<dim> &contact, bool follows);
+
+    std::unique_ptr<DirectStatics<dim>> cached;
+    KnownTerms of_last;    ///< the bodies' terms of the last state
+    bool may_cache = true; ///< factors have not turned out to be of no use
+  };
+} // namespace squeal
