@@ -15,6 +15,12 @@ namespace squeal
     constexpr double smallest =
         2e-10; ///< parts of unit vectors below this are left out of the bases
     constexpr unsigned int most_corrections = 10;
+
+    unsigned int n_real(const std::vector<std::complex<double>> &lambda)
+    {
+      return std::count_if(lambda.begin(), lambda.end(), [](const std::complex<double> l)
+                           { return std::abs(l.imag()) <= 1e-7 * std::abs(l); });
+    }
   } // namespace
 
   // Bases.
@@ -138,6 +144,7 @@ namespace squeal
     n_local_constraints = problem.n_local_constraints;
     factors             = modes.factorization;
     n_disc              = modes.disc_right.n_columns() / 2;
+    n_real_of_anchor    = n_real(modes.disc_lambda);
     compliant           = problem.compliant;
     has_constraints     = problem.n_constraints > 0;
     anchor_terms        = terms;
@@ -547,6 +554,9 @@ namespace squeal
       text << "  projected on " << dimension() << " vectors: " << best.size() << " of " << n_disc
            << " modes, backward errors " << worst;
       options.progress(text.str());
+      // A pair +-i w that has become two real eigenvalues: one of them is not among these.
+      if (n_real(chosen(x, best).lambda) > n_real_of_anchor)
+        return std::nullopt;
       if (best.size() == n_disc && lacking.empty())
       {
         project_tests();

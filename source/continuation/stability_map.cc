@@ -410,13 +410,15 @@ namespace squeal
   {
     if (seed.divergence)
     {
-      // A divergent mode beside the seed: towards one of the four sides there is one.
+      // A divergent mode beside the seed: towards one of the four sides there is one. (At the seed
+      // itself Q is singular.)
       instability.reset();
       for (const Position &side : {Position{{0.1, 0}}, {{-0.1, 0}}, {{0, 0.1}}, {{0, -0.1}}})
       {
         const Position at = {{seed.at[0] + side[0], seed.at[1] + side[1]}};
         if (instability || !inside(at, 0))
           continue;
+        anchor(at);
         const Modes modes = follower.whole(follower.solve(parameters_at(at)));
         const auto real   = divergent_modes(modes);
         if (!real.empty())
@@ -464,7 +466,8 @@ namespace squeal
       if (seed.done)
         continue;
       // A curve depends on its seed alone, whatever was solved before.
-      anchor(seed.at);
+      if (!seed.divergence)
+        anchor(seed.at);
       const std::vector<BorderPoint> curve = trace(seed);
       for (const BorderPoint &point : curve)
         border_csv->add({std::to_string(n_curves), point.divergence ? "divergence" : "flutter",

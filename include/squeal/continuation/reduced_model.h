@@ -265,6 +265,7 @@ namespace squeal
     std::shared_ptr<const Factorization> factors;
     unsigned int n_disc = 0; ///< modes of the anchor in the disc
 
+    unsigned int n_real_of_anchor = 0; ///< eigenvalues of the disc
     std::vector<Term> anchor_terms;
     Members varying;
     std::vector<Fixed> fixed;
