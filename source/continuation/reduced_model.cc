@@ -18,7 +18,8 @@ namespace squeal
 
     unsigned int n_real(const std::vector<std::complex<double>> &lambda)
     {
-      return std::count_if(lambda.begin(), lambda.end(), [](const std::complex<double> l)
+      return std::count_if(lambda.begin(), lambda.end(),
+                           [](const std::complex<double> l)
                            { return std::abs(l.imag()) <= 1e-7 * std::abs(l); });
     }
   } // namespace

@@ -245,6 +245,9 @@ namespace squeal
       const auto [growth, slope] = along(t);
       root                       = {t - growth / slope, std::abs(growth / slope), 1};
     }
+    // Where two modes meet, the search may have gone from the one to the other: no root there.
+    if (std::abs(known.back().lambda.real()) > 1e-6 * std::abs(known.back().lambda))
+      return;
     // Without damping a mode stays marginal up to where it meets another: no border of Re l = 0.
     if (std::abs(known.back().slope.real()) <= 1e-4 * std::abs(known.back().slope))
       return;

