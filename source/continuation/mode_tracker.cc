@@ -129,7 +129,7 @@ namespace squeal
     }
   }
 
-  void ModeTracker::anchor(const Parameters::All &parameters, const Modes &modes)
+  void ModeTracker::set_expansion_point(const Parameters::All &parameters, const Modes &modes)
   {
     if (!modes.factorization && modes.halves.empty())
       return;

@@ -26,7 +26,7 @@ namespace squeal
     /// solved before.
     Modes solve_fully(const Parameters::All &parameters);
     /// Makes a full solution for these parameters the anchor. Modes in coordinates become invalid.
-    void anchor(const Parameters::All &parameters, const Modes &modes);
+    void set_expansion_point(const Parameters::All &parameters, const Modes &modes);
 
     /// Whether the bases of the projection have become so large that it is time for restart().
     bool is_crowded() const

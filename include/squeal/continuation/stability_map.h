@@ -1,10 +1,7 @@
 #pragma once
 
-#include <squeal/assessment/divergence.h>
 #include <squeal/assessment/tables.h>
-#include <squeal/base/log.h>
-#include <squeal/continuation/mode_tracker.h>
-#include <squeal/parameters/parameter_file.h>
+#include <squeal/continuation/parameter_study.h>
 
 #include <array>
 #include <functional>
@@ -13,7 +10,7 @@
 namespace squeal
 {
   /// The stability of a model over two parameters: map.csv, a line for each point of the grid, and
-  /// border.csv, the curves on which a mode changes between decay and growth.
+  /// border.csv, the stability boundaries, curves on which a mode changes between decay and growth.
   ///
   /// The grid is walked to and fro, so that each point starts from the vectors of a neighbour.
   /// Between neighbours the modes are paired by their eigenvalues; where the growth rate of a pair
@@ -38,8 +35,8 @@ namespace squeal
     /// A position in units of the grid's cells, counted from the first values.
     using Position = std::array<double, 2>;
 
-    /// A point of the border.
-    struct BorderPoint
+    /// A point of a stability boundary.
+    struct BoundaryPoint
     {
       Position at{};
       std::complex<double> lambda;
@@ -48,8 +45,8 @@ namespace squeal
       bool done       = false; ///< on a curve that was traced
     };
 
-    /// The function that vanishes on the border, its gradient by position, and what is needed to go
-    /// on from there.
+    /// The function that vanishes on the boundary, its gradient by position, and what is needed to
+    /// go on from there.
     struct Evaluation
     {
       double value = 0;
@@ -57,25 +54,23 @@ namespace squeal
       std::complex<double> lambda;
       std::array<std::complex<double>, 2> slope{}; ///< dl by position
     };
-
-    using BorderTest = std::function<Evaluation(const Position &)>;
+    using BoundaryFunction = std::function<Evaluation(const Position &)>;
 
     double parameter_at(unsigned int k, double position) const;
     double cell_size(unsigned int k, double position) const;
+    std::vector<double> values_at(const Position &at) const
+    {
+      return {parameter_at(0, at[0]), parameter_at(1, at[1])};
+    }
     Position position_of(unsigned int point) const;
     bool inside(const Position &at, double margin) const;
     /// Cuts the way to a position at the edge of the map; the coordinate that is constant on that
     /// edge, or -1.
     int clip(const Position &from, Position &to) const;
-    bool is_marginal(const std::complex<double> lambda) const
-    {
-      return std::abs(lambda.real()) <= 10 * options.tolerance * std::abs(lambda);
-    }
 
-    const Parameters::All &parameters_at(const Position &at);
-    void anchor(const Position &at);
+    void set_expansion_point(const Position &at);
     Evaluation evaluate(const Position &at, std::complex<double> expected);
-    Evaluation evaluate_divergence(const Position &at, const StaticInstability &instability);
+    Evaluation evaluate(const Position &at, const StaticInstability &instability);
 
     void walk_grid();
     void write(const Position &at, const Modes &modes);
@@ -85,38 +80,34 @@ namespace squeal
                       std::complex<double> l_now);
     void add_divergence(unsigned int before, unsigned int now, const Modes &modes);
 
-    void trace_border();
-    std::vector<BorderPoint> trace(const BorderPoint &seed);
-    bool step(const BorderPoint &last, const Evaluation &here, Position &tangent, double &length,
-              BorderPoint &next, Evaluation &there);
-    BorderTest test_from(const BorderPoint &last, const Evaluation &here);
-    static bool correct(const BorderTest &test, Position &at, int held, Evaluation &result,
-                        double &accuracy);
+    void trace_boundaries();
+    /// Whether a point lies on a curve that was traced.
+    static bool is_on(const std::vector<BoundaryPoint> &curve, const BoundaryPoint &point);
+    std::vector<BoundaryPoint> trace(const BoundaryPoint &seed);
+    /// The function of a divergent mode beside a point, or none.
+    std::unique_ptr<StaticInstability> instability_beside(const Position &at);
+    /// One step along the boundary; false at its end.
+    bool step(const BoundaryPoint &last, const BoundaryFunction &function, Position &tangent,
+              double &length, BoundaryPoint &next, Evaluation &there);
+    /// Newton's method along the gradient, or along one axis if the other coordinate is held.
+    static bool correct(const BoundaryFunction &function, Position &at, int held,
+                        Evaluation &result, double &accuracy);
 
     void save() const;
     bool resume();
-    std::string state_file() const
-    {
-      return directory + "/map.state";
-    }
 
     static constexpr double longest_step = 0.5, shortest_step = 0.01; ///< cells
 
-    ParameterFile &file;
-    const std::array<std::string, 2> parameters;
+    ParameterStudy study;
+    ModeTracker &tracker;
     const std::array<std::vector<double>, 2> values;
-    const EigensolverOptions options;
-    const std::string directory;
-    const MPI_Comm comm;
     Log &log;
-    ModeTracker follower;
     std::unique_ptr<Table> map_csv, border_csv;
 
     std::vector<std::vector<std::complex<double>>>
         eigenvalues; ///< by point of the grid, walked so far
-    std::vector<BorderPoint> crossings;
+    std::vector<BoundaryPoint> crossings;
     unsigned int n_curves = 0;
-    std::unique_ptr<StaticInstability> instability; ///< of the curve that is being traced
-    bool at_edge = false; ///< whether its last step ended at the map's edge
+    bool at_edge          = false; ///< whether the last step of a curve ended at the map's edge
   };
 } // namespace squeal

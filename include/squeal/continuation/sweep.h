@@ -1,10 +1,7 @@
 #pragma once
 
-#include <squeal/assessment/divergence.h>
 #include <squeal/assessment/tables.h>
-#include <squeal/base/log.h>
-#include <squeal/continuation/mode_tracker.h>
-#include <squeal/parameters/parameter_file.h>
+#include <squeal/continuation/parameter_study.h>
 
 #include <chrono>
 #include <memory>
@@ -13,9 +10,9 @@ namespace squeal
 {
   /// Follows the modes of a model along one parameter and, if asked for, locates critical values.
   ///
-  /// Points near an anchor, a value with a full solution, are solved by projection. Where branches
-  /// cannot be told apart the step is halved, up to max_halvings times. Tables are on disk after
-  /// each point. A sweep that was killed resumes after its last full solution, which with the
+  /// Points near an expansion point, a value with a full solution, are solved by projection. Where
+  /// branches cannot be told apart the step is halved, up to max_halvings times. Tables are on disk
+  /// after each point. A sweep that was killed resumes after its last full solution, which with the
   /// parameters determines all that follows: the tables become the same to the last digit.
   ///
   /// A parameter of the geometry or the discretisation changes the mesh: each point then has a
@@ -44,7 +41,6 @@ namespace squeal
       unsigned int iterations = 0;
     };
 
-    const Parameters::All &parameters_at(double value);
     /// Modes, rows and branches at a value; those of @p before, if any, go on. Returns whether they
     /// do without doubt.
     bool solve(double value, const BranchPoint *before, BranchPoint &point, bool fully = false);
@@ -57,8 +53,8 @@ namespace squeal
     BranchPoint advance_on_new_mesh(const BranchPoint &from, double value);
     void write(const BranchPoint &point);
     bool resume(BranchPoint &last, unsigned int &n_done);
-    /// Makes a point that was solved fully the new anchor, and saves it. After a projection it
-    /// keeps the bases small.
+    /// Makes a point that was solved fully the new expansion point, and saves it. After a
+    /// projection it keeps the bases small.
     void settle(BranchPoint &point);
 
     void find_critical_values(const BranchPoint &from, const BranchPoint &to);
@@ -68,40 +64,23 @@ namespace squeal
                                  double direction);
     /// det Q = 0 where a real eigenvalue that grows comes or goes.
     void find_divergence(const BranchPoint &from, const BranchPoint &to);
-    bool is_marginal(const std::complex<double> lambda) const
-    {
-      return std::abs(lambda.real()) <= 10 * options.tolerance * std::abs(lambda);
-    }
     /// Re l = 0 on a branch.
     Critical onset(const BranchPoint &from, const BranchPoint &to, unsigned int branch);
     /// ((l_i - l_j)/2)^2 = 0 by Newton's method: this is smooth where the eigenvalues themselves
     /// are not.
     Critical coalescence(const BranchPoint &from, const BranchPoint &to, unsigned int branch,
                          unsigned int other);
-    /// The eigenvalues nearest to the given ones at a value, and their derivatives.
-    struct Evaluation
-    {
-      std::vector<std::complex<double>> lambda, derivative;
-      double uncertainty = 0; ///< sum over the eigenvalues of condition, backward error and |l|
-    };
-    Evaluation evaluate(double value, const std::vector<std::complex<double>> &expected);
     void report(const Critical &critical);
 
-    std::string state_file() const
-    {
-      return directory + "/sweep.state";
-    }
-
-    ParameterFile &file;
-    const ModelFactory make_model;
-    std::unique_ptr<Model> own_model; ///< of the present mesh, where the parameter changes it
     const std::string parameter;
     const bool keeps_mesh;
-    const EigensolverOptions options;
-    const std::string directory;
-    const MPI_Comm comm;
+    const ModelFactory make_model;
+    std::unique_ptr<Model> own_model; ///< of the present mesh, where the parameter changes it
+    ParameterStudy study;
+    ModeTracker &tracker;
+    const std::vector<double> values;
+    const bool wants_critical_values;
     Log &log;
-    ModeTracker follower;
     std::unique_ptr<Table> sweep_csv, critical_csv;
     std::chrono::steady_clock::time_point last_saved = std::chrono::steady_clock::now();
   };

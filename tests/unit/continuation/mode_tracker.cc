@@ -28,7 +28,7 @@ namespace
   void begin(ModeTracker &tracker, const Parameters::All &parameters)
   {
     const Modes modes = tracker.solve_fully(parameters);
-    tracker.anchor(parameters, modes);
+    tracker.set_expansion_point(parameters, modes);
   }
 
   /// |Q(l) x| of whole modes, for the unit mass matrices used here.
@@ -199,7 +199,7 @@ TEST_CASE("reduced sectors: branches go on in coordinates, from whole modes and 
     tracker.set_model(*model);
     BranchPoint before;
     before.modes = tracker.solve_fully(factors(0.1, 0.002));
-    tracker.anchor(factors(0.1, 0.002), before.modes);
+    tracker.set_expansion_point(factors(0.1, 0.002), before.modes);
     before.branches   = {0, 1, 2, 3};
     before.n_branches = 4;
     for (unsigned int k = 1; k <= 10; ++k)

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <squeal/assessment/divergence.h>
+#include <squeal/base/log.h>
+#include <squeal/continuation/mode_tracker.h>
+#include <squeal/parameters/parameter_file.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// Predicts an eigenvalue on a line: from the nearest place where it is known, along its
+  /// derivative there.
+  class EigenvaluePredictor
+  {
+  public:
+    struct Known
+    {
+      double at;
+      std::complex<double> lambda, slope;
+      double uncertainty = 0; ///< of lambda
+    };
+    /// With the slope of the chord between two places.
+    EigenvaluePredictor(double low, std::complex<double> at_low, double high,
+                        std::complex<double> at_high);
+
+    std::complex<double> operator()(double at) const;
+    /// A slope that is not finite is replaced by that of the chord.
+    void add(Known known);
+    const Known &last() const
+    {
+      return places.back();
+    }
+
+  private:
+    const std::complex<double> chord;
+    std::vector<Known> places;
+  };
+
+  /// The modes of a table's lines at one point.
+  struct GrowthSummary
+  {
+    explicit GrowthSummary(const std::vector<ModeRow> &rows);
+
+    unsigned int n_unstable = 0;  ///< with the verdict flutter or divergence
+    std::optional<ModeRow> worst; ///< the mode of the largest growth rate
+  };
+
+  /// A model whose modes are followed along one or two parameters: what sweeps and stability maps
+  /// share. Eigenvalues and det Q are evaluated with their derivatives; what a run that is
+  /// interrupted resumes from is a list of numbers beside its tables.
+  class ParameterStudy
+  {
+  public:
+    /// The state and the tables are in @p directory; @p sought is what a search that fails was for.
+    ParameterStudy(ParameterFile &file, const std::vector<std::string> &parameters,
+                   const EigensolverOptions &options, const std::string &directory,
+                   const std::string &name, const std::string &sought,
+                   const std::vector<std::string> &tables, MPI_Comm comm, Log &log);
+
+    /// Sets the parameters. Throws InputError.
+    const Parameters::All &parameters_at(const std::vector<double> &values);
+
+    /// Whether Re l is zero up to the accuracy of the solver.
+    bool is_marginal(const std::complex<double> lambda) const
+    {
+      return std::abs(lambda.real()) <= 10 * options.tolerance * std::abs(lambda);
+    }
+
+    /// The numbers of the modes nearest to the eigenvalues expected. Throws SolverError if there
+    /// are not enough.
+    std::vector<unsigned int> nearest(const Modes &modes,
+                                      const std::vector<std::complex<double>> &expected) const;
+
+    /// Eigenvalues and, by parameter, their derivatives; none where the terms cannot be
+    /// differentiated by the parameter.
+    struct Evaluation
+    {
+      std::vector<std::complex<double>> lambda;
+      std::vector<std::vector<std::complex<double>>> derivatives;
+      double uncertainty = 0; ///< sum over the eigenvalues of condition, backward error and |l|
+    };
+    Evaluation evaluate(const std::vector<double> &values,
+                        const std::vector<std::complex<double>> &expected);
+
+    /// The function that vanishes where the first divergent mode of a point begins to grow.
+    StaticInstability instability_of(const std::vector<double> &values, const Modes &modes);
+    /// It and its derivatives by the parameters; not a number where the terms cannot be
+    /// differentiated.
+    StaticInstability::Result evaluate(const StaticInstability &instability,
+                                       const std::vector<double> &values);
+
+    /// The numbers that a run resumes from: those given, after the first @p n_head of which the
+    /// sizes of the tables stand. Rank 0 writes.
+    void save(std::vector<double> numbers, unsigned int n_head) const;
+    /// Nothing if there is no state of at least @p n_least numbers beside the tables' sizes. The
+    /// sizes are taken out.
+    std::optional<std::vector<double>> load(unsigned int n_head, unsigned int n_least);
+    /// Takes off of the tables what was written after the state that was loaded last.
+    void cut_tables() const;
+    /// Gives the parameters their original values and removes the state.
+    void finish();
+
+    ParameterFile &file;
+    const std::vector<std::string> parameters;
+    const EigensolverOptions options;
+    const std::string directory;
+    const MPI_Comm comm;
+    Log &log;
+    ModeTracker tracker;
+
+  private:
+    const std::string state_file, sought;
+    const std::vector<std::string> tables;
+    std::vector<double> original;
+    std::vector<std::uintmax_t> sizes; ///< of the tables in the state that was loaded
+  };
+} // namespace squeal
