@@ -2,6 +2,8 @@
 #include <squeal/assessment/error_estimators.h>
 #include <squeal/assessment/local_problems.h>
 #include <squeal/assessment/stability.h>
+#include <squeal/contact/contact_forces.h>
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/mesh/cell_map.h>
 
 #include <algorithm>
@@ -88,7 +90,7 @@ namespace squeal
       FiniteElementSpace<dim> spaces;      ///< of one degree more
       std::unique_ptr<Contact<dim>> contact;
       std::vector<Term> contact_terms;
-      typename Contact<dim>::Pressure pressure;
+      ContactPressure pressure;
 
       const unsigned int n; ///< nodes of a cell, degree p + 1
       const DenseMatrix lift;
@@ -415,7 +417,7 @@ namespace squeal
     {
       const MultiVector state   = lifted.columns(m, 1),
                         loads[] = {model.static_load(prm, spaces),
-                                   contact->load(pressure, prm.terms().friction)};
+                                   contact_load(*contact, pressure, prm.terms().friction)};
       const auto add            = [&](const double factor, const MultiVector &block)
       {
         for (unsigned int i = 0; i < block.n_local(); ++i)
@@ -441,7 +443,7 @@ namespace squeal
       for (unsigned int i = 0; i < state.n_local(); ++i)
         if (const double count = state_correction[1].local_element(i); count > 0)
           state.data()[i] += state_correction[0].local_element(i) / count;
-      auto damping = contact->friction_damping(contact->pressure_of(state));
+      auto damping = friction_damping(*contact, contact->pressure_of(state));
       std::vector<Term> changes;
       const auto add = [&](const unsigned int order, Matrix &&matrix)
       {

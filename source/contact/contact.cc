@@ -1,4 +1,5 @@
 #include <squeal/contact/contact.h>
+#include <squeal/contact/contact_matrices.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +13,7 @@ namespace squeal
       : space(&spaces), model(model), element(spaces.fe.degree),
         surfaces(std::make_shared<const std::vector<PairedInterface<dim>>>(
             pair_interfaces(spaces, element))),
-        active(spaces.rows.size, true)
+        active{std::vector<bool>(spaces.rows.size, true), {}}
   {
     MultiVector mark(space->rows, 1);
     for (unsigned int row = space->first_local_multiplier; row < space->rows.end; ++row)
@@ -25,7 +26,7 @@ namespace squeal
       unsigned int n_points = 0;
       for (const FacePair<dim> &pair : interface.pairs)
         n_points += pair.points.size();
-      active_points.emplace_back(n_points, true);
+      active.by_point.emplace_back(n_points, true);
       n_all_points += n_points;
     }
     // Three numbers for each node
@@ -39,13 +40,13 @@ namespace squeal
       const bool with_slopes) const
   {
     const bool keeps = keeps_table && !with_slopes;
-    if (keeps && tabulated && tabulated->angular_velocity == model.angular_velocity)
+    if (keeps && cached.shapes && cached.shapes->angular_velocity == model.angular_velocity)
     {
-      for (const auto &[interface, shapes] : tabulated->pairs)
+      for (const auto &[interface, shapes] : cached.shapes->pairs)
         work(interface, Kinematics(shapes));
       return;
     }
-    auto table              = std::make_shared<Tabulated>();
+    auto table              = std::make_shared<TabulatedShapes>();
     table->angular_velocity = model.angular_velocity;
     for (unsigned int i = 0; i < paired_interfaces().size(); ++i)
     {
@@ -67,96 +68,31 @@ namespace squeal
       }
     }
     if (keeps)
-      tabulated = std::move(table);
-  }
-
-  template <int dim>
-  Matrix Contact<dim>::normal() const
-  {
-    EntryList entries;
-    for_each_pair(
-        [&](const unsigned int i, const Kinematics &k)
-        {
-          std::vector<double> c = k.weights;
-          for (unsigned int q = 0; q < k.n_points; ++q)
-            c[q] *= model.mortar ? scale
-                                 : model.penalty_stiffness * active_points[i][k.first_point + q];
-          if (model.mortar)
-          {
-            k.add_coupling(entries, k.product(k.n(), c, k.psi), active, true);
-            for (double &value : c)
-              value *= -scale * model.compliance;
-            if (model.compliance > 0)
-              k.add_multipliers(entries, k.product(k.psi, c, k.psi), active);
-          }
-          else
-            k.add(entries, k.product(k.n(), c, k.n()));
-        });
-    if (model.mortar) // Lambda = 0 where the pad has lifted off
-      for (unsigned int row = space->first_local_multiplier; row < space->rows.end; ++row)
-        if (!active[row])
-          entries.add(row, row, constraint_stiffness);
-    return entries.make_matrix(space->rows);
+      cached.shapes = std::move(table);
   }
 
   template <int dim>
   void Contact<dim>::scale_constraints(const double stiffness)
   {
-    scale                = 1;
-    scale                = stiffness / normal().infinity_norm();
-    constraint_stiffness = stiffness;
+    scale                    = 1;
+    scale                    = stiffness / normal_matrix(*this).infinity_norm();
+    stiffness_of_constraints = stiffness;
   }
 
   template <int dim>
-  Matrix Contact<dim>::friction(const Pressure &pressure) const
+  ContactPressure Contact<dim>::uniform_pressure(const double value) const
   {
-    Pressure slopes = pressure;
-    for_each_pair(
-        [&](const unsigned int i, const Kinematics &k)
-        {
-          for (unsigned int q = k.first_point; q < k.first_point + k.n_points; ++q)
-            slopes[i][q] =
-                model.friction.traction(k.speeds[q - k.first_point], pressure[i][q]).d_pressure;
-        });
-    return tangential(slopes);
-  }
-
-  template <int dim>
-  Matrix Contact<dim>::tangential(const Pressure &coefficients) const
-  {
-    EntryList entries;
-    for_each_pair(
-        [&](const unsigned int i, const Kinematics &k)
-        {
-          std::vector<double> c = k.weights;
-          for (unsigned int q = 0; q < k.n_points; ++q)
-          {
-            const unsigned int point = k.first_point + q;
-            c[q] *= coefficients[i][point] *
-                    (model.mortar ? scale : model.penalty_stiffness * active_points[i][point]);
-          }
-          if (model.mortar)
-            k.add_coupling(entries, k.product(k.e(), c, k.psi), active, false);
-          else
-            k.add(entries, k.product(k.e(), c, k.n()));
-        });
-    return entries.make_matrix(space->rows);
-  }
-
-  template <int dim>
-  typename Contact<dim>::Pressure Contact<dim>::uniform_pressure(const double value) const
-  {
-    Pressure pressure(paired_interfaces().size());
+    ContactPressure pressure(paired_interfaces().size());
     for_each_pair([&](const unsigned int i, const Kinematics &k)
                   { pressure[i].insert(pressure[i].end(), k.n_points, value); });
     return pressure;
   }
 
   template <int dim>
-  typename Contact<dim>::Pressure Contact<dim>::pressure_of(const MultiVector &state) const
+  ContactPressure Contact<dim>::pressure_of(const MultiVector &state) const
   {
     const std::vector<double> global = replicate(state);
-    Pressure pressure(paired_interfaces().size());
+    ContactPressure pressure(paired_interfaces().size());
     for_each_pair(
         [&](const unsigned int i, const Kinematics &k)
         {
@@ -164,305 +100,147 @@ namespace squeal
           std::vector<double> p = model.mortar ? k.at_points(k.psi, k.local_multipliers(global))
                                                : k.at_points(k.n(), k.local_values(global));
           for (unsigned int q = 0; q < k.n_points; ++q)
-            p[q] = model.mortar ? scale * p[q]
-                                : model.penalty_stiffness * (p[q] - gap(k.positions[q])) *
-                                      active_points[i][k.first_point + q];
+            p[q] = pressure_per_unknown(i, k.first_point + q) *
+                   (model.mortar ? p[q] : p[q] - initial_gap(k.positions[q]));
           pressure[i].insert(pressure[i].end(), p.begin(), p.end());
         });
     return pressure;
   }
 
   template <int dim>
-  typename Contact<dim>::FrictionDamping
-  Contact<dim>::friction_damping(const Pressure &pressure) const
+  ActiveSetChange Contact<dim>::update_active_set(const MultiVector &state)
   {
-    EntryList P_falling, Q_falling;
-    if (!turning_entries)
-      turning_entries = std::make_shared<std::array<RepeatedEntries, 2>>();
-    auto &[P, Q] = *turning_entries;
-    for_each_pair(
-        [&, &P = P, &Q = Q](const unsigned int i, const Kinematics &k)
-        {
-          std::vector<double> turning(k.n_points), slope(k.n_points);
-          for (unsigned int q = 0; q < k.n_points; ++q)
-          {
-            // Between its nodes the pressure of a partly released face may dip below zero; friction
-            // may not.
-            const double p = std::max(0., pressure[i][k.first_point + q]);
-            const auto tau = model.friction.traction(k.speeds[q], p);
-            turning[q]     = k.weights[q] * tau.over_speed;
-            slope[q]       = k.weights[q] * tau.d_speed;
-          }
-          const auto times_omega = [&](std::vector<double> c)
-          {
-            for (double &value : c)
-              value *= model.angular_velocity;
-            return c;
-          };
-          if (dim == 3) // P_perp = b b^T
-          {
-            k.add_product(P, k.b(), turning, k.b());
-            k.add_product(Q, k.b(), times_omega(turning), k.b_phi());
-          }
-          if (!model.friction.is_flat())
-          {
-            k.add(P_falling, k.product(k.e(), slope, k.e()));
-            k.add(Q_falling, k.product(k.e(), times_omega(slope), k.e_phi()));
-          }
-        });
-    FrictionDamping result;
-    if (dim == 3)
-    {
-      result.P = P.make_matrix(space->rows);
-      result.Q = Q.make_matrix(space->rows);
-    }
-    if (!model.friction.is_flat())
-    {
-      result.P_falling = P_falling.make_matrix(space->rows);
-      result.Q_falling = Q_falling.make_matrix(space->rows);
-    }
-    return result;
-  }
+    const std::vector<double> global = replicate(state);
+    ActiveSetChange change;
+    double size = 0; // of the displacements, for what counts as rounding
+    for (unsigned int row = 0; row < space->rows.size; ++row)
+      if (!is_multiplier[row])
+        size = std::max(size, std::abs(global[row]));
 
-  template <int dim>
-  MultiVector Contact<dim>::load(const Pressure &pressure, const bool with_friction) const
-  {
-    std::vector<PetscInt> rows;
-    std::vector<double> values;
-    for_each_pair(
-        [&](const unsigned int i, const Kinematics &k)
-        {
-          std::vector<double> along_n(k.n_points), along_e(k.n_points);
-          for (unsigned int q = 0; q < k.n_points; ++q)
-          {
-            const unsigned int point = k.first_point + q;
-            const double w = k.weights[q], g = gap(k.positions[q]), p = pressure[i][point];
-            const auto tau =
-                with_friction ? model.friction.traction(k.speeds[q], p) : FrictionTraction();
-            along_e[q] = -w * (tau.value - p * tau.d_pressure);
-            if (model.mortar)
-            {
-              for (unsigned int m = 0; m < k.pad->nodes.size() && g != 0; ++m)
-                for (const FreeNode<dim> &node : k.pad->nodes[m])
-                  if (is_active(node))
-                  {
-                    rows.push_back(node.equations[dim]);
-                    values.push_back(node.weight * scale * w * k.psi(m, q) * g);
-                  }
-            }
-            else if (active_points[i][point])
-            {
-              along_n[q] = w * model.penalty_stiffness * g;
-              along_e[q] += w * model.penalty_stiffness * g * tau.d_pressure;
-            }
-          }
-          // A friction law without an offset has no part in it, and mortar no normal forces.
-          const auto is_zero = [](const double c) { return c == 0; };
-          if (!std::all_of(along_n.begin(), along_n.end(), is_zero))
-            k.add_forces(rows, values, k.n(), along_n);
-          if (!std::all_of(along_e.begin(), along_e.end(), is_zero))
-            k.add_forces(rows, values, k.e(), along_e);
-        });
-    return sum_entries(space->rows, rows, values);
-  }
-
-  template <int dim>
-  typename Contact<dim>::Turning Contact<dim>::turning(const Pressure &pressure,
-                                                       const bool with_friction) const
-  {
-    EntryList by_pressure, by_friction;
-    for_each_pair(
-        [&](const unsigned int i, const Kinematics &k)
-        {
-          std::vector<double> p(k.n_points), tau(k.n_points), turn(k.n_points), slope(k.n_points);
-          for (unsigned int q = 0; q < k.n_points; ++q)
-          {
-            const double p_0 = std::max(0., pressure[i][k.first_point + q]), w = k.weights[q];
-            p[q] = -w * p_0;
-            if (with_friction)
-            {
-              const auto t = model.friction.traction(k.speeds[q], p_0);
-              tau[q]       = w * t.value;
-              turn[q]      = w * t.over_speed * model.angular_velocity;
-              slope[q]     = w * t.d_speed * model.angular_velocity;
-            }
-          }
-          std::vector<double> minus_tau = tau;
-          for (double &value : minus_tau)
-            value *= -1;
-          for (unsigned int s = 0; s < dim - 1; ++s)
-          {
-            const DenseMatrix &jump = s == 0 ? k.e() : k.b();
-            k.add(by_pressure, k.product(jump, p, k.slopes[s][0]));
-            k.add(by_pressure, k.product(k.slopes[s][0], p, jump));
-            if (with_friction)
-              k.add(by_friction, k.product(k.slopes[s][1], minus_tau, jump));
-          }
-          if (with_friction)
-          {
-            k.add(by_friction, k.product(k.n(), tau, k.slopes[0][0]));
-            k.add(by_friction, k.product(k.e(), slope, k.moved_w[0]));
-            if (dim == 3)
-              k.add(by_friction, k.product(k.b(), turn, k.moved_w[1]));
-          }
-        },
-        true);
-    Turning result;
-    result.pressure = by_pressure.make_matrix(space->rows);
-    if (with_friction)
-      result.friction = by_friction.make_matrix(space->rows);
-    return result;
-  }
-
-  template <int dim>
-  MultiVector Contact<dim>::nonlinear_forces(const MultiVector &state, const MultiVector &velocity,
-                                             const bool with_friction,
-                                             const MultiVector *turned_from) const
-  {
-    const std::vector<double> u = replicate(state), u_t = replicate(velocity);
-    std::vector<double> du(u.size()); // from the steady state on
-    if (turned_from)
-      du = replicate(*turned_from);
-    for (unsigned int row = 0; row < du.size() && turned_from; ++row)
-      du[row] = u[row] - du[row];
-    const Pressure pressure = pressure_of(state);
-    std::vector<PetscInt> rows;
-    std::vector<double> values;
-    for_each_pair(
-        [&](const unsigned int i, const Kinematics &k)
-        {
-          // Components along the reference basis n, e, b.
-          using Components      = Tensor<1, 3>;
-          const auto components = [&](const std::array<const DenseMatrix *, 3> &rows_of,
-                                      const std::vector<double> &local)
-          {
-            std::vector<Components> result(k.n_points);
-            for (unsigned int c = 0; c < 3; ++c)
-              if (rows_of[c] && rows_of[c]->n_rows > 0)
-              {
-                const std::vector<double> component = k.at_points(*rows_of[c], local);
-                for (unsigned int q = 0; q < k.n_points; ++q)
-                  result[q][c] = component[q];
-              }
-            return result;
-          };
-          const std::vector<double> local = k.local_values(u), local_t = k.local_values(u_t),
-                                    local_du = k.local_values(du);
-          const auto jump                    = components({{&k.n(), &k.e(), &k.b()}}, local),
-                     jump_t                  = components({{&k.n(), &k.e(), &k.b()}}, local_t),
-                     d_phi   = components({{nullptr, &k.e_phi(), &k.b_phi()}}, local),
-                     moved   = components({{nullptr, &k.e(), &k.b()}}, local_du),
-                     moved_w = components({{nullptr, &k.moved_w[0], &k.moved_w[1]}}, local_du);
-          std::array<std::vector<Components>, 2> slopes;
-          for (unsigned int s = 0; s < 2; ++s)
-            slopes[s] = components({{&k.slopes[s][0], &k.slopes[s][1], &k.slopes[s][2]}}, local_du);
-
-          std::array<std::vector<double>, 3> force;
-          std::array<std::array<std::vector<double>, 3>, 2> moved_force; // on d_a du_R
-          for (unsigned int c = 0; c < 3; ++c)
-          {
-            force[c].resize(k.n_points);
-            for (unsigned int s = 0; s < 2; ++s)
-              moved_force[s][c].resize(k.n_points);
-          }
-          const double omega = model.angular_velocity;
-          for (unsigned int q = 0; q < k.n_points; ++q)
-          {
-            const double p = pressure[i][k.first_point + q], w = k.weights[q];
-            Components e({0, 1, 0}), b({0, 0, 1});
-            e += slopes[0][q];
-            b += slopes[1][q];
-            Components normal = cross_product_3d(e, b); // (n, e, b) is right-handed
-            normal /= normal.norm();
-            // v = (I - n n) [Omega w + d_t [[u]] + Omega d_phi u_R]; e points along Omega w.
-            Components v = jump_t[q] + omega * (d_phi[q] + moved_w[q]);
-            v[1] += k.speeds[q];
-            v[0] += k.speeds[q] * slopes[0][q][0]; // d_phi u_R . n
-            if (!turned_from)
-              v[0] = 0;
-            v -= (v * normal) * normal;
-            Components traction = p * normal;
-            if (with_friction)
-              traction += model.friction.traction(v.norm(), p).over_speed * v;
-            for (unsigned int c = 0; c < 3; ++c)
-            {
-              force[c][q] = w * traction[c];
-              for (unsigned int s = 0; s < 2; ++s)
-                moved_force[s][c][q] = -w * traction[c] * moved[q][1 + s];
-            }
-            if (model.mortar)
-              for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
-                for (const FreeNode<dim> &node : k.pad->nodes[m])
-                  if (is_active(node))
-                  {
-                    rows.push_back(node.equations[dim]);
-                    values.push_back(node.weight * scale * w * k.psi(m, q) *
-                                     (jump[q][0] - gap(k.positions[q]) - model.compliance * p));
-                  }
-          }
-          const std::array<const DenseMatrix *, 3> basis = {{&k.n(), &k.e(), &k.b()}};
-          for (unsigned int c = 0; c < dim; ++c)
-          {
-            k.add_forces(rows, values, *basis[c], force[c]);
-            for (unsigned int s = 0; s < dim - 1 && turned_from; ++s)
-              k.add_forces(rows, values, k.slopes[s][c], moved_force[s][c]);
-          }
-        },
-        turned_from != nullptr);
     if (model.mortar)
-      for (unsigned int row = space->first_local_multiplier; row < space->rows.end; ++row)
-        if (!active[row])
+    {
+      // Weighted gaps int psi_j ([[u]].n - g_0) and the weights' sizes int |psi_j|.
+      std::vector<double> gaps(2 * space->rows.size);
+      for_each_pair(
+          [&](const unsigned int, const Kinematics &k)
+          {
+            const std::vector<double> jump = k.at_points(k.n(), k.local_values(global));
+            for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
+              for (const FreeNode<dim> &node : k.pad->nodes[m])
+                if (node.equations[dim] >= 0)
+                  for (unsigned int q = 0; q < k.n_points; ++q)
+                  {
+                    const double w = node.weight * k.weights[q] * k.psi(m, q);
+                    gaps[2 * node.equations[dim]] += w * (jump[q] - initial_gap(k.positions[q]));
+                    gaps[2 * node.equations[dim] + 1] += std::abs(w);
+                  }
+          });
+      MPI_Allreduce(MPI_IN_PLACE, gaps.data(), gaps.size(), MPI_DOUBLE, MPI_SUM, space->comm);
+      double largest_pressure = 0;
+      for (unsigned int row = 0; row < space->rows.size; ++row)
+        if (is_multiplier[row])
+          largest_pressure = std::max(largest_pressure, std::abs(global[row]));
+      for (unsigned int row = 0; row < space->rows.size; ++row)
+        if (is_multiplier[row])
         {
-          rows.push_back(row);
-          values.push_back(constraint_stiffness * u[row]);
+          const double penetration = gaps[2 * row] / gaps[2 * row + 1];
+          if (active.by_row[row])
+            change.largest_tension = std::max(change.largest_tension, -scale * global[row]);
+          else
+            change.largest_penetration = std::max(change.largest_penetration, penetration);
+          const bool now = active.by_row[row] ? global[row] >= -1e-12 * largest_pressure
+                                              : penetration > 1e-12 * size;
+          change.n_changed += now != active.by_row[row];
+          change.n_active += now;
+          active.by_row[row] = now;
         }
-    return sum_entries(space->rows, rows, values);
+    }
+    else
+    {
+      for_each_pair(
+          [&](const unsigned int i, const Kinematics &k)
+          {
+            const std::vector<double> jump = k.at_points(k.n(), k.local_values(global));
+            for (unsigned int q = 0; q < k.n_points; ++q)
+            {
+              const double penetration = jump[q] - initial_gap(k.positions[q]);
+              const bool before        = active.by_point[i][k.first_point + q],
+                         now           = penetration > -1e-12 * size;
+              if (before)
+                change.largest_tension =
+                    std::max(change.largest_tension, -model.penalty_stiffness * penetration);
+              else
+                change.largest_penetration = std::max(change.largest_penetration, penetration);
+              change.n_changed += now != before;
+              change.n_active += now;
+              active.by_point[i][k.first_point + q] = now;
+            }
+          });
+      change.n_changed           = Utilities::MPI::sum(change.n_changed, space->comm);
+      change.n_active            = Utilities::MPI::sum(change.n_active, space->comm);
+      change.largest_tension     = Utilities::MPI::max(change.largest_tension, space->comm);
+      change.largest_penetration = Utilities::MPI::max(change.largest_penetration, space->comm);
+    }
+    return change;
   }
 
   template <int dim>
-  std::vector<ContactResultants> Contact<dim>::resultants(const Pressure &pressure,
-                                                          const MultiVector *state) const
+  std::vector<std::string> Contact<dim>::lost_contacts() const
   {
-    const std::vector<double> global = state ? replicate(*state) : std::vector<double>();
-    std::vector<ContactResultants> results(paired_interfaces().size());
+    std::vector<unsigned int> n_active(paired_interfaces().size());
     for (unsigned int i = 0; i < paired_interfaces().size(); ++i)
-      results[i].name = paired_interfaces()[i].name;
-    for_each_pair(
-        [&](const unsigned int i, const Kinematics &k)
-        {
-          ContactResultants &r = results[i];
-          // Mortar: a face's part of the area in contact is that of its active shape functions.
-          std::vector<double> flags(k.psi.n_rows);
-          for (unsigned int m = 0; m < flags.size(); ++m)
-            for (const FreeNode<dim> &node : k.pad->nodes[m])
-              flags[m] += node.weight * is_active(node);
-          const std::vector<double> in_contact = k.at_points(k.psi, flags);
-          const std::vector<double> jump =
-              state ? k.at_points(k.n(), k.local_values(global)) : std::vector<double>(k.n_points);
-          for (unsigned int q = 0; q < k.n_points; ++q)
-          {
-            const unsigned int point = k.first_point + q;
-            const double p           = pressure[i][point];
-            const double friction    = k.weights[q] * model.friction.traction(k.speeds[q], p).value;
-            r.area +=
-                k.weights[q] * (model.mortar ? in_contact[q] : double(active_points[i][point]));
-            r.normal_force += k.weights[q] * p;
-            r.friction_force += friction;
-            r.friction_torque += friction * k.radii[q];
-            r.max_pressure    = std::max(r.max_pressure, p);
-            r.min_pressure    = std::min(r.min_pressure, p);
-            r.max_penetration = std::max(r.max_penetration, jump[q] - gap(k.positions[q]));
-          }
-        });
-    for (ContactResultants &r : results)
-    {
-      for (double *sum : {&r.area, &r.normal_force, &r.friction_force, &r.friction_torque})
-        *sum = Utilities::MPI::sum(*sum, space->comm);
-      for (double *maximum : {&r.max_pressure, &r.max_penetration})
-        *maximum = Utilities::MPI::max(*maximum, space->comm);
-      r.min_pressure = Utilities::MPI::min(r.min_pressure, space->comm);
-    }
-    return results;
+      if (model.mortar)
+      {
+        for (const ContactFace<dim> &face : paired_interfaces()[i].pad_faces)
+          for (const auto &nodes : face.nodes)
+            for (const FreeNode<dim> &node : nodes)
+              n_active[i] += is_active(node);
+      }
+      else
+        n_active[i] = std::count(active.by_point[i].begin(), active.by_point[i].end(), true);
+    MPI_Allreduce(MPI_IN_PLACE, n_active.data(), n_active.size(), MPI_UNSIGNED, MPI_SUM,
+                  space->comm);
+    std::vector<std::string> names;
+    for (unsigned int i = 0; i < paired_interfaces().size(); ++i)
+      if (n_active[i] == 0)
+        names.push_back(paired_interfaces()[i].name);
+    return names;
+  }
+
+  template <int dim>
+  unsigned int Contact<dim>::n_active_multipliers() const
+  {
+    return multipliers().size() - released_multipliers().size();
+  }
+
+  template <int dim>
+  std::vector<unsigned int> Contact<dim>::multipliers() const
+  {
+    std::vector<unsigned int> all;
+    for (unsigned int row = 0; row < active.by_row.size() && model.mortar; ++row)
+      if (is_multiplier[row])
+        all.push_back(row);
+    return all;
+  }
+
+  template <int dim>
+  std::vector<unsigned int> Contact<dim>::released_multipliers() const
+  {
+    std::vector<unsigned int> released;
+    for (const unsigned int row : multipliers())
+      if (!active.by_row[row])
+        released.push_back(row);
+    return released;
+  }
+
+  template <int dim>
+  bool Contact<dim>::is_cached(const CachedMatrix &cached, const std::vector<double> &constants,
+                               const ContactPressure &coefficients) const
+  {
+    int is = cached.matrix && cached.constants == constants && cached.active == active &&
+             cached.coefficients == coefficients;
+    MPI_Allreduce(MPI_IN_PLACE, &is, 1, MPI_INT, MPI_MIN, space->comm);
+    return is;
   }
 
   template class Contact<2>;

@@ -171,8 +171,8 @@ namespace squeal
   }
 
   template <int dim>
-  std::vector<std::vector<std::vector<double>>>
-  project_to_faces(const Contact<dim> &contact, const typename Contact<dim>::Pressure &values)
+  std::vector<std::vector<std::vector<double>>> project_to_faces(const Contact<dim> &contact,
+                                                                 const ContactPressure &values)
   {
     const FaceElement<dim> &element = contact.face_element();
     const unsigned int n            = element.n_nodes();
@@ -208,9 +208,8 @@ namespace squeal
 
   template <int dim>
   void write_friction_work(const FiniteElementSpace<dim> &spaces, const Contact<dim> &contact,
-                           const typename Contact<dim>::FrictionWork &work,
-                           const std::string &directory, const unsigned int cycle,
-                           const unsigned int mode)
+                           const FrictionWork &work, const std::string &directory,
+                           const unsigned int cycle, const unsigned int mode)
   {
     const std::array<std::vector<std::vector<std::vector<double>>>, 3> parts = {
         {project_to_faces(contact, work.friction), project_to_faces(contact, work.damping),
@@ -248,14 +247,14 @@ namespace squeal
                               const MultiVector &, bool, const std::string &, unsigned int);
   template void write_contact(const FiniteElementSpace<3> &, const Contact<3> &,
                               const MultiVector &, bool, const std::string &, unsigned int);
-  template std::vector<std::vector<std::vector<double>>>
-  project_to_faces(const Contact<2> &, const Contact<2>::Pressure &);
+  template std::vector<std::vector<std::vector<double>>> project_to_faces(const Contact<2> &,
+                                                                          const ContactPressure &);
   template void write_friction_work(const FiniteElementSpace<2> &, const Contact<2> &,
-                                    const Contact<2>::FrictionWork &, const std::string &,
-                                    unsigned int, unsigned int);
-  template std::vector<std::vector<std::vector<double>>>
-  project_to_faces(const Contact<3> &, const Contact<3>::Pressure &);
+                                    const FrictionWork &, const std::string &, unsigned int,
+                                    unsigned int);
+  template std::vector<std::vector<std::vector<double>>> project_to_faces(const Contact<3> &,
+                                                                          const ContactPressure &);
   template void write_friction_work(const FiniteElementSpace<3> &, const Contact<3> &,
-                                    const Contact<3>::FrictionWork &, const std::string &,
-                                    unsigned int, unsigned int);
+                                    const FrictionWork &, const std::string &, unsigned int,
+                                    unsigned int);
 } // namespace squeal

@@ -1,4 +1,6 @@
 #include <squeal/bodies/prestress.h>
+#include <squeal/contact/contact_forces.h>
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/gmres.h>
 #include <squeal/model/brake_model.h>
 
@@ -148,10 +150,10 @@ namespace squeal
   {
     const MultiVector &x = steady.equilibrium->state;
     const bool slides    = parameters.terms().friction;
-    MultiVector residual = multiply(contact.normal(), x);
+    MultiVector residual = multiply(normal_matrix(contact), x);
     if (slides)
-      residual += multiply(contact.friction(steady.pressure), x);
-    residual -= contact.load(steady.pressure, slides);
+      residual += multiply(friction_matrix(contact, steady.pressure), x);
+    residual -= contact_load(contact, steady.pressure, slides);
     residual -= static_load(parameters, spaces_);
     return residual;
   }

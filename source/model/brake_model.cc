@@ -1,5 +1,7 @@
 #include <squeal/base/memory.h>
 #include <squeal/bodies/prestress.h>
+#include <squeal/contact/contact_forces.h>
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/model/brake_model.h>
 #include <squeal/parameters/expressions.h>
 
@@ -273,7 +275,7 @@ namespace squeal
 
   template <int dim>
   std::vector<Term> BrakeModel<dim>::contact_terms(const Contact<dim> &contact,
-                                                   const typename Contact<dim>::Pressure &pressure,
+                                                   const ContactPressure &pressure,
                                                    const Parameters::All &parameters)
   {
     std::vector<Term> terms;
@@ -283,15 +285,15 @@ namespace squeal
         terms.push_back({origin, order, 1., std::make_shared<const Matrix>(std::move(matrix))});
     };
     const StageTerms stage = parameters.terms();
-    terms.push_back({Origin::contact, 0, 1., contact.shared_normal()});
+    terms.push_back({Origin::contact, 0, 1., shared_normal(contact)});
     if (stage.friction)
     {
-      auto [coefficient, matrix] = contact.shared_friction(pressure);
+      auto [coefficient, matrix] = shared_friction(contact, pressure);
       terms.push_back({Origin::friction, 0, coefficient, std::move(matrix)});
     }
     if (stage.friction_damping)
     {
-      auto damping = contact.friction_damping(pressure);
+      auto damping = friction_damping(contact, pressure);
       add(Origin::friction_damping, 1, std::move(damping.P));
       add(Origin::friction_damping, 0, std::move(damping.Q));
       add(Origin::falling_friction, 1, std::move(damping.P_falling));
@@ -299,7 +301,7 @@ namespace squeal
     }
     if (parameters.prestress.turning_contact)
     {
-      auto turning = contact.turning(pressure, stage.friction);
+      auto turning = turning_contact(contact, pressure, stage.friction);
       add(Origin::prestress, 0, std::move(turning.pressure));
       add(Origin::turning_friction, 0, std::move(turning.friction));
     }
@@ -358,8 +360,8 @@ namespace squeal
   {
     if (geometry.interfaces.empty())
       return {};
-    return steady.contact->resultants(steady.pressure,
-                                      steady.equilibrium ? &steady.equilibrium->state : nullptr);
+    return squeal::resultants(*steady.contact, steady.pressure,
+                              steady.equilibrium ? &steady.equilibrium->state : nullptr);
   }
 
   template <int dim>
@@ -373,8 +375,7 @@ namespace squeal
   }
 
   template <int dim>
-  typename Contact<dim>::FrictionWork BrakeModel<dim>::friction_work(const Modes &modes,
-                                                                     const unsigned int mode) const
+  FrictionWork BrakeModel<dim>::friction_work(const Modes &modes, const unsigned int mode) const
   {
     const auto column = [&](const MultiVector &block)
     {
@@ -382,9 +383,9 @@ namespace squeal
       std::copy_n(block.column(mode), block.n_local(), result.data());
       return result;
     };
-    return steady.contact->friction_work(column(modes.re), column(modes.im),
-                                         modes.lambda[mode].imag(), steady.pressure,
-                                         prm.terms().friction_damping);
+    return squeal::friction_work(*steady.contact, column(modes.re), column(modes.im),
+                                 modes.lambda[mode].imag(), steady.pressure,
+                                 prm.terms().friction_damping);
   }
 
   template <int dim>

@@ -1,3 +1,4 @@
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/reduced_tools.h>
 #include <squeal/statics/contact_edge.h>
 
@@ -100,9 +101,9 @@ namespace squeal
   } // namespace
 
   template <int dim>
-  ContactEdge
-  find_contact_edge(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
-                    const RowRange &rows, const bool with_friction, const ColumnSolver &solve)
+  ContactEdge find_contact_edge(const Contact<dim> &contact, const ContactPressure &pressure,
+                                const RowRange &rows, const bool with_friction,
+                                const ColumnSolver &solve)
   {
     ContactEdge edge;
     if (!contact.contact_model().mortar)
@@ -120,8 +121,8 @@ namespace squeal
     {
       Contact<dim> wider = contact;
       wider.set_closed(edge.closing, true);
-      const Matrix normal   = wider.normal(),
-                   friction = with_friction ? wider.friction(pressure) : Matrix();
+      const Matrix normal   = normal_matrix(wider),
+                   friction = with_friction ? friction_matrix(wider, pressure) : Matrix();
       edge.closed           = sum_of(rows, {{1., normal}, {1., friction}});
       MultiVector a         = multiply(edge.closed, reduced::unit_columns(rows, edge.closing));
       DenseMatrix c         = rows_of(a, edge.closing);
@@ -168,8 +169,8 @@ namespace squeal
     return effects;
   }
 
-  template ContactEdge find_contact_edge(const Contact<2> &, const Contact<2>::Pressure &,
+  template ContactEdge find_contact_edge(const Contact<2> &, const ContactPressure &,
                                          const RowRange &, bool, const ColumnSolver &);
-  template ContactEdge find_contact_edge(const Contact<3> &, const Contact<3>::Pressure &,
+  template ContactEdge find_contact_edge(const Contact<3> &, const ContactPressure &,
                                          const RowRange &, bool, const ColumnSolver &);
 } // namespace squeal

@@ -1,3 +1,4 @@
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/dense.h>
 #include <squeal/linalg/reduced_tools.h>
 #include <squeal/statics/direct_statics.h>
@@ -13,13 +14,12 @@ namespace squeal
 {
   template <int dim>
   std::vector<Term> static_terms(const std::vector<Term> &body_terms, const Contact<dim> &contact,
-                                 const typename Contact<dim>::Pressure &pressure,
-                                 const bool with_friction)
+                                 const ContactPressure &pressure, const bool with_friction)
   {
-    std::vector<Term> terms = {{Origin::contact, 0, 1., contact.shared_normal()}};
+    std::vector<Term> terms = {{Origin::contact, 0, 1., shared_normal(contact)}};
     if (with_friction)
     {
-      auto [coefficient, matrix] = contact.shared_friction(pressure);
+      auto [coefficient, matrix] = shared_friction(contact, pressure);
       terms.push_back({Origin::friction, 0, coefficient, std::move(matrix)});
     }
     terms.insert(terms.end(), body_terms.begin(), body_terms.end());
@@ -296,8 +296,7 @@ namespace squeal
   }
 
   template <int dim>
-  void DirectStatics<dim>::factorise(const Contact<dim> &contact,
-                                     const typename Contact<dim>::Pressure &pressure)
+  void DirectStatics<dim>::factorise(const Contact<dim> &contact, const ContactPressure &pressure)
   {
     for (Part &part : parts)
       part.solver.reset();
@@ -327,14 +326,14 @@ namespace squeal
       return;
     base.emplace(Base{contact, 0., {}, {}});
     if (with_friction)
-      std::tie(base->coefficient, base->slopes) = contact.friction_slopes(pressure);
+      std::tie(base->coefficient, base->slopes) = friction_slopes(contact, pressure);
     if (base->coefficient == 0)
       base->slopes.clear();
   }
 
   template <int dim>
   void DirectStatics<dim>::factorise_closed(const Contact<dim> &contact,
-                                            const typename Contact<dim>::Pressure &pressure)
+                                            const ContactPressure &pressure)
   {
     Contact<dim> closed = contact;
     closed.close();
@@ -346,12 +345,12 @@ namespace squeal
                                   const Contact<dim> &contact) const
   {
     if (!base || !factor_once || !may_serve(contact) ||
-        !contact.has_constraints_of(base->contact) ||
+        contact.constants_of_normal() != base->contact.constants_of_normal() ||
         !KnownTerms(of_bodies).are(terms_of_order(body_terms, 0)))
       return false;
     if (!with_friction || base->slopes.empty())
       return true;
-    const auto [coefficient, slopes] = contact.friction_slopes(contact.uniform_pressure(0));
+    const auto [coefficient, slopes] = friction_slopes(contact, contact.uniform_pressure(0));
     int same                         = coefficient == 0 || slopes == base->slopes;
     MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, rows.comm);
     return same;
@@ -361,17 +360,17 @@ namespace squeal
   /// has the matrix of friction then.
   template <int dim>
   double DirectStatics<dim>::change_of_friction(const Contact<dim> &contact,
-                                                const typename Contact<dim>::Pressure &pressure)
+                                                const ContactPressure &pressure)
   {
     if (!with_friction)
       return 0;
-    auto [coefficient, slopes] = contact.friction_slopes(pressure);
+    auto [coefficient, slopes] = friction_slopes(contact, pressure);
     if (coefficient == base->coefficient || base->friction)
       return coefficient - base->coefficient;
     if (base->slopes.empty())
       base->slopes = std::move(slopes);
     base->contact.set_model(contact.contact_model());
-    base->friction = base->contact.shared_friction(pressure).second;
+    base->friction = shared_friction(base->contact, pressure).second;
     if (symmetry && !squeal::is_symmetric({{{Origin::friction, 0, 1., base->friction}}}, *symmetry))
     {
       forget_symmetry();
@@ -393,7 +392,7 @@ namespace squeal
 
   template <int dim>
   MultiVector DirectStatics<dim>::solve(const Contact<dim> &contact,
-                                        const typename Contact<dim>::Pressure &pressure,
+                                        const ContactPressure &pressure,
                                         const MultiVector &right_hand_side)
   {
     std::vector<unsigned int> released = contact.released_multipliers();
@@ -490,9 +489,9 @@ namespace squeal
   }
 
   template std::vector<Term> static_terms(const std::vector<Term> &, const Contact<2> &,
-                                          const Contact<2>::Pressure &, bool);
+                                          const ContactPressure &, bool);
   template std::vector<Term> static_terms(const std::vector<Term> &, const Contact<3> &,
-                                          const Contact<3>::Pressure &, bool);
+                                          const ContactPressure &, bool);
   template class DirectStatics<2>;
   template class DirectStatics<3>;
 } // namespace squeal

@@ -1,4 +1,5 @@
 #include <squeal/bodies/displacement_multigrid.h>
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/petsc_vector_view.h>
 #include <squeal/statics/iterative_statics.h>
 
@@ -48,7 +49,7 @@ namespace squeal
   struct IterativeStatics<dim>::Preconditioner
   {
     Preconditioner(const FiniteElementSpace<dim> &spaces, Bodies &bodies,
-                   const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+                   const Contact<dim> &contact, const ContactPressure &pressure,
                    bool with_friction);
 
     MultiVector apply(const MultiVector &residual) const;
@@ -67,12 +68,14 @@ namespace squeal
   };
 
   template <int dim>
-  IterativeStatics<dim>::Preconditioner::Preconditioner(
-      const FiniteElementSpace<dim> &spaces, Bodies &bodies, const Contact<dim> &contact,
-      const typename Contact<dim>::Pressure &pressure, const bool with_friction)
+  IterativeStatics<dim>::Preconditioner::Preconditioner(const FiniteElementSpace<dim> &spaces,
+                                                        Bodies &bodies, const Contact<dim> &contact,
+                                                        const ContactPressure &pressure,
+                                                        const bool with_friction)
       : bodies(bodies), mortar(contact.contact_model().mortar),
         n_displacements(spaces.first_local_multiplier - spaces.rows.begin),
-        normal(contact.normal()), friction(with_friction ? contact.friction(pressure) : Matrix())
+        normal(normal_matrix(contact)),
+        friction(with_friction ? friction_matrix(contact, pressure) : Matrix())
   {
     if (!mortar)
     {
@@ -170,19 +173,18 @@ namespace squeal
 
   template <int dim>
   LinearOperator IterativeStatics<dim>::tangent(const Contact<dim> &contact,
-                                                const typename Contact<dim>::Pressure &pressure,
+                                                const ContactPressure &pressure,
                                                 const bool with_friction) const
   {
-    const auto normal   = std::make_shared<const Matrix>(contact.normal()),
-               friction = std::make_shared<const Matrix>(with_friction ? contact.friction(pressure)
-                                                                       : Matrix());
+    const auto normal   = std::make_shared<const Matrix>(normal_matrix(contact)),
+               friction = std::make_shared<const Matrix>(
+                   with_friction ? friction_matrix(contact, pressure) : Matrix());
     return [this, normal, friction](const MultiVector &x)
     { return bodies->multiply(*normal, *friction, x); };
   }
 
   template <int dim>
-  void IterativeStatics<dim>::set_up(const Contact<dim> &contact,
-                                     const typename Contact<dim>::Pressure &pressure,
+  void IterativeStatics<dim>::set_up(const Contact<dim> &contact, const ContactPressure &pressure,
                                      const bool with_friction)
   {
     preconditioner.reset();
@@ -207,7 +209,7 @@ namespace squeal
 
   template <int dim>
   unsigned int IterativeStatics<dim>::solve(const Contact<dim> &contact,
-                                            const typename Contact<dim>::Pressure &pressure,
+                                            const ContactPressure &pressure,
                                             const bool with_friction, const MultiVector &b,
                                             const double tolerance, MultiVector &x)
   {

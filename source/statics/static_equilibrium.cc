@@ -1,3 +1,5 @@
+#include <squeal/contact/contact_forces.h>
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/dense.h>
 #include <squeal/linalg/gmres.h>
 #include <squeal/statics/direct_statics.h>
@@ -32,13 +34,12 @@ namespace squeal
 
   template <int dim>
   SelfLocking self_locking(const RowRange &rows, const std::vector<Term> &body_terms,
-                           const Contact<dim> &contact,
-                           const typename Contact<dim>::Pressure &pressure)
+                           const Contact<dim> &contact, const ContactPressure &pressure)
   {
     // Damping proportional to mass has a skew position term, which does not belong to the statics.
     const Matrix frictionless = symmetric_part(
         rows, sum_of_terms(rows, static_terms(body_terms, contact, pressure, false)));
-    return self_locking(rows, frictionless, contact.friction(pressure));
+    return self_locking(rows, frictionless, friction_matrix(contact, pressure));
   }
 
   namespace
@@ -50,11 +51,10 @@ namespace squeal
 
     /// The given load and that of the contact.
     template <int dim>
-    MultiVector total_load(const Contact<dim> &contact,
-                           const typename Contact<dim>::Pressure &pressure,
+    MultiVector total_load(const Contact<dim> &contact, const ContactPressure &pressure,
                            const StaticProblem &problem)
     {
-      MultiVector sum = contact.load(pressure, problem.with_friction);
+      MultiVector sum = contact_load(contact, pressure, problem.with_friction);
       sum += problem.load;
       return sum;
     }
@@ -155,7 +155,7 @@ namespace squeal
     template <int dim>
     std::string explain_failure(const RowRange &rows, const std::vector<Term> &body_terms,
                                 const Contact<dim> &first, const Contact<dim> &last,
-                                const typename Contact<dim>::Pressure &pressure)
+                                const ContactPressure &pressure)
     {
       double gain = 0;
       for (const Contact<dim> *contact : {&first, &last})
@@ -181,7 +181,7 @@ namespace squeal
     template <int dim>
     struct LinearSolver
     {
-      using Pressure = typename Contact<dim>::Pressure;
+      using Pressure = ContactPressure;
       bool is_direct; ///< solutions are accurate at any rate
       /// Puts the solution of A x = b at the present active set and pressure into x and returns how
       /// many iterations that took. Accurate only if it may be the last time.
@@ -197,7 +197,7 @@ namespace squeal
     template <int dim>
     LinearSolver<dim> solver_by(DirectStatics<dim> &factors)
     {
-      using Pressure = typename Contact<dim>::Pressure;
+      using Pressure = ContactPressure;
       return {true,
               [&factors](const Contact<dim> &contact, const Pressure &pressure,
                          const MultiVector &b, bool, MultiVector &x)
@@ -212,7 +212,7 @@ namespace squeal
     template <int dim>
     LinearSolver<dim> solver_by(IterativeStatics<dim> &solver, const bool with_friction)
     {
-      using Pressure = typename Contact<dim>::Pressure;
+      using Pressure = ContactPressure;
       // Preconditioned residuals are relative errors of the state, but for the condition of the
       // preconditioned matrix. What decides about the next active set needs less.
       constexpr double of_active_set = 1e-5, of_state = 1e-12;
@@ -277,7 +277,7 @@ namespace squeal
               "The static equilibrium has no contact on the pad '" + lost.front() +
               "': nothing presses it onto the rotor. Check Pads/Pressure and Contact/Initial gap.");
         if (result.iterations.back().n_changed > 0 &&
-            !visited.insert(contact.active_set_hash()).second)
+            !visited.insert(contact.active_set().hash(comm)).second)
           break;
       }
       const unsigned int n_steps = result.iterations.size();
@@ -402,7 +402,7 @@ namespace squeal
   }
 
   template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<2> &,
-                                    const Contact<2>::Pressure &);
+                                    const ContactPressure &);
   template StaticEquilibrium solve_static_equilibrium(const StaticProblem &, Contact<2> &);
   template StaticEquilibrium solve_static_equilibrium(IterativeStatics<2> &, const StaticProblem &,
                                                       Contact<2> &);
@@ -413,7 +413,7 @@ namespace squeal
                                                                       const StaticProblem &,
                                                                       Contact<2> &);
   template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<3> &,
-                                    const Contact<3>::Pressure &);
+                                    const ContactPressure &);
   template StaticEquilibrium solve_static_equilibrium(const StaticProblem &, Contact<3> &);
   template StaticEquilibrium solve_static_equilibrium(IterativeStatics<3> &, const StaticProblem &,
                                                       Contact<3> &);

@@ -3,6 +3,7 @@
 #include "fields.h"
 
 #include <squeal/bodies/body_operators.h>
+#include <squeal/contact/contact_forces.h>
 #include <squeal/statics/static_equilibrium.h>
 
 /// What the tests of the static equilibrium share.
@@ -18,7 +19,7 @@ namespace squeal::tests
   {
     Contact<dim> contact; ///< with the active set of the state
     MultiVector state;
-    typename Contact<dim>::Pressure pressure;
+    ContactPressure pressure;
     std::vector<ContactResultants> resultants;
     unsigned int n_iterations;
   };
@@ -40,7 +41,7 @@ namespace squeal::tests
                                      {Origin::inertia, 2, 1e3, pad.M}};
     StaticEquilibrium equilibrium =
         solve_static_equilibrium({terms, friction, assemble_pressure_load(spaces)}, contact);
-    auto resultants = contact.resultants(equilibrium.pressure, &equilibrium.state);
+    auto resultants = squeal::resultants(contact, equilibrium.pressure, &equilibrium.state);
     return {std::move(contact), std::move(equilibrium.state), std::move(equilibrium.pressure),
             std::move(resultants), static_cast<unsigned int>(equilibrium.iterations.size())};
   }

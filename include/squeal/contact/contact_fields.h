@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/contact/contact.h>
+#include <squeal/contact/contact_forces.h>
 
 #include <string>
 
@@ -20,8 +21,8 @@ namespace squeal
   ///     int psi (f_h - f) da = 0.
   /// They sum to one, so that f_h has the integral of f on every face.
   template <int dim>
-  std::vector<std::vector<std::vector<double>>>
-  project_to_faces(const Contact<dim> &contact, const typename Contact<dim>::Pressure &values);
+  std::vector<std::vector<std::vector<double>>> project_to_faces(const Contact<dim> &contact,
+                                                                 const ContactPressure &values);
 
   /// Writes where friction feeds energy into a mode, or takes it out, as
   /// mode-<cycle>-<mode>-contact.pvtu: the work per cycle and area, J/m^2, as a sum
@@ -29,6 +30,6 @@ namespace squeal
   /// direction_work (the turning sliding direction), speed_work (the slope mu'). Collective.
   template <int dim>
   void write_friction_work(const FiniteElementSpace<dim> &spaces, const Contact<dim> &contact,
-                           const typename Contact<dim>::FrictionWork &work,
-                           const std::string &directory, unsigned int cycle, unsigned int mode);
+                           const FrictionWork &work, const std::string &directory,
+                           unsigned int cycle, unsigned int mode);
 } // namespace squeal

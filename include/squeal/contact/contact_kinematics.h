@@ -228,25 +228,15 @@ namespace squeal
                           row.weight * column.weight * local(i, j));
     }
 
-    /// The local multipliers out of a replicated vector.
-    std::vector<double> local_multipliers(const std::vector<double> &global) const
+    /// The local multipliers out of a replicated vector; with flags by equation those that are
+    /// active, zero for the others.
+    std::vector<double> local_multipliers(const std::vector<double> &global,
+                                          const std::vector<bool> *active = nullptr) const
     {
       std::vector<double> local(psi.n_rows);
       for (unsigned int m = 0; m < pad->nodes.size(); ++m)
         for (const FreeNode<dim> &node : pad->nodes[m])
-          if (node.equations[dim] >= 0)
-            local[m] += node.weight * global[node.equations[dim]];
-      return local;
-    }
-
-    /// The same, zero where a multiplier is not active.
-    std::vector<double> active_multipliers(const std::vector<double> &global,
-                                           const std::vector<bool> &active) const
-    {
-      std::vector<double> local(psi.n_rows);
-      for (unsigned int m = 0; m < pad->nodes.size(); ++m)
-        for (const FreeNode<dim> &node : pad->nodes[m])
-          if (is_active(active, node))
+          if (active ? is_active(*active, node) : node.equations[dim] >= 0)
             local[m] += node.weight * global[node.equations[dim]];
       return local;
     }

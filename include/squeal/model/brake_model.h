@@ -2,6 +2,7 @@
 
 #include <squeal/base/log.h>
 #include <squeal/bodies/body_operators.h>
+#include <squeal/contact/contact_forces.h>
 #include <squeal/eigen/block_davidson.h>
 #include <squeal/eigen/subspace_iteration.h>
 #include <squeal/model/model.h>
@@ -80,7 +81,7 @@ namespace squeal
       return steady.equilibrium ? &*steady.equilibrium : nullptr;
     }
     /// The steady pressure and its resultants.
-    const typename Contact<dim>::Pressure &pressure() const
+    const ContactPressure &pressure() const
     {
       return steady.pressure;
     }
@@ -102,12 +103,12 @@ namespace squeal
     static ContactModel<dim> contact_model(const Parameters::All &parameters);
     /// N, mu T, P_R and Q_R of theory.md, section 3, and the turning, as far as the parameters ask.
     static std::vector<Term> contact_terms(const Contact<dim> &contact,
-                                           const typename Contact<dim>::Pressure &pressure,
+                                           const ContactPressure &pressure,
                                            const Parameters::All &parameters);
     /// The gain of friction on the contact pressure; zero without friction.
     SelfLocking self_locking() const;
     /// Where friction feeds energy into a mode.
-    typename Contact<dim>::FrictionWork friction_work(const Modes &modes, unsigned int mode) const;
+    FrictionWork friction_work(const Modes &modes, unsigned int mode) const;
 
   private:
     /// The matrices of a material are assembled once a mesh; the terms scale them to the present

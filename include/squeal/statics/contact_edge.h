@@ -38,9 +38,9 @@ namespace squeal
   /// edge is placed by quadrature points. A set whose change leaves a singular system is left
   /// out. Collective.
   template <int dim>
-  ContactEdge
-  find_contact_edge(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
-                    const RowRange &rows, bool with_friction, const ColumnSolver &solve);
+  ContactEdge find_contact_edge(const Contact<dim> &contact, const ContactPressure &pressure,
+                                const RowRange &rows, bool with_friction,
+                                const ColumnSolver &solve);
 
   /// z_i^H dQ x_j of right and left vectors X and Z: what another edge does to the operator.
   /// Opening R and closing C give

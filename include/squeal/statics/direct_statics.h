@@ -16,8 +16,7 @@ namespace squeal
   /// of order 0, N, and with friction d tau/dp at the given pressure.
   template <int dim>
   std::vector<Term> static_terms(const std::vector<Term> &body_terms, const Contact<dim> &contact,
-                                 const typename Contact<dim>::Pressure &pressure,
-                                 bool with_friction);
+                                 const ContactPressure &pressure, bool with_friction);
 
   /// Terms as they were, without keeping their matrices.
   class KnownTerms
@@ -84,7 +83,7 @@ namespace squeal
     }
 
     /// The state at the present active set and the pressure of the step before. Throws SolverError.
-    MultiVector solve(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+    MultiVector solve(const Contact<dim> &contact, const ContactPressure &pressure,
                       const MultiVector &right_hand_side);
 
     /// |b - A x| / |b| of the last solution: large where A is singular.
@@ -115,12 +114,10 @@ namespace squeal
       return part.space ? part.space->row_range() : whole;
     }
     /// New factors of the tangent.
-    void factorise(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure);
+    void factorise(const Contact<dim> &contact, const ContactPressure &pressure);
     /// With all contacts closed.
-    void factorise_closed(const Contact<dim> &contact,
-                          const typename Contact<dim>::Pressure &pressure);
-    double change_of_friction(const Contact<dim> &contact,
-                              const typename Contact<dim>::Pressure &pressure);
+    void factorise_closed(const Contact<dim> &contact, const ContactPressure &pressure);
+    double change_of_friction(const Contact<dim> &contact, const ContactPressure &pressure);
     void make_parts();
     /// The whole from now on.
     void forget_symmetry();
@@ -137,8 +134,8 @@ namespace squeal
     struct Base
     {
       Contact<dim> contact;                   ///< all closed
-      double coefficient;                     ///< of Contact::friction_slopes()
-      typename Contact<dim>::Pressure slopes; ///< likewise; none: without friction so far
+      double coefficient;                     ///< of friction_slopes()
+      ContactPressure slopes;                 ///< likewise; none: without friction so far
       std::shared_ptr<const Matrix> friction; ///< once another coefficient needs it
     };
     std::optional<Base> base;

@@ -55,19 +55,17 @@ namespace squeal
     double stiffness_scale() const;
 
     /// The product with the matrix above at the present active set; @p pressure for d tau/dp.
-    LinearOperator tangent(const Contact<dim> &contact,
-                           const typename Contact<dim>::Pressure &pressure,
+    LinearOperator tangent(const Contact<dim> &contact, const ContactPressure &pressure,
                            bool with_friction) const;
 
     /// Solves with the matrix above from the given x on until the preconditioned residual, which is
     /// an estimate of the error, has @p tolerance of its first size or of that of the solution.
     /// Returns the number of GMRES steps. Throws SolverError if the allowed ones are not enough.
-    unsigned int solve(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
+    unsigned int solve(const Contact<dim> &contact, const ContactPressure &pressure,
                        bool with_friction, const MultiVector &b, double tolerance, MultiVector &x);
 
     /// Makes the preconditioner for the present active set, which solve() does by itself.
-    void set_up(const Contact<dim> &contact, const typename Contact<dim>::Pressure &pressure,
-                bool with_friction);
+    void set_up(const Contact<dim> &contact, const ContactPressure &pressure, bool with_friction);
 
     /// The multigrid cycle for A + N D N^T (penalty: A + N) at the active set of the last solve()
     /// or set_up(), column by column; zero in the rows of multipliers.

@@ -59,8 +59,7 @@ namespace squeal
   /// The gain of friction on the contact pressure at the present active set.
   template <int dim>
   SelfLocking self_locking(const RowRange &rows, const std::vector<Term> &body_terms,
-                           const Contact<dim> &contact,
-                           const typename Contact<dim>::Pressure &pressure);
+                           const Contact<dim> &contact, const ContactPressure &pressure);
 
   /// Finds the steady sliding state of theory.md, section 3: p >= 0, g <= 0, p g = 0 with friction
   /// in full sliding,

@@ -13,7 +13,7 @@ namespace squeal
   {
     std::optional<Contact<dim>> contact;          ///< with the active set; none without surfaces
     std::optional<StaticEquilibrium> equilibrium; ///< none: the pressure is given
-    typename Contact<dim>::Pressure pressure;     ///< Pa, at the contact's quadrature points
+    ContactPressure pressure;                     ///< Pa, at the contact's quadrature points
   };
 
   /// Closes the contact everywhere and scales its constraints to the stiffness of the bodies: that

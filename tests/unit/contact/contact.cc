@@ -3,6 +3,8 @@
 #include <doctest/doctest.h>
 
 #include <squeal/contact/contact.h>
+#include <squeal/contact/contact_forces.h>
+#include <squeal/contact/contact_matrices.h>
 
 #include <optional>
 
@@ -98,7 +100,7 @@ namespace
   /// mu T; the pressure is of no effect on Coulomb friction.
   Matrix friction_of(const Contact<3> &contact)
   {
-    return contact.friction(contact.uniform_pressure(1e6));
+    return friction_matrix(contact, contact.uniform_pressure(1e6));
   }
 
   Matrix transposed(const Matrix &matrix)
@@ -146,7 +148,7 @@ TEST_CASE("contact: virtual work of the normal coupling, mortar")
   {
     CAPTURE(degree);
     Scene scene("upper", true, degree);
-    const Matrix N             = scene.contact().normal();
+    const Matrix N             = normal_matrix(scene.contact());
     const MultiVector pressure = constant_multiplier(scene.spaces, 1);
     const auto work        = [&](const MultiVector &u) { return bilinear_form(pressure, N, u); };
     const MultiVector rise = translation(scene.spaces, {rotor_body}, 2);
@@ -169,7 +171,7 @@ TEST_CASE("contact: virtual work of the normal coupling, mortar")
   }
 
   Scene both("both", true, 2);
-  const Matrix N = both.contact().normal();
+  const Matrix N = normal_matrix(both.contact());
   const MultiVector swell =
       both.axially([&](const Point<3> &x) { return x[2] / (both.prm.rotor.thickness / 2); });
   CHECK(relative_error(bilinear_form(constant_multiplier(both.spaces, 1), N, swell), 2 * area) <=
@@ -181,15 +183,16 @@ TEST_CASE("contact: pressure_scale multiplies the mortar matrices")
   Scene scene("upper", true, 2);
   Contact<3> contact(scene.spaces, scene.model);
   const auto pressure   = contact.uniform_pressure(1e6);
-  const double normal   = contact.normal().infinity_norm(),
-               friction = contact.friction(pressure).infinity_norm();
+  const double normal   = normal_matrix(contact).infinity_norm(),
+               friction = friction_matrix(contact, pressure).infinity_norm();
   CHECK(contact.pressure_scale() == 1);
   for (const double factor : {10., 1e3}) // not cumulative
   {
     contact.scale_constraints(factor * normal);
     CHECK(relative_error(contact.pressure_scale(), factor) <= 1e-14);
-    CHECK(relative_error(contact.normal().infinity_norm(), factor * normal) <= 1e-14);
-    CHECK(relative_error(contact.friction(pressure).infinity_norm(), factor * friction) <= 1e-14);
+    CHECK(relative_error(normal_matrix(contact).infinity_norm(), factor * normal) <= 1e-14);
+    CHECK(relative_error(friction_matrix(contact, pressure).infinity_norm(), factor * friction) <=
+          1e-14);
   }
 }
 
@@ -199,7 +202,7 @@ TEST_CASE("contact: virtual work of the normal coupling, penalty")
   // a translation.
   Scene scene("both", false, 3);
   const double k_C       = scene.model.penalty_stiffness;
-  const Matrix N         = scene.contact().normal();
+  const Matrix N         = normal_matrix(scene.contact());
   const MultiVector rise = translation(scene.spaces, {rotor_body}, 2);
   const MultiVector tilt = scene.axially([](const Point<3> &x) { return x[0]; });
   CHECK(relative_error(bilinear_form(rise, N, rise), 2 * k_C * area) <= 1e-7);
@@ -262,7 +265,7 @@ TEST_CASE("contact: resultants of the uniform pressure")
   {
     Scene scene("both", mortar, 3);
     const auto &contact = scene.contact();
-    const auto results  = contact.resultants(contact.uniform_pressure(p), nullptr);
+    const auto results  = resultants(contact, contact.uniform_pressure(p), nullptr);
     CHECK(results.size() == 2);
     CHECK(results[0].name == "upper");
     CHECK(results[1].name == "lower");
@@ -283,7 +286,7 @@ TEST_CASE("contact: resultants of the uniform pressure")
   scene.model.friction.coefficient_moving = 0.1;
   scene.model.friction.decay_speed        = 0.3;
   const auto &contact                     = scene.contact();
-  const auto result = contact.resultants(contact.uniform_pressure(p), nullptr)[0];
+  const auto result = resultants(contact, contact.uniform_pressure(p), nullptr)[0];
   const auto mu     = [&](const double r) { return 0.1 + 0.3 * std::exp(-4 * r / 0.3); };
   CHECK(relative_error(result.friction_torque,
                        p * Scene::angle *
@@ -293,7 +296,7 @@ TEST_CASE("contact: resultants of the uniform pressure")
         1e-7);
   // And so does the matrix.
   CHECK(relative_error(bilinear_form(scene.on_rotor(rotation),
-                                     contact.friction(contact.uniform_pressure(p)),
+                                     friction_matrix(contact, contact.uniform_pressure(p)),
                                      constant_multiplier(scene.spaces, p)),
                        result.friction_torque) <= 1e-12);
 }
@@ -308,29 +311,29 @@ TEST_CASE("contact: kept matrices are those of the present model and contacts")
   const auto pressure      = contact.uniform_pressure(1e6);
   const auto is_as_present = [&]()
   {
-    const auto [factor, T] = contact.shared_friction(pressure);
-    const Matrix fresh = contact.friction(pressure), normal = contact.normal(),
+    const auto [factor, T] = shared_friction(contact, pressure);
+    const Matrix fresh = friction_matrix(contact, pressure), normal = normal_matrix(contact),
                  difference = sum_of(scene.spaces.rows, {{factor, *T}, {-1., fresh}}),
                  of_normal =
-                     sum_of(scene.spaces.rows, {{1., *contact.shared_normal()}, {-1., normal}});
+                     sum_of(scene.spaces.rows, {{1., *shared_normal(contact)}, {-1., normal}});
     return difference.infinity_norm() <= 1e-14 * fresh.infinity_norm() &&
            of_normal.infinity_norm() <= 1e-14 * normal.infinity_norm();
   };
   CHECK(is_as_present());
-  const auto T = contact.shared_friction(pressure).second, N = contact.shared_normal();
+  const auto T = shared_friction(contact, pressure).second, N = shared_normal(contact);
   model.friction.coefficient *= 3;
   contact.set_model(model);
   CHECK(is_as_present());
-  CHECK(contact.shared_friction(pressure).second == T);
-  CHECK(contact.shared_normal() == N);
+  CHECK(shared_friction(contact, pressure).second == T);
+  CHECK(shared_normal(contact) == N);
 
   model.friction.kind               = FrictionLaw::Kind::falling;
   model.friction.coefficient_moving = 0.1;
   model.friction.decay_speed        = 1;
   contact.set_model(model);
   CHECK(is_as_present());
-  CHECK(contact.shared_friction(pressure).second != T);
-  contact.scale_constraints(1e3 * contact.normal().infinity_norm());
+  CHECK(shared_friction(contact, pressure).second != T);
+  contact.scale_constraints(1e3 * normal_matrix(contact).infinity_norm());
   CHECK(is_as_present());
   // A state of tension releases what carries it.
   contact.update_active_set(constant_multiplier(scene.spaces, -1));
@@ -345,15 +348,15 @@ TEST_CASE("contact: the pressure of a state")
   {
     Scene scene("upper", true, 3);
     Contact<3> contact(scene.spaces, scene.model);
-    contact.scale_constraints(100 * contact.normal().infinity_norm());
+    contact.scale_constraints(100 * normal_matrix(contact).infinity_norm());
     const MultiVector state = constant_multiplier(scene.spaces, 7);
-    const auto result       = contact.resultants(contact.pressure_of(state), &state)[0];
+    const auto result       = resultants(contact, contact.pressure_of(state), &state)[0];
     CHECK(relative_error(result.max_pressure, 700) <= 1e-12);
     CHECK(relative_error(result.normal_force, 700 * area) <= 1e-7);
     CHECK(std::abs(result.max_penetration) <= 1e-20);
     // Negative multipliers are tension: computed, until the active set releases them.
     const auto tension =
-        contact.resultants(contact.pressure_of(constant_multiplier(scene.spaces, -7)), nullptr)[0];
+        resultants(contact, contact.pressure_of(constant_multiplier(scene.spaces, -7)), nullptr)[0];
     CHECK(relative_error(tension.min_pressure, -700) <= 1e-12);
     CHECK(tension.max_pressure == 0);
     CHECK(relative_error(tension.normal_force, -700 * area) <= 1e-7);
@@ -363,7 +366,7 @@ TEST_CASE("contact: the pressure of a state")
     const auto &contact = scene.contact();
     const MultiVector state =
         scene.axially([&](const Point<3> &x) { return x[2] > 0 ? 1e-6 : -3e-6; });
-    const auto results = contact.resultants(contact.pressure_of(state), &state);
+    const auto results = resultants(contact, contact.pressure_of(state), &state);
     for (const unsigned int i : {0u, 1u})
     {
       const double depth = i == 0 ? 1e-6 : 3e-6, p = scene.model.penalty_stiffness * depth;
@@ -390,7 +393,7 @@ TEST_CASE("contact: friction damping of the turning direction")
       CAPTURE(omega);
       Scene scene("both", mortar, 3, omega);
       const auto &contact       = scene.contact();
-      const auto damping        = contact.friction_damping(contact.uniform_pressure(p));
+      const auto damping        = friction_damping(contact, contact.uniform_pressure(p));
       const MultiVector along_x = translation(scene.spaces, {rotor_body}, 0);
       const double expected = Scene::mu * p / std::abs(omega) * (Scene::b - Scene::a) * cos_squared;
       CHECK(relative_error(bilinear_form(along_x, damping.P, along_x), 2 * expected) <= 1e-6);
@@ -434,8 +437,8 @@ TEST_CASE("contact: P_R is positive semi-definite, that of a falling law negativ
   scene.model.friction.coefficient_moving = 0.1;
   scene.model.friction.decay_speed        = 0.3;
   const auto &contact                     = scene.contact();
-  const auto damping                      = contact.friction_damping(contact.uniform_pressure(1e6));
-  const auto turning                      = eigenvalues_of_few_rows(scene.spaces.rows, damping.P);
+  const auto damping = friction_damping(contact, contact.uniform_pressure(1e6));
+  const auto turning = eigenvalues_of_few_rows(scene.spaces.rows, damping.P);
   CHECK(turning.back() > 0);
   CHECK(turning.front() >= -1e-14 * turning.back());
   const auto falling = eigenvalues_of_few_rows(scene.spaces.rows, damping.P_falling);
@@ -462,8 +465,8 @@ TEST_CASE("contact: damping of a falling friction law")
     scene.model.friction.coefficient_moving = 0.1;
     scene.model.friction.decay_speed        = 0.3;
     const auto &contact                     = scene.contact();
-    const auto damping                      = contact.friction_damping(contact.uniform_pressure(p));
-    const auto slope = [&](const double r) { return -std::exp(-std::abs(omega) * r / 0.3); };
+    const auto damping = friction_damping(contact, contact.uniform_pressure(p));
+    const auto slope   = [&](const double r) { return -std::exp(-std::abs(omega) * r / 0.3); };
     const MultiVector along_y = translation(scene.spaces, {rotor_body}, 1);
     const double P = p * cos_squared * over_radius([&](const double r) { return slope(r) * r; });
     CHECK(relative_error(bilinear_form(along_y, damping.P_falling, along_y), P) <= 1e-6);
@@ -494,7 +497,7 @@ TEST_CASE("contact: hanging nodes on both faces")
                  const double phi = std::atan2(x[1], x[0]) * 180 / M_PI;
                  return body == rotor_body ? (phi > 0 && phi < 22.5) : std::abs(phi) < 8;
                });
-  const Matrix N             = scene.contact().normal();
+  const Matrix N             = normal_matrix(scene.contact());
   const MultiVector pressure = constant_multiplier(scene.spaces, 1);
   const auto contact_face    = scene.geometry.boundaries.at("upper_pad.contact");
   const auto integral        = [&](const auto &f)
@@ -530,7 +533,8 @@ TEST_CASE("contact: hanging nodes on an arc inside of the contact surface")
   const double meshed_area =
       integrate_boundary(scene.spaces, scene.geometry.boundaries.at("upper_pad.contact"),
                          [](const Point<3> &, const Tensor<1, 3> &) { return 1.; });
-  CHECK(relative_error(bilinear_form(constant_multiplier(scene.spaces, 1), scene.contact().normal(),
+  CHECK(relative_error(bilinear_form(constant_multiplier(scene.spaces, 1),
+                                     normal_matrix(scene.contact()),
                                      translation(scene.spaces, {rotor_body}, 2)),
                        meshed_area) <= 1e-12);
 }

@@ -3,6 +3,8 @@
 #include <doctest/doctest.h>
 
 #include <squeal/contact/contact.h>
+#include <squeal/contact/contact_forces.h>
+#include <squeal/contact/contact_matrices.h>
 
 using namespace dealii;
 using namespace squeal;
@@ -65,7 +67,7 @@ namespace
       model.angular_velocity  = omega;
       model.initial_gap       = [](const Point<dim> &x) { return 0.1 * depth * (1 + 5 * x[0]); };
       Contact<dim> result(spaces, model);
-      result.scale_constraints(1e3 * result.normal().infinity_norm());
+      result.scale_constraints(1e3 * normal_matrix(result).infinity_norm());
       return result;
     }
 
@@ -159,22 +161,22 @@ namespace
             scene.contact(law_of(kind, smoothing_speed), dim == 3 ? omega : omega / 8);
         const MultiVector state = scene.base(contact.pressure_scale()), rest(scene.spaces.rows, 1);
         const auto pressure     = contact.pressure_of(state);
-        for (const ContactResultants &r : contact.resultants(pressure, &state))
+        for (const ContactResultants &r : resultants(contact, pressure, &state))
         {
           CHECK(r.min_pressure == 0); // no tension
           CHECK(r.max_pressure > 1.1 * p_0);
         }
-        const Matrix N = contact.normal(), T = contact.friction(pressure);
-        const auto damping = contact.friction_damping(pressure);
+        const Matrix N = normal_matrix(contact), T = friction_matrix(contact, pressure);
+        const auto damping = friction_damping(contact, pressure);
 
         // (F(x + h dx, v + h dv) - F(x - h dx, v - h dv)) / (2 h)
         const auto quotient =
             [&](const MultiVector &dx, const MultiVector &dv, const double h, const bool mu)
         {
           const MultiVector after =
-                                contact.nonlinear_forces(sum(state, h, dx), sum(rest, h, dv), mu),
-                            before =
-                                contact.nonlinear_forces(sum(state, -h, dx), sum(rest, -h, dv), mu);
+                                nonlinear_forces(contact, sum(state, h, dx), sum(rest, h, dv), mu),
+                            before = nonlinear_forces(contact, sum(state, -h, dx),
+                                                      sum(rest, -h, dv), mu);
           return sum(sum(rest, 0.5 / h, after), -0.5 / h, before);
         };
 
@@ -207,12 +209,12 @@ namespace
         sizes[dim] = p_0 / depth / contact.pressure_scale();
         for (const bool mu : {false, true})
         {
-          const auto turning = contact.turning(pressure, mu);
+          const auto turning = turning_contact(contact, pressure, mu);
           const auto forces  = [&](const double step)
           {
             const MultiVector x = sum(state, step, any);
-            return sum(contact.nonlinear_forces(x, rest, mu, &state), -1,
-                       contact.nonlinear_forces(x, rest, mu));
+            return sum(nonlinear_forces(contact, x, rest, mu, &state), -1,
+                       nonlinear_forces(contact, x, rest, mu));
           };
           // Slopes, unlike pressures, stay small for much larger steps.
           const double step  = 1e-7;
@@ -282,10 +284,10 @@ TEST_CASE("contact_linearisation: signs of the damping")
       CAPTURE(omega);
       const auto constant = scene.contact(law_of(FrictionLaw::Kind::constant, 0), omega);
       const auto pressure = constant.pressure_of(scene.base(constant.pressure_scale()));
-      const Matrix P      = constant.friction_damping(pressure).P;
+      const Matrix P      = friction_damping(constant, pressure).P;
       CHECK(asymmetry(scene.spaces.rows, P) <= 1e-15);
       const auto falling =
-          scene.contact(law_of(FrictionLaw::Kind::falling, 0), omega).friction_damping(pressure);
+          friction_damping(scene.contact(law_of(FrictionLaw::Kind::falling, 0), omega), pressure);
       CHECK(asymmetry(scene.spaces.rows, falling.P) <= 1e-15);
       CHECK(asymmetry(scene.spaces.rows, falling.P_falling) <= 1e-15);
       for (unsigned int seed = 0; seed < 5; ++seed)

@@ -4,6 +4,7 @@
 
 #include <squeal/assessment/stability.h>
 #include <squeal/contact/contact_fields.h>
+#include <squeal/contact/contact_forces.h>
 #include <squeal/model/brake_model.h>
 
 using namespace squeal;
@@ -76,8 +77,8 @@ namespace
     double largest_energy = 0;
     for (unsigned int j = 0; j < rows.size(); ++j)
     {
-      const auto work = model.friction_work(modes, j);
-      const std::array<const typename Contact<dim>::Pressure *, 3> values = {
+      const auto work                                     = model.friction_work(modes, j);
+      const std::array<const ContactPressure *, 3> values = {
           {&work.friction, &work.damping, &work.falling}};
       double size = 0;
       for (const Contribution &part : parts)
@@ -145,7 +146,7 @@ TEST_CASE("friction work: the projection onto faces reproduces their own polynom
   model.distribute();
   const Contact<3> contact(model.spaces(), ContactModel<3>());
   const auto value = [](const dealii::Point<3> &x) { return 2 + 30 * x[0] - 50 * x[1]; };
-  Contact<3>::Pressure values;
+  ContactPressure values;
   for (const PairedInterface<3> &interface : contact.paired_interfaces())
   {
     values.emplace_back();

@@ -1,4 +1,5 @@
 #include "statics.h"
+#include <squeal/contact/contact_matrices.h>
 
 #include <doctest/doctest.h>
 
@@ -117,7 +118,7 @@ namespace
       for (unsigned int j = 0; j < columns.n_columns; ++j)
         for (unsigned int i = 0; i < nodes.size(); ++i)
           l.column(j)[nodes[i].equation] = columns(i, j);
-      const MultiVector forces = multiply(contact->normal(), l);
+      const MultiVector forces = multiply(normal_matrix(*contact), l);
       const Factorization factorization(A, Factorization::Kind::lu, "the norm");
       return DenseMatrix(columns.n_columns, columns.n_columns,
                          inner_products(forces, factorization.solve(forces)));

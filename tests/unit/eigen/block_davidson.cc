@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/model/matrix_free_modes.h>
@@ -102,7 +103,7 @@ TEST_CASE("block_davidson: vectors satisfy the constraints, pressures bear what 
     const std::vector<unsigned int> all = contact.multipliers();
     contact.set_closed({all.begin(), all.begin() + 5}, false);
     const auto pressure = contact.uniform_pressure(1e6);
-    const Matrix normal = contact.normal(), friction = contact.friction(pressure),
+    const Matrix normal = normal_matrix(contact), friction = friction_matrix(contact, pressure),
                  coupling            = sum_of(spaces.rows, {{1, normal}, {1, friction}});
     const unsigned int n_multipliers = spaces.rows.end - spaces.first_local_multiplier;
     MultiVector stiffness(spaces.rows, 1);

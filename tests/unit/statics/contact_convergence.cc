@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/eigen/eigensolvers.h>
 
 #include <cstdio>
@@ -87,7 +88,7 @@ namespace
       contact                 = std::make_unique<Contact<2>>(spaces, model);
       if (model.mortar)
         contact->scale_constraints(rotor.K->infinity_norm());
-      const Matrix normal = contact->normal(),
+      const Matrix normal = normal_matrix(*contact),
                    corner = coupling == Coupling::projected_penalty ? multiplier_mass() : Matrix();
       const double scale  = contact->pressure_scale();
       problem.rows        = spaces.rows;

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <squeal/assessment/error_bounds.h>
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/model/brake_model.h>
 
@@ -56,12 +57,14 @@ TEST_CASE("A contact that opens or closes moves the eigenvalues as its edge says
   const EdgeEffects effects = edge_effects(edge, modes.re, modes.im, modes.left_re, modes.left_im);
   CHECK(effects.rows.size() == edge.releasing.size() + edge.closing.size());
 
-  const Matrix before[] = {model.contact()->normal(), model.contact()->friction(model.pressure())};
+  const Matrix before[] = {normal_matrix(*model.contact()),
+                           friction_matrix(*model.contact(), model.pressure())};
   for (const bool opens : {true, false})
   {
     Contact<3> contact = *model.contact();
     contact.set_closed(opens ? edge.releasing : edge.closing, !opens);
-    const Matrix normal = contact.normal(), friction = contact.friction(model.pressure());
+    const Matrix normal         = normal_matrix(contact),
+                 friction       = friction_matrix(contact, model.pressure());
     QuadraticEigenproblem other = model.problem();
     other.Q =
         sum_of(problem.rows,

@@ -1,4 +1,5 @@
 #include "statics.h"
+#include <squeal/contact/contact_forces.h>
 
 #include <doctest/doctest.h>
 
@@ -214,7 +215,7 @@ TEST_CASE("patch_tests: clipped areas sum to the pad's face, whatever the rotor'
       spaces.distribute();
       refine_columns(spaces, hanging);
       const Contact<3> contact(spaces, frictionless<3>(true));
-      for (const ContactResultants &r : contact.resultants(contact.uniform_pressure(p), nullptr))
+      for (const ContactResultants &r : resultants(contact, contact.uniform_pressure(p), nullptr))
       {
         const double face =
             integrate_boundary(spaces, geometry.boundaries.at(r.name + "_pad.contact"),

@@ -1,4 +1,5 @@
 #include "statics.h"
+#include <squeal/contact/contact_forces.h>
 
 #include <doctest/doctest.h>
 

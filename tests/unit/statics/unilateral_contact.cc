@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <squeal/contact/contact_forces.h>
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/parameters/expressions.h>
 
 using namespace dealii;
@@ -78,9 +80,9 @@ namespace
                            u[dim - 1] = x[dim - 1] > 0 ? 1 : -1;
                            return u;
                          });
-    const MultiVector gaps =
-                          closed.nonlinear_forces(result.state, MultiVector(spaces.rows, 1), false),
-                      weights = multiply(closed.normal(), rise);
+    const MultiVector gaps    = nonlinear_forces(closed, result.state, MultiVector(spaces.rows, 1),
+                                                 false),
+                      weights = multiply(normal_matrix(closed), rise);
     const double scale        = result.contact.pressure_scale();
     double largest_u          = 0;
     const unsigned int first  = spaces.first_local_multiplier - spaces.rows.begin;
@@ -139,7 +141,7 @@ namespace
     CHECK(relative_error(r.friction_force, mu * load) <= 1e-10);
     const MultiVector turn = interpolate(
         spaces, pads_of(geometry), [&](const Point<dim> &x) { return geometry.transport(x); });
-    const Matrix T    = result.contact.friction(result.pressure);
+    const Matrix T    = friction_matrix(result.contact, result.pressure);
     const double work = -bilinear_form(turn, T, result.state);
     double torque     = 0; // of all pads
     for (const ContactResultants &pad : result.resultants)
@@ -383,7 +385,7 @@ namespace
       CHECK(r.friction_force < largest * r.normal_force);
       // Forces on the rotor, and against them on the pad.
       const MultiVector forces =
-          result.contact.nonlinear_forces(result.state, MultiVector(spaces.rows, 1), true);
+          nonlinear_forces(result.contact, result.state, MultiVector(spaces.rows, 1), true);
       for (const Body body : {rotor_body, upper_pad_body})
         CHECK(relative_error((body == rotor_body ? 1 : -1) *
                                  inner_products(translation(spaces, {body}, 0), forces)[0],

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <squeal/contact/contact.h>
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/model/brake_model.h>
 #include <squeal/symmetry/parity_space.h>
 #include <squeal/symmetry/sectors.h>
@@ -357,8 +358,8 @@ TEST_CASE("mirror: the contact of surfaces whose edges coincide is symmetric to 
     CHECK(distance(symmetry->reflect(multiply(matrix, symmetry->reflect(x))), a_x) <=
           1e-12 * largest_entry(a_x));
   };
-  check(contact.normal());
-  check(contact.friction(contact.uniform_pressure(1e6)));
+  check(normal_matrix(contact));
+  check(friction_matrix(contact, contact.uniform_pressure(1e6)));
 }
 
 TEST_CASE("mirror: half spaces on a group of ranks")

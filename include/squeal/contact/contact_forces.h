@@ -1,0 +1,63 @@
+#pragma once
+
+#include <squeal/contact/contact.h>
+
+#include <string>
+#include <vector>
+
+/// Forces of the contact, their resultants and their work.
+namespace squeal
+{
+  /// What the static problem has on the right side: the initial gap, and with @p with_friction
+  /// the part of the traction that is not linear in the pressure, -int (tau - p d tau/d p)
+  /// d[[u]].e.
+  template <int dim>
+  MultiVector contact_load(const Contact<dim> &contact, const ContactPressure &pressure,
+                           bool with_friction);
+
+  /// The nonlinear contact forces (left side) of theory.md at displacements and multipliers @p
+  /// state and displacement velocities @p velocity, both one column:
+  ///     int p n . d[[u]] + int tau v/|v| . d[[u]],   v = (I - n n) [Omega w + (d_t + Omega
+  ///     d_phi) u_R - d_t u_P],
+  /// and, for mortar, the constraint int Psi ([[u]].n - g_0). The active set stays as it is. The
+  /// linearised matrices are its derivatives. With a steady state @p turned_from, the directions
+  /// of the forces and the contact points follow the surface from there on: x + u_R - u_R0.
+  template <int dim>
+  MultiVector nonlinear_forces(const Contact<dim> &contact, const MultiVector &state,
+                               const MultiVector &velocity, bool with_friction,
+                               const MultiVector *turned_from = nullptr);
+
+  /// Resultants of the contact pressure on one pad.
+  struct ContactResultants
+  {
+    std::string name;
+    double normal_force = 0, friction_force = 0, friction_torque = 0;
+    double area = 0, max_pressure = 0, min_pressure = 0;
+    double max_penetration = 0; ///< meaningful only for a computed state
+  };
+
+  /// Force, torque, area in contact; penetration if a static solution is given.
+  template <int dim>
+  std::vector<ContactResultants> resultants(const Contact<dim> &contact,
+                                            const ContactPressure &pressure,
+                                            const MultiVector *state);
+
+  /// The work per cycle and area, J/m^2, that the increments D tau of the friction traction do on
+  /// the sliding of a mode Re[u exp(j w t)], by what makes them, at every quadrature point:
+  ///     W = -int_cycle D tau . D[[u_t]] dt,    J = [[u]], Dp the complex amplitudes,
+  ///     friction   -pi (d tau/d p) Im[conj(J.e) Dp],
+  ///     damping    -pi (tau/v) (w |J.b|^2 + Omega Im[conj(J.b) (d_phi u_R).b]),
+  ///     falling    -pi (d tau/d v) (w |J.e|^2 + Omega Im[conj(J.e) (d_phi u_R).e]).
+  /// Positive where energy is fed in. The integrals over the surface are the sums of -pi (d w +
+  /// n) of the terms of friction() and friction_damping(): what contributions() gives by body. @p
+  /// re and @p im are one column each; @p with_damping tells whether those terms are there at
+  /// all.
+  struct FrictionWork
+  {
+    ContactPressure friction, damping, falling;
+  };
+  template <int dim>
+  FrictionWork friction_work(const Contact<dim> &contact, const MultiVector &re,
+                             const MultiVector &im, double omega, const ContactPressure &pressure,
+                             bool with_damping);
+} // namespace squeal

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <squeal/contact/contact.h>
+
+#include <memory>
+#include <utility>
+
+/// The contact's terms of the equations of motion (theory.md, section 3) at its active set.
+namespace squeal
+{
+  /// N: penalty int d[[u]].n k_C D[[u]].n, mortar the two off-diagonal blocks and, with
+  /// compliance, -1/k_C int Psi Psi^T.
+  template <int dim>
+  Matrix normal_matrix(const Contact<dim> &contact);
+
+  /// The friction term: int (d tau/d p) d[[u]].e Dp, that is mu T where mu does not depend on the
+  /// pressure.
+  template <int dim>
+  Matrix friction_matrix(const Contact<dim> &contact, const ContactPressure &pressure);
+
+  /// N and the friction term as multiples of matrices that stay the same as long as only that
+  /// changes: sweeps over the friction coefficient assemble neither.
+  template <int dim>
+  std::shared_ptr<const Matrix> shared_normal(const Contact<dim> &contact);
+  template <int dim>
+  std::pair<double, std::shared_ptr<const Matrix>> shared_friction(const Contact<dim> &contact,
+                                                                   const ContactPressure &pressure);
+
+  /// The largest |d tau/d p| and, at every point, d tau/d p as its share: shared_friction()'s
+  /// matrix depends on the shares only.
+  template <int dim>
+  std::pair<double, ContactPressure> friction_slopes(const Contact<dim> &contact,
+                                                     const ContactPressure &pressure);
+
+  /// P_R and Q_R: those of the turning direction, int (tau/v) d[[u]].P_perp ..., and those of the
+  /// law's slope, int (d tau/d v) (d[[u]].e)(e. ...). Empty where they vanish.
+  struct FrictionDamping
+  {
+    Matrix P, Q, P_falling, Q_falling;
+  };
+  template <int dim>
+  FrictionDamping friction_damping(const Contact<dim> &contact, const ContactPressure &pressure);
+
+  /// What turns with the surface (Prestress/Turning contact): the normal and the sliding
+  /// direction turn with the rotor's surface, and the contact point moves along it,
+  ///     Dn = -e s_e - b s_b,   De = n s_e + b (...),   s_a = n.(d_a Du_R),
+  ///     int [p_0 Dn + tau_0 De] . d[[u]]  -  int (p_0 n + tau_0 e) . (d_a du_R) D[[u]].a
+  ///     + int (tau_0/v_0 P_perp + tau_0' e e) d[[u]] . Omega Dw,   Dw = -W D[[u]]_tangential.
+  /// The in-plane turning of e by d_phi u_R is that of Q_R. A conservative problem has a
+  /// symmetric stiffness: that of the pressure is, because the moving contact point belongs to
+  /// the turning normal.
+  struct TurningContact
+  {
+    Matrix pressure, friction; ///< friction is empty without
+  };
+  template <int dim>
+  TurningContact turning_contact(const Contact<dim> &contact, const ContactPressure &pressure,
+                                 bool with_friction);
+} // namespace squeal

@@ -1,0 +1,284 @@
+#include <squeal/contact/contact_forces.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  template <int dim>
+  MultiVector contact_load(const Contact<dim> &contact, const ContactPressure &pressure,
+                           const bool with_friction)
+  {
+    const ContactModel<dim> &model = contact.contact_model();
+    std::vector<PetscInt> rows;
+    std::vector<double> values;
+    contact.for_each_pair(
+        [&](const unsigned int i, const ContactKinematics<dim> &k)
+        {
+          std::vector<double> along_n(k.n_points), along_e(k.n_points);
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const unsigned int point = k.first_point + q;
+            const double w = k.weights[q], g = contact.initial_gap(k.positions[q]),
+                         p = pressure[i][point];
+            const auto tau =
+                with_friction ? model.friction.traction(k.speeds[q], p) : FrictionTraction();
+            along_e[q] = -w * (tau.value - p * tau.d_pressure);
+            if (model.mortar)
+            {
+              for (unsigned int m = 0; m < k.pad->nodes.size() && g != 0; ++m)
+                for (const FreeNode<dim> &node : k.pad->nodes[m])
+                  if (contact.is_active(node))
+                  {
+                    rows.push_back(node.equations[dim]);
+                    values.push_back(node.weight * contact.pressure_scale() * w * k.psi(m, q) * g);
+                  }
+            }
+            else if (contact.active_set().by_point[i][point])
+            {
+              along_n[q] = w * model.penalty_stiffness * g;
+              along_e[q] += w * model.penalty_stiffness * g * tau.d_pressure;
+            }
+          }
+          // A friction law without an offset has no part in it, and mortar no normal forces.
+          const auto is_zero = [](const double c) { return c == 0; };
+          if (!std::all_of(along_n.begin(), along_n.end(), is_zero))
+            k.add_forces(rows, values, k.n(), along_n);
+          if (!std::all_of(along_e.begin(), along_e.end(), is_zero))
+            k.add_forces(rows, values, k.e(), along_e);
+        });
+    return sum_entries(contact.spaces().rows, rows, values);
+  }
+
+  template <int dim>
+  MultiVector nonlinear_forces(const Contact<dim> &contact, const MultiVector &state,
+                               const MultiVector &velocity, const bool with_friction,
+                               const MultiVector *turned_from)
+  {
+    const ContactModel<dim> &model = contact.contact_model();
+    const std::vector<double> u = replicate(state), u_t = replicate(velocity);
+    std::vector<double> du(u.size()); // from the steady state on
+    if (turned_from)
+      du = replicate(*turned_from);
+    for (unsigned int row = 0; row < du.size() && turned_from; ++row)
+      du[row] = u[row] - du[row];
+    const ContactPressure pressure = contact.pressure_of(state);
+    std::vector<PetscInt> rows;
+    std::vector<double> values;
+    contact.for_each_pair(
+        [&](const unsigned int i, const ContactKinematics<dim> &k)
+        {
+          // Components along the reference basis n, e, b.
+          using Components      = Tensor<1, 3>;
+          const auto components = [&](const std::array<const DenseMatrix *, 3> &rows_of,
+                                      const std::vector<double> &local)
+          {
+            std::vector<Components> result(k.n_points);
+            for (unsigned int c = 0; c < 3; ++c)
+              if (rows_of[c] && rows_of[c]->n_rows > 0)
+              {
+                const std::vector<double> component = k.at_points(*rows_of[c], local);
+                for (unsigned int q = 0; q < k.n_points; ++q)
+                  result[q][c] = component[q];
+              }
+            return result;
+          };
+          const std::vector<double> local = k.local_values(u), local_t = k.local_values(u_t),
+                                    local_du = k.local_values(du);
+          const auto jump                    = components({{&k.n(), &k.e(), &k.b()}}, local),
+                     jump_t                  = components({{&k.n(), &k.e(), &k.b()}}, local_t),
+                     d_phi   = components({{nullptr, &k.e_phi(), &k.b_phi()}}, local),
+                     moved   = components({{nullptr, &k.e(), &k.b()}}, local_du),
+                     moved_w = components({{nullptr, &k.moved_w[0], &k.moved_w[1]}}, local_du);
+          std::array<std::vector<Components>, 2> slopes;
+          for (unsigned int s = 0; s < 2; ++s)
+            slopes[s] = components({{&k.slopes[s][0], &k.slopes[s][1], &k.slopes[s][2]}}, local_du);
+
+          std::array<std::vector<double>, 3> force;
+          std::array<std::array<std::vector<double>, 3>, 2> moved_force; // on d_a du_R
+          for (unsigned int c = 0; c < 3; ++c)
+          {
+            force[c].resize(k.n_points);
+            for (unsigned int s = 0; s < 2; ++s)
+              moved_force[s][c].resize(k.n_points);
+          }
+          const double omega = model.angular_velocity;
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const double p = pressure[i][k.first_point + q], w = k.weights[q];
+            Components e({0, 1, 0}), b({0, 0, 1});
+            e += slopes[0][q];
+            b += slopes[1][q];
+            Components normal = cross_product_3d(e, b); // (n, e, b) is right-handed
+            normal /= normal.norm();
+            // v = (I - n n) [Omega w + d_t [[u]] + Omega d_phi u_R]; e points along Omega w.
+            Components v = jump_t[q] + omega * (d_phi[q] + moved_w[q]);
+            v[1] += k.speeds[q];
+            v[0] += k.speeds[q] * slopes[0][q][0]; // d_phi u_R . n
+            if (!turned_from)
+              v[0] = 0;
+            v -= (v * normal) * normal;
+            Components traction = p * normal;
+            if (with_friction)
+              traction += model.friction.traction(v.norm(), p).over_speed * v;
+            for (unsigned int c = 0; c < 3; ++c)
+            {
+              force[c][q] = w * traction[c];
+              for (unsigned int s = 0; s < 2; ++s)
+                moved_force[s][c][q] = -w * traction[c] * moved[q][1 + s];
+            }
+            if (model.mortar)
+              for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
+                for (const FreeNode<dim> &node : k.pad->nodes[m])
+                  if (contact.is_active(node))
+                  {
+                    rows.push_back(node.equations[dim]);
+                    values.push_back(
+                        node.weight * contact.pressure_scale() * w * k.psi(m, q) *
+                        (jump[q][0] - contact.initial_gap(k.positions[q]) - model.compliance * p));
+                  }
+          }
+          const std::array<const DenseMatrix *, 3> basis = {{&k.n(), &k.e(), &k.b()}};
+          for (unsigned int c = 0; c < dim; ++c)
+          {
+            k.add_forces(rows, values, *basis[c], force[c]);
+            for (unsigned int s = 0; s < dim - 1 && turned_from; ++s)
+              k.add_forces(rows, values, k.slopes[s][c], moved_force[s][c]);
+          }
+        },
+        turned_from != nullptr);
+    if (model.mortar)
+      for (unsigned int row = contact.spaces().first_local_multiplier;
+           row < contact.spaces().rows.end; ++row)
+        if (!contact.active_set().by_row[row])
+        {
+          rows.push_back(row);
+          values.push_back(contact.constraint_stiffness() * u[row]);
+        }
+    return sum_entries(contact.spaces().rows, rows, values);
+  }
+
+  template <int dim>
+  std::vector<ContactResultants>
+  resultants(const Contact<dim> &contact, const ContactPressure &pressure, const MultiVector *state)
+  {
+    const ContactModel<dim> &model   = contact.contact_model();
+    const std::vector<double> global = state ? replicate(*state) : std::vector<double>();
+    std::vector<ContactResultants> results(contact.paired_interfaces().size());
+    for (unsigned int i = 0; i < contact.paired_interfaces().size(); ++i)
+      results[i].name = contact.paired_interfaces()[i].name;
+    contact.for_each_pair(
+        [&](const unsigned int i, const ContactKinematics<dim> &k)
+        {
+          ContactResultants &r = results[i];
+          // Mortar: a face's part of the area in contact is that of its contact.active_set().by_row
+          // shape functions.
+          std::vector<double> flags(k.psi.n_rows);
+          for (unsigned int m = 0; m < flags.size(); ++m)
+            for (const FreeNode<dim> &node : k.pad->nodes[m])
+              flags[m] += node.weight * contact.is_active(node);
+          const std::vector<double> in_contact = k.at_points(k.psi, flags);
+          const std::vector<double> jump =
+              state ? k.at_points(k.n(), k.local_values(global)) : std::vector<double>(k.n_points);
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const unsigned int point = k.first_point + q;
+            const double p           = pressure[i][point];
+            const double friction    = k.weights[q] * model.friction.traction(k.speeds[q], p).value;
+            r.area +=
+                k.weights[q] *
+                (model.mortar ? in_contact[q] : double(contact.active_set().by_point[i][point]));
+            r.normal_force += k.weights[q] * p;
+            r.friction_force += friction;
+            r.friction_torque += friction * k.radii[q];
+            r.max_pressure = std::max(r.max_pressure, p);
+            r.min_pressure = std::min(r.min_pressure, p);
+            r.max_penetration =
+                std::max(r.max_penetration, jump[q] - contact.initial_gap(k.positions[q]));
+          }
+        });
+    for (ContactResultants &r : results)
+    {
+      for (double *sum : {&r.area, &r.normal_force, &r.friction_force, &r.friction_torque})
+        *sum = Utilities::MPI::sum(*sum, contact.spaces().comm);
+      for (double *maximum : {&r.max_pressure, &r.max_penetration})
+        *maximum = Utilities::MPI::max(*maximum, contact.spaces().comm);
+      r.min_pressure = Utilities::MPI::min(r.min_pressure, contact.spaces().comm);
+    }
+    return results;
+  }
+
+  template <int dim>
+  FrictionWork friction_work(const Contact<dim> &contact, const MultiVector &re,
+                             const MultiVector &im, const double omega,
+                             const ContactPressure &pressure, const bool with_damping)
+  {
+    const ContactModel<dim> &model                  = contact.contact_model();
+    using Complex                                   = std::complex<double>;
+    const std::array<std::vector<double>, 2> global = {{replicate(re), replicate(im)}};
+    FrictionWork work;
+    for (ContactPressure *part : {&work.friction, &work.damping, &work.falling})
+      part->resize(contact.paired_interfaces().size());
+    contact.for_each_pair(
+        [&](const unsigned int i, const ContactKinematics<dim> &k)
+        {
+          const std::array<std::vector<double>, 2> local = {
+              {k.local_values(global[0]), k.local_values(global[1])}};
+          const auto amplitude =
+              [&](const DenseMatrix &rows, const std::array<std::vector<double>, 2> &unknowns)
+          {
+            std::vector<Complex> result(k.n_points);
+            const std::vector<double> of_re = k.at_points(rows, unknowns[0]),
+                                      of_im = k.at_points(rows, unknowns[1]);
+            for (unsigned int q = 0; q < k.n_points; ++q)
+              result[q] = {of_re[q], of_im[q]};
+            return result;
+          };
+          const auto along_e = amplitude(k.e(), local), along_b = amplitude(k.b(), local),
+                     phi_e = amplitude(k.e_phi(), local), phi_b = amplitude(k.b_phi(), local);
+          const std::vector<bool> &active = contact.active_set().by_row;
+          std::vector<Complex> dp =
+              model.mortar ? amplitude(k.psi, {{k.local_multipliers(global[0], &active),
+                                                k.local_multipliers(global[1], &active)}})
+                           : amplitude(k.n(), local);
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const unsigned int point = k.first_point + q;
+            const double p_0         = pressure[i][point];
+            dp[q] *= contact.pressure_per_unknown(i, point);
+            // The pressures at which friction() and friction_damping() linearise.
+            const auto law     = model.friction.traction(k.speeds[q], p_0),
+                       tau     = model.friction.traction(k.speeds[q], std::max(0., p_0));
+            const auto of_slip = [&](const double slope, const Complex jump, const Complex d_phi)
+            {
+              return -M_PI * slope *
+                     (omega * std::norm(jump) +
+                      model.angular_velocity * std::imag(std::conj(jump) * d_phi));
+            };
+            work.friction[i].push_back(-M_PI * law.d_pressure *
+                                       std::imag(std::conj(along_e[q]) * dp[q]));
+            work.damping[i].push_back(
+                with_damping && dim == 3 ? of_slip(tau.over_speed, along_b[q], phi_b[q]) : 0.);
+            work.falling[i].push_back(with_damping && !model.friction.is_flat()
+                                          ? of_slip(tau.d_speed, along_e[q], phi_e[q])
+                                          : 0.);
+          }
+        });
+    return work;
+  }
+
+#define SQUEAL_INSTANTIATE(dim)                                                                    \
+  template MultiVector contact_load(const Contact<dim> &, const ContactPressure &, bool);          \
+  template MultiVector nonlinear_forces(const Contact<dim> &, const MultiVector &,                 \
+                                        const MultiVector &, bool, const MultiVector *);           \
+  template std::vector<ContactResultants> resultants(                                              \
+      const Contact<dim> &, const ContactPressure &, const MultiVector *);                         \
+  template FrictionWork friction_work(const Contact<dim> &, const MultiVector &,                   \
+                                      const MultiVector &, double, const ContactPressure &, bool);
+  SQUEAL_INSTANTIATE(2)
+  SQUEAL_INSTANTIATE(3)
+#undef SQUEAL_INSTANTIATE
+} // namespace squeal

@@ -1,0 +1,250 @@
+#include <squeal/contact/contact_matrices.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  template <int dim>
+  Matrix normal_matrix(const Contact<dim> &contact)
+  {
+    const ContactModel<dim> &model = contact.contact_model();
+    EntryList entries;
+    contact.for_each_pair(
+        [&](const unsigned int i, const ContactKinematics<dim> &k)
+        {
+          std::vector<double> c = k.weights;
+          for (unsigned int q = 0; q < k.n_points; ++q)
+            c[q] *= contact.pressure_per_unknown(i, k.first_point + q);
+          if (model.mortar)
+          {
+            k.add_coupling(entries, k.product(k.n(), c, k.psi), contact.active_set().by_row, true);
+            for (double &value : c)
+              value *= -contact.pressure_scale() * model.compliance;
+            if (model.compliance > 0)
+              k.add_multipliers(entries, k.product(k.psi, c, k.psi), contact.active_set().by_row);
+          }
+          else
+            k.add(entries, k.product(k.n(), c, k.n()));
+        });
+    if (model.mortar) // Lambda = 0 where the pad has lifted off
+      for (unsigned int row = contact.spaces().first_local_multiplier;
+           row < contact.spaces().rows.end; ++row)
+        if (!contact.active_set().by_row[row])
+          entries.add(row, row, contact.constraint_stiffness());
+    return entries.make_matrix(contact.spaces().rows);
+  }
+
+  namespace
+  {
+    /// int c d[[u]].e Dp with a coefficient at every point.
+    template <int dim>
+    Matrix tangential_matrix(const Contact<dim> &contact, const ContactPressure &coefficients)
+    {
+      const ContactModel<dim> &model = contact.contact_model();
+      EntryList entries;
+      contact.for_each_pair(
+          [&](const unsigned int i, const ContactKinematics<dim> &k)
+          {
+            std::vector<double> c = k.weights;
+            for (unsigned int q = 0; q < k.n_points; ++q)
+              c[q] *= coefficients[i][k.first_point + q] *
+                      contact.pressure_per_unknown(i, k.first_point + q);
+            if (model.mortar)
+              k.add_coupling(entries, k.product(k.e(), c, k.psi), contact.active_set().by_row,
+                             false);
+            else
+              k.add(entries, k.product(k.e(), c, k.n()));
+          });
+      return entries.make_matrix(contact.spaces().rows);
+    }
+  } // namespace
+
+  template <int dim>
+  Matrix friction_matrix(const Contact<dim> &contact, const ContactPressure &pressure)
+  {
+    const ContactModel<dim> &model = contact.contact_model();
+    ContactPressure slopes         = pressure;
+    contact.for_each_pair(
+        [&](const unsigned int i, const ContactKinematics<dim> &k)
+        {
+          for (unsigned int q = k.first_point; q < k.first_point + k.n_points; ++q)
+            slopes[i][q] =
+                model.friction.traction(k.speeds[q - k.first_point], pressure[i][q]).d_pressure;
+        });
+    return tangential_matrix(contact, slopes);
+  }
+
+  template <int dim>
+  std::shared_ptr<const Matrix> shared_normal(const Contact<dim> &contact)
+  {
+    const std::vector<double> constants = contact.constants_of_normal();
+    typename Contact<dim>::Cache &cache = contact.cache();
+    if (!contact.is_cached(cache.normal, constants, {}))
+      cache.normal = {contact.active_set(),
+                      constants,
+                      {},
+                      std::make_shared<const Matrix>(normal_matrix(contact))};
+    return cache.normal.matrix;
+  }
+
+  template <int dim>
+  std::pair<double, ContactPressure> friction_slopes(const Contact<dim> &contact,
+                                                     const ContactPressure &pressure)
+  {
+    const ContactModel<dim> &model = contact.contact_model();
+    ContactPressure slopes         = contact.uniform_pressure(0);
+    double largest                 = 0;
+    contact.for_each_pair(
+        [&](const unsigned int i, const ContactKinematics<dim> &k)
+        {
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            double &slope = slopes[i][k.first_point + q];
+            slope = model.friction.traction(k.speeds[q], pressure[i][k.first_point + q]).d_pressure;
+            largest = std::max(largest, std::abs(slope));
+          }
+        });
+    largest = Utilities::MPI::max(largest, contact.spaces().comm);
+    if (largest > 0)
+      for (std::vector<double> &of_interface : slopes)
+        for (double &slope : of_interface)
+          slope /= largest;
+    return {largest, std::move(slopes)};
+  }
+
+  template <int dim>
+  std::pair<double, std::shared_ptr<const Matrix>> shared_friction(const Contact<dim> &contact,
+                                                                   const ContactPressure &pressure)
+  {
+    auto [largest, slopes] = friction_slopes(contact, pressure);
+    if (largest == 0)
+      return {0., std::make_shared<const Matrix>(tangential_matrix(contact, slopes))};
+    const ContactModel<dim> &model      = contact.contact_model();
+    const std::vector<double> constants = {double(model.mortar), contact.pressure_scale(),
+                                           model.penalty_stiffness};
+    typename Contact<dim>::Cache &cache = contact.cache();
+    if (!contact.is_cached(cache.friction, constants, slopes))
+      cache.friction = {contact.active_set(), constants, slopes,
+                        std::make_shared<const Matrix>(tangential_matrix(contact, slopes))};
+    return {largest, cache.friction.matrix};
+  }
+
+  template <int dim>
+  FrictionDamping friction_damping(const Contact<dim> &contact, const ContactPressure &pressure)
+  {
+    const ContactModel<dim> &model = contact.contact_model();
+    EntryList P_falling, Q_falling;
+    auto &entries = contact.cache().turning_entries;
+    if (!entries)
+      entries = std::make_shared<std::array<RepeatedEntries, 2>>();
+    auto &[P, Q] = *entries;
+    contact.for_each_pair(
+        [&, &P = P, &Q = Q](const unsigned int i, const ContactKinematics<dim> &k)
+        {
+          std::vector<double> turning(k.n_points), slope(k.n_points);
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            // Between its nodes the pressure of a partly released face may dip below zero; friction
+            // may not.
+            const double p = std::max(0., pressure[i][k.first_point + q]);
+            const auto tau = model.friction.traction(k.speeds[q], p);
+            turning[q]     = k.weights[q] * tau.over_speed;
+            slope[q]       = k.weights[q] * tau.d_speed;
+          }
+          const auto times_omega = [&](std::vector<double> c)
+          {
+            for (double &value : c)
+              value *= model.angular_velocity;
+            return c;
+          };
+          if (dim == 3) // P_perp = b b^T
+          {
+            k.add_product(P, k.b(), turning, k.b());
+            k.add_product(Q, k.b(), times_omega(turning), k.b_phi());
+          }
+          if (!model.friction.is_flat())
+          {
+            k.add(P_falling, k.product(k.e(), slope, k.e()));
+            k.add(Q_falling, k.product(k.e(), times_omega(slope), k.e_phi()));
+          }
+        });
+    FrictionDamping result;
+    if (dim == 3)
+    {
+      result.P = P.make_matrix(contact.spaces().rows);
+      result.Q = Q.make_matrix(contact.spaces().rows);
+    }
+    if (!model.friction.is_flat())
+    {
+      result.P_falling = P_falling.make_matrix(contact.spaces().rows);
+      result.Q_falling = Q_falling.make_matrix(contact.spaces().rows);
+    }
+    return result;
+  }
+
+  template <int dim>
+  TurningContact turning_contact(const Contact<dim> &contact, const ContactPressure &pressure,
+                                 const bool with_friction)
+  {
+    const ContactModel<dim> &model = contact.contact_model();
+    EntryList by_pressure, by_friction;
+    contact.for_each_pair(
+        [&](const unsigned int i, const ContactKinematics<dim> &k)
+        {
+          std::vector<double> p(k.n_points), tau(k.n_points), turn(k.n_points), slope(k.n_points);
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const double p_0 = std::max(0., pressure[i][k.first_point + q]), w = k.weights[q];
+            p[q] = -w * p_0;
+            if (with_friction)
+            {
+              const auto t = model.friction.traction(k.speeds[q], p_0);
+              tau[q]       = w * t.value;
+              turn[q]      = w * t.over_speed * model.angular_velocity;
+              slope[q]     = w * t.d_speed * model.angular_velocity;
+            }
+          }
+          std::vector<double> minus_tau = tau;
+          for (double &value : minus_tau)
+            value *= -1;
+          for (unsigned int s = 0; s < dim - 1; ++s)
+          {
+            const DenseMatrix &jump = s == 0 ? k.e() : k.b();
+            k.add(by_pressure, k.product(jump, p, k.slopes[s][0]));
+            k.add(by_pressure, k.product(k.slopes[s][0], p, jump));
+            if (with_friction)
+              k.add(by_friction, k.product(k.slopes[s][1], minus_tau, jump));
+          }
+          if (with_friction)
+          {
+            k.add(by_friction, k.product(k.n(), tau, k.slopes[0][0]));
+            k.add(by_friction, k.product(k.e(), slope, k.moved_w[0]));
+            if (dim == 3)
+              k.add(by_friction, k.product(k.b(), turn, k.moved_w[1]));
+          }
+        },
+        true);
+    TurningContact result;
+    result.pressure = by_pressure.make_matrix(contact.spaces().rows);
+    if (with_friction)
+      result.friction = by_friction.make_matrix(contact.spaces().rows);
+    return result;
+  }
+
+#define SQUEAL_INSTANTIATE(dim)                                                                    \
+  template Matrix normal_matrix(const Contact<dim> &);                                             \
+  template Matrix friction_matrix(const Contact<dim> &, const ContactPressure &);                  \
+  template std::shared_ptr<const Matrix> shared_normal(const Contact<dim> &);                      \
+  template std::pair<double, std::shared_ptr<const Matrix>> shared_friction(                       \
+      const Contact<dim> &, const ContactPressure &);                                              \
+  template std::pair<double, ContactPressure> friction_slopes(const Contact<dim> &,                \
+                                                              const ContactPressure &);            \
+  template FrictionDamping friction_damping(const Contact<dim> &, const ContactPressure &);        \
+  template TurningContact turning_contact(const Contact<dim> &, const ContactPressure &, bool);
+  SQUEAL_INSTANTIATE(2)
+  SQUEAL_INSTANTIATE(3)
+#undef SQUEAL_INSTANTIATE
+} // namespace squeal
