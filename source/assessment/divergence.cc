@@ -6,7 +6,7 @@
 
 namespace squeal
 {
-  std::vector<unsigned int> divergent_modes(const Modes &modes)
+  std::vector<unsigned int> divergent_modes(const EigenPairs &modes)
   {
     std::vector<unsigned int> result;
     for (unsigned int j = 0; j < modes.lambda.size(); ++j)
@@ -30,9 +30,10 @@ namespace squeal
     }
   } // namespace
 
-  StaticInstability::StaticInstability(const QuadraticEigenproblem &problem, const Modes &modes,
-                                       const unsigned int mode)
-      : b(column_times(problem.M, modes.re, mode)), c(column_times(problem.M, modes.left_re, mode))
+  StaticInstability::StaticInstability(const QuadraticEigenproblem &problem,
+                                       const EigenPairs &modes, const unsigned int mode)
+      : b(column_times(problem.M, modes.right.re, mode)),
+        c(column_times(problem.M, modes.left.re, mode))
   {
   }
 

@@ -17,12 +17,12 @@ namespace squeal
   namespace
   {
     /// [Re X, Im X, Re Z, Im Z] of all modes; the static state, if given, is the last one's Re X.
-    MultiVector columns_of(const Modes &modes, const MultiVector *state)
+    MultiVector columns_of(const EigenPairs &modes, const MultiVector *state)
     {
-      MultiVector columns = modes.re;
+      MultiVector columns = modes.right.re;
       if (state)
         columns.append(*state);
-      for (const MultiVector *block : {&modes.im, &modes.left_re, &modes.left_im})
+      for (const MultiVector *block : {&modes.right.im, &modes.left.re, &modes.left.im})
       {
         columns.append(*block);
         if (state)
@@ -50,7 +50,7 @@ namespace squeal
     class Estimator
     {
     public:
-      Estimator(const BrakeModel<dim> &model, const Modes &modes);
+      Estimator(const BrakeModel<dim> &model, const EigenPairs &modes);
       EigenvalueErrors run();
 
     private:
@@ -80,7 +80,7 @@ namespace squeal
 
       const BrakeModel<dim> &model;
       const Parameters::All &prm;
-      const Modes &modes;
+      const EigenPairs &modes;
       const unsigned int m; ///< modes
       /// Whether the eigenvalues depend on the steady pressure, so that its error is wanted: then
       /// the static state goes through the same local problems as one more vector.
@@ -106,7 +106,7 @@ namespace squeal
     };
 
     template <int dim>
-    Estimator<dim>::Estimator(const BrakeModel<dim> &model, const Modes &modes)
+    Estimator<dim>::Estimator(const BrakeModel<dim> &model, const EigenPairs &modes)
         : model(model), prm(model.parameters()), modes(modes), m(modes.lambda.size()),
           with_state(model.equilibrium() && model.contact() && prm.terms().friction_damping),
           n_vectors(m + with_state), base(model.spaces()), spaces(base, base.fe.degree + 1),
@@ -466,8 +466,9 @@ namespace squeal
       { return lifted.columns(part * n_vectors, m); };
       for (const unsigned int order : {0u, 1u})
       {
-        const std::vector<Complex> form = sesquilinear_form(
-            vectors(2), vectors(3), sum_of(spaces.rows, changes, order), vectors(0), vectors(1));
+        const std::vector<Complex> form =
+            sesquilinear_form({vectors(2), vectors(3)}, sum_of(spaces.rows, changes, order),
+                              {vectors(0), vectors(1)});
         for (unsigned int i = 0; i < m; ++i)
           for (unsigned int j = 0; j < m; ++j)
             f[i + m * j] -= (order == 0 ? 1. : modes.lambda[j]) * form[i + m * j] / modes.lambda[i];
@@ -513,8 +514,7 @@ namespace squeal
     {
       if (!model.equilibrium())
         return {};
-      EdgeEffects effects =
-          edge_effects(model.equilibrium()->edge, modes.re, modes.im, modes.left_re, modes.left_im);
+      EdgeEffects effects = edge_effects(model.equilibrium()->edge, modes.right, modes.left);
       if (effects.rows.empty())
         return {};
       for (unsigned int k = 0; k < m * m; ++k)
@@ -561,11 +561,11 @@ namespace squeal
   } // namespace
 
   template <int dim>
-  EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const Modes &modes)
+  EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const EigenPairs &modes)
   {
     return Estimator<dim>(model, modes).run();
   }
 
-  template EigenvalueErrors estimate_errors<2>(const BrakeModel<2> &, const Modes &);
-  template EigenvalueErrors estimate_errors<3>(const BrakeModel<3> &, const Modes &);
+  template EigenvalueErrors estimate_errors<2>(const BrakeModel<2> &, const EigenPairs &);
+  template EigenvalueErrors estimate_errors<3>(const BrakeModel<3> &, const EigenPairs &);
 } // namespace squeal

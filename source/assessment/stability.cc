@@ -30,33 +30,15 @@ namespace squeal
     return lambda.imag() == 0 ? "divergence" : "flutter";
   }
 
-  namespace
-  {
-    /// z_j^H A x_j of each mode's vector x_j with a vector z_j.
-    std::vector<Complex> diagonal_form(const MultiVector &z_re, const MultiVector &z_im,
-                                       const Matrix &matrix, const Modes &modes)
-    {
-      const unsigned int n_modes = modes.lambda.size();
-      const MultiVector a_re = multiply(matrix, modes.re), a_im = multiply(matrix, modes.im);
-      std::vector<Complex> form(n_modes);
-      for (unsigned int j = 0; j < n_modes; ++j)
-        for (unsigned int i = 0; i < a_re.n_local(); ++i)
-          form[j] += Complex(z_re.column(j)[i], -z_im.column(j)[i]) *
-                     Complex(a_re.column(j)[i], a_im.column(j)[i]);
-      MPI_Allreduce(MPI_IN_PLACE, form.data(), 2 * n_modes, MPI_DOUBLE, MPI_SUM,
-                    modes.re.row_range().comm);
-      return form;
-    }
-  } // namespace
-
-  std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const Modes &modes,
+  std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const EigenPairs &modes,
                                const unsigned int cycle, const double tolerance)
   {
-    return analyse(modes, diagonal_form(modes.re, modes.im, problem.P, modes),
-                   diagonal_form(modes.re, modes.im, problem.Q, modes), cycle, tolerance);
+    return analyse(modes, diagonal_form(modes.right, problem.P, modes.right),
+                   diagonal_form(modes.right, problem.Q, modes.right), cycle, tolerance);
   }
 
-  std::vector<ModeRow> analyse(const Modes &modes, const std::vector<std::complex<double>> &of_p,
+  std::vector<ModeRow> analyse(const EigenPairs &modes,
+                               const std::vector<std::complex<double>> &of_p,
                                const std::vector<std::complex<double>> &of_q,
                                const unsigned int cycle, const double tolerance)
   {
@@ -83,8 +65,8 @@ namespace squeal
         row.condition_number    = modes.condition[j];
         row.left_backward_error = modes.left_backward_error[j];
       }
-      if (j < modes.mirror.size())
-        row.mirror = modes.mirror[j];
+      if (j < modes.parity.size())
+        row.parity = modes.parity[j];
       const auto roots = rayleigh_roots(row.d, row.g, row.k, row.n);
       row.rayleigh_defect =
           std::min(std::abs(roots[0] - row.lambda), std::abs(roots[1] - row.lambda)) /
@@ -133,7 +115,7 @@ namespace squeal
     return "";
   }
 
-  RayleighParts rayleigh_parts(const Model &model, const Modes &modes)
+  RayleighParts rayleigh_parts(const Model &model, const EigenPairs &modes)
   {
     RayleighParts result;
     std::vector<unsigned int> body_of_row;
@@ -159,13 +141,11 @@ namespace squeal
     std::vector<Complex> forms(n_bodies * n_modes); // of a matrix: by body, by mode
     for (const Matrix *matrix : matrices)
     {
-      const MultiVector a_re = multiply(*matrix, modes.re), a_im = multiply(*matrix, modes.im);
+      const ComplexMultiVector a = multiply(*matrix, modes.right);
       std::fill(forms.begin(), forms.end(), 0.);
       for (unsigned int j = 0; j < n_modes; ++j)
-        for (unsigned int i = 0; i < a_re.n_local(); ++i)
-          forms[body_of_row[i] * n_modes + j] +=
-              Complex(modes.re.column(j)[i], -modes.im.column(j)[i]) *
-              Complex(a_re.column(j)[i], a_im.column(j)[i]);
+        for (unsigned int i = 0; i < a.n_local(); ++i)
+          forms[body_of_row[i] * n_modes + j] += std::conj(modes.right(i, j)) * a(i, j);
       for (const Term *term : terms_of[matrix])
       {
         const unsigned int o = std::find(result.origins.begin(), result.origins.end(),
@@ -182,11 +162,11 @@ namespace squeal
     }
     if (!result.parts.empty())
       MPI_Allreduce(MPI_IN_PLACE, result.parts.data(), 4 * result.parts.size(), MPI_DOUBLE, MPI_SUM,
-                    modes.re.row_range().comm);
+                    modes.right.row_range().comm);
     return result;
   }
 
-  std::vector<ModeRow> analyse(const RayleighParts &parts, const Modes &modes,
+  std::vector<ModeRow> analyse(const RayleighParts &parts, const EigenPairs &modes,
                                const unsigned int cycle, const double tolerance)
   {
     std::vector<Complex> of_p(parts.n_modes), of_q(parts.n_modes);
@@ -201,7 +181,7 @@ namespace squeal
     return analyse(modes, of_p, of_q, cycle, tolerance);
   }
 
-  std::vector<Contribution> contributions(const RayleighParts &parts, const Modes &modes,
+  std::vector<Contribution> contributions(const RayleighParts &parts, const EigenPairs &modes,
                                           const std::vector<ModeRow> &rows)
   {
     std::vector<Contribution> result;
@@ -226,13 +206,13 @@ namespace squeal
   }
 
   std::vector<std::complex<double>> sensitivities(const ParameterDerivative &derivative,
-                                                  const Modes &modes)
+                                                  const EigenPairs &modes)
   {
     const unsigned int n_modes = modes.lambda.size();
     std::vector<Complex> sums(n_modes);
     for (const Term &term : derivative.terms)
     {
-      const auto form = diagonal_form(modes.left_re, modes.left_im, *term.matrix, modes);
+      const auto form = diagonal_form(modes.left, *term.matrix, modes.right);
       for (unsigned int j = 0; j < n_modes; ++j)
         sums[j] += term.coefficient * std::pow(modes.lambda[j], int(term.order)) * form[j];
     }

@@ -247,7 +247,7 @@ namespace squeal
             number(row.left_backward_error),
             row.corrected ? number(row.corrected->real()) : "",
             row.corrected ? number(std::abs(row.corrected->imag()) / (2 * M_PI)) : "",
-            row.mirror};
+            name_of(row.parity)};
   }
 
   namespace

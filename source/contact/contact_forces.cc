@@ -212,13 +212,13 @@ namespace squeal
   }
 
   template <int dim>
-  FrictionWork friction_work(const Contact<dim> &contact, const MultiVector &re,
-                             const MultiVector &im, const double omega,
-                             const ContactPressure &pressure, const bool with_damping)
+  FrictionWork friction_work(const Contact<dim> &contact, const ComplexMultiVector &mode,
+                             const double omega, const ContactPressure &pressure,
+                             const bool with_damping)
   {
     const ContactModel<dim> &model                  = contact.contact_model();
     using Complex                                   = std::complex<double>;
-    const std::array<std::vector<double>, 2> global = {{replicate(re), replicate(im)}};
+    const std::array<std::vector<double>, 2> global = {{replicate(mode.re), replicate(mode.im)}};
     FrictionWork work;
     for (ContactPressure *part : {&work.friction, &work.damping, &work.falling})
       part->resize(contact.paired_interfaces().size());
@@ -276,8 +276,8 @@ namespace squeal
                                         const MultiVector &, bool, const MultiVector *);           \
   template std::vector<ContactResultants> resultants(                                              \
       const Contact<dim> &, const ContactPressure &, const MultiVector *);                         \
-  template FrictionWork friction_work(const Contact<dim> &, const MultiVector &,                   \
-                                      const MultiVector &, double, const ContactPressure &, bool);
+  template FrictionWork friction_work(const Contact<dim> &, const ComplexMultiVector &, double,    \
+                                      const ContactPressure &, bool);
   SQUEAL_INSTANTIATE(2)
   SQUEAL_INSTANTIATE(3)
 #undef SQUEAL_INSTANTIATE

@@ -9,9 +9,7 @@ namespace squeal
                          const double max_imaginary, BranchPoint &next)
   {
     const unsigned int n = before.modes.lambda.size(), m = next.modes.lambda.size();
-    const auto form =
-        biorthogonality(problem, before.modes.lambda, before.modes.left_re, before.modes.left_im,
-                        next.modes.lambda, next.modes.re, next.modes.im);
+    const auto form = biorthogonality(problem, before.modes, next.modes);
     std::vector<std::vector<double>> overlap(n, std::vector<double>(m)), cost = overlap;
     for (unsigned int i = 0; i < n; ++i)
       for (unsigned int j = 0; j < m; ++j)

@@ -91,7 +91,7 @@ namespace squeal
     return is_counted;
   }
 
-  Modes ModeTracker::solve(const Parameters::All &parameters)
+  EigenSolution ModeTracker::solve(const Parameters::All &parameters)
   {
     if (reduced.is_anchored())
     {
@@ -99,14 +99,14 @@ namespace squeal
       if (has_count_of_anchor())
       {
         const LifetimeSeconds stopwatch(seconds_.projection);
-        if (std::optional<Modes> modes = reduced.solve(model->terms()))
-          return std::move(*modes);
+        if (std::optional<EigenPairs> modes = reduced.solve(model->terms()))
+          return {std::move(*modes), {}, {}, {}};
       }
     }
     return solve_fully(parameters);
   }
 
-  Modes ModeTracker::solve_fully(const Parameters::All &parameters)
+  EigenSolution ModeTracker::solve_fully(const Parameters::All &parameters)
   {
     assemble_model(parameters, {});
     const LifetimeSeconds stopwatch(seconds_.full);
@@ -129,18 +129,19 @@ namespace squeal
     }
   }
 
-  void ModeTracker::set_expansion_point(const Parameters::All &parameters, const Modes &modes)
+  void ModeTracker::set_expansion_point(const Parameters::All &parameters,
+                                        const EigenSolution::Reuse &solution)
   {
-    if (!modes.factorization && modes.halves.empty())
+    if (solution.empty())
       return;
     if (!is_as_solved) // the search for critical values went elsewhere
       assemble_model(parameters, {});
-    reduced.anchor(whole_problem(), model->terms(), modes, *symmetry);
+    reduced.anchor(whole_problem(), model->terms(), solution, *symmetry);
     is_counted  = true;
     counted_key = reference_key();
   }
 
-  std::vector<ModeRow> ModeTracker::analyse(const Modes &modes) const
+  std::vector<ModeRow> ModeTracker::analyse(const EigenPairs &modes) const
   {
     if (is_whole(modes))
       return squeal::analyse(whole_problem(), modes, 0, options.tolerance);
@@ -149,7 +150,7 @@ namespace squeal
   }
 
   std::vector<std::complex<double>> ModeTracker::sensitivities(const std::string &parameter,
-                                                               const Modes &modes) const
+                                                               const EigenPairs &modes) const
   {
     std::vector<std::complex<double>> result;
     for (ParameterDerivative &derivative : derivatives(parameter))

@@ -62,7 +62,7 @@ namespace squeal
     return file.parameters();
   }
 
-  std::vector<unsigned int> ParameterStudy::nearest(const Modes &modes,
+  std::vector<unsigned int> ParameterStudy::nearest(const EigenPairs &modes,
                                                     const std::vector<Complex> &expected) const
   {
     const std::vector<unsigned int> chosen = nearest_partners(expected, modes.lambda);
@@ -74,7 +74,7 @@ namespace squeal
   ParameterStudy::Evaluation ParameterStudy::evaluate(const std::vector<double> &values,
                                                       const std::vector<Complex> &expected)
   {
-    const Modes modes                      = tracker.solve(parameters_at(values));
+    const EigenPairs modes                 = tracker.solve(parameters_at(values)).modes;
     const std::vector<unsigned int> chosen = nearest(modes, expected);
     Evaluation result;
     for (const unsigned int j : chosen)
@@ -95,10 +95,10 @@ namespace squeal
   }
 
   StaticInstability ParameterStudy::instability_of(const std::vector<double> &values,
-                                                   const Modes &modes)
+                                                   const EigenPairs &modes)
   {
     const QuadraticEigenproblem &problem = tracker.assemble(parameters_at(values));
-    const Modes whole                    = tracker.whole(modes);
+    const EigenPairs whole               = tracker.whole(modes);
     return StaticInstability(problem, whole, divergent_modes(whole).front());
   }
 

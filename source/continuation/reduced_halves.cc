@@ -36,12 +36,20 @@ namespace squeal
         std::copy_n(rows.column(k), rows.n_local(), to.column(first_column + k) + first);
     }
 
-    constexpr std::array<MultiVector Modes::*, 4> vectors = {
-        {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im}};
+    void insert(const ComplexMultiVector &rows, const unsigned int first,
+                const unsigned int first_column, ComplexMultiVector &to)
+    {
+      insert(rows.re, first, first_column, to.re);
+      insert(rows.im, first, first_column, to.im);
+    }
+
+    constexpr std::array<ComplexMultiVector EigenPairs::*, 2> both_sides = {
+        {&EigenPairs::right, &EigenPairs::left}};
   } // namespace
 
   void ReducedHalves::anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
-                             const Modes &modes, const std::optional<MirrorSymmetry> &of_halves)
+                             const EigenSolution::Reuse &solution,
+                             const std::optional<MirrorSymmetry> &of_halves)
   {
     std::vector<Part> before = std::move(parts);
     parts.clear();
@@ -51,7 +59,7 @@ namespace squeal
     for (unsigned int order = 0; order < 3; ++order)
       norms[order] = (order == 0 ? problem.Q : order == 1 ? problem.P : problem.M).infinity_norm();
 
-    const unsigned int n_parts = modes.halves.empty() ? 1 : modes.halves.size();
+    const unsigned int n_parts = solution.sectors.empty() ? 1 : solution.sectors.size();
     for (unsigned int h = 0; h < n_parts; ++h)
     {
       // What it has learnt of the terms stays.
@@ -59,19 +67,19 @@ namespace squeal
       if (stays)
         parts.push_back(std::move(before[h]));
       else
-        parts.push_back({{}, {}, ReducedModel(options), {}, 0, 0, {}, {}});
+        parts.push_back({{}, Parity::none, ReducedModel(options), {}, 0, 0, {}, {}});
       Part &part = parts.back();
       if (n_parts > 1 && !stays)
       {
         part.space.emplace(*symmetry, h == 0);
-        part.name = h == 0 ? "symmetric" : "antisymmetric";
+        part.parity = h == 0 ? Parity::symmetric : Parity::antisymmetric;
       }
     }
     restrict(terms);
     for (unsigned int h = 0; h < n_parts; ++h)
     {
-      Part &part         = parts[h];
-      const Modes &found = n_parts == 1 ? modes : *modes.halves[h];
+      Part &part                        = parts[h];
+      const EigenSolution::Reuse &found = n_parts == 1 ? solution : solution.sectors[h]->reuse;
       QuadraticEigenproblem half;
       if (part.space)
       {
@@ -96,8 +104,8 @@ namespace squeal
     if (!is_anchored())
       return;
     for (unsigned int h = 0; h < n_parts; ++h)
-      inverse_factors.push_back(n_parts == 1 ? modes.factorization
-                                             : modes.halves[h]->factorization);
+      inverse_factors.push_back(n_parts == 1 ? solution.factorization
+                                             : solution.sectors[h]->reuse.factorization);
   }
 
   MultiVector ReducedHalves::apply_inverse(const MultiVector &b) const
@@ -234,11 +242,11 @@ namespace squeal
 
   // Modes.
 
-  std::optional<Modes> ReducedHalves::solve(const std::vector<Term> &terms)
+  std::optional<EigenPairs> ReducedHalves::solve(const std::vector<Term> &terms)
   {
     if (!restrict(terms))
       return std::nullopt;
-    std::vector<Modes> found;
+    std::vector<EigenPairs> found;
     for (Part &part : parts)
     {
       if (part.n_modes == 0)
@@ -246,7 +254,7 @@ namespace squeal
         found.emplace_back();
         continue;
       }
-      std::optional<Modes> modes = part.reduced.solve(part.terms);
+      std::optional<EigenPairs> modes = part.reduced.solve(part.terms);
       if (!modes)
         return std::nullopt;
       found.push_back(std::move(*modes));
@@ -266,29 +274,24 @@ namespace squeal
                      [&](const Place &a, const Place &b) {
                        return precedes(found[a.part].lambda[a.mode], found[b.part].lambda[b.mode]);
                      });
-    Modes modes;
-    for (const Modes &half : found)
-      modes.disc_lambda.insert(modes.disc_lambda.end(), half.disc_lambda.begin(),
-                               half.disc_lambda.end());
-    for (MultiVector Modes::*block : vectors)
-      modes.*block = MultiVector(reduced::small_rows(dimension()), order.size());
+    EigenPairs modes;
+    modes.right = modes.left = ComplexMultiVector(reduced::small_rows(dimension()), order.size());
     std::vector<unsigned int> firsts = {0};
     for (const Part &part : parts)
       firsts.push_back(firsts.back() + part.reduced.dimension());
     for (unsigned int k = 0; k < order.size(); ++k)
     {
-      const auto [h, j] = order[k];
-      const Modes &half = found[h];
+      const auto [h, j]      = order[k];
+      const EigenPairs &half = found[h];
       modes.lambda.push_back(half.lambda[j]);
       // Components and norms of a half and of the whole differ by up to sqrt(2).
       modes.backward_error.push_back(2 * half.backward_error[j]);
       modes.left_backward_error.push_back(half.left_backward_error[j]);
       modes.condition.push_back(half.condition[j]);
-      modes.mirror.push_back(parts[h].name);
-      for (MultiVector Modes::*block : vectors)
-        insert((half.*block).columns(j, 1), firsts[h], k, modes.*block);
+      modes.parity.push_back(parts[h].parity);
+      for (const auto side : both_sides)
+        insert((half.*side).columns({j}), firsts[h], k, modes.*side);
     }
-    modes.completeness = "followed by projection on " + std::to_string(dimension()) + " vectors";
     std::vector<unsigned int> &now = sizes[dimension()];
     now.clear();
     for (const Part &part : parts)
@@ -302,16 +305,16 @@ namespace squeal
                        [](const Part &part) { return part.reduced.is_crowded(); });
   }
 
-  Modes ReducedHalves::restart(const Modes &modes)
+  EigenPairs ReducedHalves::restart(const EigenPairs &modes)
   {
     if (parts.size() == 1)
     {
-      const Modes whole = parts.front().reduced.expand(modes);
+      const EigenPairs whole = parts.front().reduced.expand(modes);
       parts.front().reduced.restart();
       return parts.front().reduced.coordinates(whole);
     }
     const std::vector<unsigned int> before = sizes_of(modes);
-    std::vector<Modes> halves;
+    std::vector<EigenPairs> halves;
     std::vector<unsigned int> now, firsts = {0};
     for (unsigned int h = 0; h < parts.size(); ++h)
     {
@@ -319,7 +322,7 @@ namespace squeal
       halves.push_back(extract(modes, h, before));
       if (reduced.is_crowded())
       {
-        const Modes whole = reduced.expand(halves[h]);
+        const EigenPairs whole = reduced.expand(halves[h]);
         reduced.restart();
         halves[h] = reduced.coordinates(whole);
       }
@@ -328,15 +331,15 @@ namespace squeal
     }
     sizes              = {};
     sizes[dimension()] = now;
-    Modes result       = modes;
-    for (MultiVector Modes::*block : vectors)
+    EigenPairs result  = modes;
+    for (const auto side : both_sides)
     {
-      result.*block = MultiVector(reduced::small_rows(dimension()), modes.lambda.size());
+      result.*side = ComplexMultiVector(reduced::small_rows(dimension()), modes.size());
       for (unsigned int h = 0; h < parts.size(); ++h)
       {
         const std::vector<unsigned int> numbers = modes_of(modes, parts[h]);
         for (unsigned int k = 0; k < numbers.size(); ++k)
-          insert((halves[h].*block).columns(k, 1), firsts[h], numbers[k], result.*block);
+          insert((halves[h].*side).columns({k}), firsts[h], numbers[k], result.*side);
       }
     }
     return result;
@@ -366,39 +369,40 @@ namespace squeal
     return result;
   }
 
-  std::vector<unsigned int> ReducedHalves::modes_of(const Modes &modes, const Part &part) const
+  std::vector<unsigned int> ReducedHalves::modes_of(const EigenPairs &modes, const Part &part) const
   {
     std::vector<unsigned int> numbers;
     for (unsigned int k = 0; k < modes.lambda.size(); ++k)
-      if (modes.mirror[k] == part.name)
+      if (modes.parity[k] == part.parity)
         numbers.push_back(k);
     return numbers;
   }
 
-  const std::vector<unsigned int> &ReducedHalves::sizes_of(const Modes &modes) const
+  const std::vector<unsigned int> &ReducedHalves::sizes_of(const EigenPairs &modes) const
   {
-    return sizes.at(modes.re.row_range().size);
+    return sizes.at(modes.right.row_range().size);
   }
 
-  Modes ReducedHalves::extract(const Modes &modes, const unsigned int h,
-                               const std::vector<unsigned int> &n) const
+  EigenPairs ReducedHalves::extract(const EigenPairs &modes, const unsigned int h,
+                                    const std::vector<unsigned int> &n) const
   {
     const std::vector<unsigned int> numbers = modes_of(modes, parts[h]);
     const unsigned int first                = std::accumulate(n.begin(), n.begin() + h, 0u);
-    Modes result;
+    EigenPairs result;
     for (const unsigned int k : numbers)
       result.lambda.push_back(modes.lambda[k]);
-    for (MultiVector Modes::*block : vectors)
+    for (const auto side : both_sides)
     {
-      MultiVector &part = result.*block;
-      part              = MultiVector(reduced::small_rows(n[h]), numbers.size());
+      ComplexMultiVector &part = result.*side;
+      part                     = ComplexMultiVector(reduced::small_rows(n[h]), numbers.size());
       for (unsigned int k = 0; k < numbers.size(); ++k)
-        std::copy_n((modes.*block).column(numbers[k]) + first, n[h], part.column(k));
+        for (unsigned int i = 0; i < n[h]; ++i)
+          part.set(i, k, (modes.*side)(first + i, numbers[k]));
     }
     return result;
   }
 
-  ReducedModel::RayleighForms ReducedHalves::rayleigh_forms(const Modes &modes) const
+  ReducedModel::RayleighForms ReducedHalves::rayleigh_forms(const EigenPairs &modes) const
   {
     if (parts.size() == 1)
       return parts.front().reduced.rayleigh_forms(modes);
@@ -450,47 +454,49 @@ namespace squeal
     return result;
   }
 
-  Modes ReducedHalves::expand(const Modes &modes) const
+  EigenPairs ReducedHalves::expand(const EigenPairs &modes) const
   {
     if (parts.size() == 1)
       return parts.front().reduced.expand(modes);
-    Modes result = modes;
-    for (MultiVector Modes::*block : vectors)
-      result.*block = MultiVector(symmetry->rows, modes.lambda.size());
+    EigenPairs result = modes;
+    for (const auto side : both_sides)
+      result.*side = ComplexMultiVector(symmetry->rows, modes.size());
     for (unsigned int h = 0; h < parts.size(); ++h)
     {
       const std::vector<unsigned int> numbers = modes_of(modes, parts[h]);
       if (numbers.empty())
         continue;
-      const Modes half = parts[h].reduced.expand(extract(modes, h, sizes_of(modes)));
-      for (MultiVector Modes::*block : vectors)
+      const EigenPairs half = parts[h].reduced.expand(extract(modes, h, sizes_of(modes)));
+      for (const auto side : both_sides)
       {
-        const MultiVector whole = parts[h].space->expand(half.*block);
+        const ComplexMultiVector whole(parts[h].space->expand((half.*side).re),
+                                       parts[h].space->expand((half.*side).im));
         for (unsigned int k = 0; k < numbers.size(); ++k)
-          std::copy_n(whole.column(k), whole.n_local(), (result.*block).column(numbers[k]));
+          insert(whole.columns({k}), 0, numbers[k], result.*side);
       }
     }
     return result;
   }
 
-  Modes ReducedHalves::pad(const Modes &modes) const
+  EigenPairs ReducedHalves::pad(const EigenPairs &modes) const
   {
     if (parts.size() == 1)
       return parts.front().reduced.pad(modes);
-    Modes result                         = modes;
+    EigenPairs result                    = modes;
     const std::vector<unsigned int> &old = sizes_of(modes);
-    for (MultiVector Modes::*block : vectors)
+    for (const auto side : both_sides)
     {
-      MultiVector padded(reduced::small_rows(dimension()), modes.lambda.size());
+      ComplexMultiVector padded(reduced::small_rows(dimension()), modes.size());
       unsigned int from = 0, to = 0;
       for (unsigned int h = 0; h < parts.size(); ++h)
       {
-        for (unsigned int k = 0; k < modes.lambda.size(); ++k)
-          std::copy_n((modes.*block).column(k) + from, old[h], padded.column(k) + to);
+        for (unsigned int k = 0; k < modes.size(); ++k)
+          for (unsigned int i = 0; i < old[h]; ++i)
+            padded.set(to + i, k, (modes.*side)(from + i, k));
         from += old[h];
         to += parts[h].reduced.dimension();
       }
-      result.*block = std::move(padded);
+      result.*side = std::move(padded);
     }
     return result;
   }

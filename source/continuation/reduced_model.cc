@@ -1,4 +1,5 @@
 #include <squeal/continuation/reduced_model.h>
+#include <squeal/eigen/shift_invert.h>
 #include <squeal/linalg/reduced_tools.h>
 
 #include <algorithm>
@@ -131,7 +132,7 @@ namespace squeal
   }
 
   void ReducedModel::anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
-                            const Modes &modes)
+                            const EigenSolution::Reuse &found)
   {
     const Members known_to_vary = std::move(varying), present = members_of(terms);
     *this = ReducedModel(options);
@@ -139,20 +140,20 @@ namespace squeal
       if (find(present, member)) // else its matrix is gone
         varying.push_back(member);
     // A small problem is solved as fast as projected.
-    if (!modes.factorization || problem.rows.size <= 2 * modes.disc_right.n_columns())
+    if (!found.factorization || problem.rows.size <= 2 * found.disc_right.n_columns())
       return;
     rows                = problem.rows;
     n_local_constraints = problem.n_local_constraints;
-    factors             = modes.factorization;
-    n_disc              = modes.disc_right.n_columns() / 2;
-    n_real_of_anchor    = n_real(modes.disc_lambda);
+    factors             = found.factorization;
+    n_disc              = found.disc_right.n_columns() / 2;
+    n_real_of_anchor    = n_real(found.disc_lambda);
     compliant           = problem.compliant;
     has_constraints     = problem.n_constraints > 0;
     anchor_terms        = terms;
     // The left vectors were given as Q^T y = 0, y = conj(z): the same span.
-    begin(displacements(modes.disc_right), displacements(modes.disc_left));
+    begin(displacements(found.disc_right), displacements(found.disc_left));
     // The search knows the modes beyond the disc roughly; corrections find them slowly.
-    MultiVector of_search = modes.search_space;
+    MultiVector of_search = found.search_space;
     clear_pressures(n_local_constraints, of_search);
     append(modes_of(problem, of_search, 2 * radius()), 1e-2);
   }
@@ -492,11 +493,11 @@ namespace squeal
         x                                    = chosen(x, best);
         y                                    = chosen(y, best);
       }
-      Solutions polished_x = x, polished_y = y;
-      if (improve(polished_x, polished_y))
+      Solutions refined_x = x, refined_y = y;
+      if (improve(refined_x, refined_y))
       {
-        x = std::move(polished_x);
-        y = std::move(polished_y);
+        x = std::move(refined_x);
+        y = std::move(refined_y);
       }
     }
     MultiVector result = residuals(x);
@@ -522,7 +523,7 @@ namespace squeal
     return dimension() > before;
   }
 
-  std::optional<Modes> ReducedModel::solve(const std::vector<Term> &terms)
+  std::optional<EigenPairs> ReducedModel::solve(const std::vector<Term> &terms)
   {
     const double largest_error = accepted_error();
     if (!is_anchored())

@@ -490,13 +490,13 @@ namespace squeal
     }
   } // namespace
 
-  ReducedModel::RayleighForms ReducedModel::rayleigh_forms(const Modes &modes) const
+  ReducedModel::RayleighForms ReducedModel::rayleigh_forms(const EigenPairs &modes) const
   {
     const unsigned int n = modes.lambda.size();
     const auto small     = [&](const MultiVector &block) {
       return DenseMatrix(dimension(), n, {block.data(), block.data() + dimension() * n});
     };
-    const DenseMatrix x_re = small(modes.re), x_im = small(modes.im);
+    const DenseMatrix x_re = small(modes.right.re), x_im = small(modes.right.im);
     RayleighForms forms;
     forms.of_p = operators[of_right][1].values.empty()
                      ? std::vector<Complex>(n)

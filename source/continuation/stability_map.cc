@@ -87,7 +87,7 @@ namespace squeal
   void StabilityMap::set_expansion_point(const Position &at)
   {
     const Parameters::All &parameters = study.parameters_at(values_at(at));
-    tracker.set_expansion_point(parameters, tracker.solve_fully(parameters));
+    tracker.set_expansion_point(parameters, tracker.solve_fully(parameters).reuse);
   }
 
   StabilityMap::Evaluation StabilityMap::evaluate(const Position &at, const Complex expected)
@@ -105,7 +105,7 @@ namespace squeal
         const double h          = at[k] > 0.5 ? -1e-4 : 1e-4;
         Position shifted        = at;
         shifted[k]              = at[k] + h;
-        const Modes beside      = tracker.solve(study.parameters_at(values_at(shifted)));
+        const EigenPairs beside = tracker.solve(study.parameters_at(values_at(shifted))).modes;
         const unsigned int mode = study.nearest(beside, {result.lambda}).front();
         result.slope[k]         = (beside.lambda[mode] - result.lambda) / h;
       }
@@ -135,7 +135,7 @@ namespace squeal
 
   // The grid.
 
-  void StabilityMap::write(const Position &at, const Modes &modes)
+  void StabilityMap::write(const Position &at, const EigenPairs &modes)
   {
     const GrowthSummary summary(tracker.analyse(modes));
     const auto &worst = summary.worst;
@@ -148,7 +148,7 @@ namespace squeal
   }
 
   void StabilityMap::add_divergence(const unsigned int before, const unsigned int now,
-                                    const Modes &modes)
+                                    const EigenPairs &modes)
   {
     const Position from = position_of(before), to = position_of(now);
     const auto n_divergent = [](const std::vector<Complex> &lambda)
@@ -159,10 +159,10 @@ namespace squeal
     const auto n_before = n_divergent(eigenvalues[before]), n_now = n_divergent(modes.lambda);
     if ((n_before + n_now) % 2 == 0)
       return;
-    const Position &end    = n_now > n_before ? to : from;
-    const Modes at_end     = tracker.solve(study.parameters_at(values_at(end)));
-    const auto instability = study.instability_of(values_at(end), at_end);
-    const auto along       = [&](const double t)
+    const Position &end     = n_now > n_before ? to : from;
+    const EigenPairs at_end = tracker.solve(study.parameters_at(values_at(end))).modes;
+    const auto instability  = study.instability_of(values_at(end), at_end);
+    const auto along        = [&](const double t)
     {
       const Evaluation at = evaluate(between(from, to, t), instability);
       return std::make_pair(at.value, at.gradient[0] * (to[0] - from[0]) +
@@ -216,7 +216,7 @@ namespace squeal
   }
 
   void StabilityMap::find_crossings(const unsigned int before, const unsigned int now,
-                                    const Modes &modes)
+                                    const EigenPairs &modes)
   {
     const std::vector<Complex> &a = eigenvalues[before], &b = modes.lambda;
     std::vector<std::vector<double>> cost(a.size(), std::vector<double>(b.size()));
@@ -237,8 +237,9 @@ namespace squeal
     const unsigned int n = values[0].size(), n_points = n * values[1].size();
     for (unsigned int point = eigenvalues.size(); point < n_points; ++point)
     {
-      const Position at = position_of(point);
-      const Modes modes = tracker.solve(study.parameters_at(values_at(at)));
+      const Position at         = position_of(point);
+      const EigenSolution found = tracker.solve(study.parameters_at(values_at(at)));
+      const EigenPairs &modes   = found.modes;
       write(at, modes);
       if (point % n > 0)
         find_crossings(point - 1, point, modes);
@@ -247,7 +248,7 @@ namespace squeal
       eigenvalues.push_back(modes.lambda);
       if (tracker.is_whole(modes))
       {
-        tracker.set_expansion_point(study.parameters_at(values_at(at)), modes);
+        tracker.set_expansion_point(study.parameters_at(values_at(at)), found.reuse);
         save();
       }
       if (point % n == n - 1)
@@ -364,7 +365,7 @@ namespace squeal
       if (!inside(beside, 0))
         continue;
       set_expansion_point(beside);
-      const Modes modes = tracker.solve(study.parameters_at(values_at(beside)));
+      const EigenPairs modes = tracker.solve(study.parameters_at(values_at(beside))).modes;
       if (!divergent_modes(modes).empty())
         return std::make_unique<StaticInstability>(study.instability_of(values_at(beside), modes));
     }

@@ -56,11 +56,13 @@ namespace squeal
   bool Sweep::solve(const double value, const BranchPoint *before, BranchPoint &point,
                     const bool fully)
   {
-    point.value  = value;
-    point.modes  = fully ? tracker.solve_fully(study.parameters_at({value}))
-                         : tracker.solve(study.parameters_at({value}));
-    point.rows   = tracker.analyse(point.modes);
-    bool certain = true;
+    EigenSolution found = fully ? tracker.solve_fully(study.parameters_at({value}))
+                                : tracker.solve(study.parameters_at({value}));
+    point.value         = value;
+    point.modes         = std::move(found.modes);
+    point.reuse         = std::move(found.reuse);
+    point.rows          = tracker.analyse(point.modes);
+    bool certain        = true;
     if (before)
       certain = tracker.continue_branches(*before, point);
     return certain;
@@ -93,7 +95,7 @@ namespace squeal
     BranchPoint to;
     make_mesh(value);
     solve(value, nullptr, to);
-    const RowRange &old_rows = from.modes.re.row_range(), &new_rows = to.modes.re.row_range();
+    const RowRange &old_rows = from.modes.right.row_range(), &new_rows = to.modes.right.row_range();
     int same = old_rows.begin == new_rows.begin && old_rows.end == new_rows.end &&
                old_rows.size == new_rows.size;
     MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, study.comm);
@@ -149,7 +151,7 @@ namespace squeal
       return;
     }
     if (keeps_mesh)
-      tracker.set_expansion_point(study.parameters_at({point.value}), point.modes);
+      tracker.set_expansion_point(study.parameters_at({point.value}), point.reuse);
     std::vector<double> state = {point.value, double(point.n_branches)};
     for (unsigned int j = 0; j < point.branches.size(); ++j)
       state.insert(state.end(), {double(point.branches[j]), point.overlaps[j]});
@@ -179,12 +181,13 @@ namespace squeal
     }
     if (!keeps_mesh)
       make_mesh(last.value);
-    last.modes = tracker.solve_fully(study.parameters_at({last.value}));
-    last.rows  = tracker.analyse(last.modes);
+    EigenSolution found = tracker.solve_fully(study.parameters_at({last.value}));
+    last.modes          = std::move(found.modes);
+    last.rows           = tracker.analyse(last.modes);
     if (last.modes.lambda.size() != last.branches.size())
       return false; // of another problem
     if (keeps_mesh)
-      tracker.set_expansion_point(study.parameters_at({last.value}), last.modes);
+      tracker.set_expansion_point(study.parameters_at({last.value}), found.reuse);
     n_done = std::find(values.begin(), values.end(), last.value) - values.begin() + 1;
     study.cut_tables();
     log.line("Resumed after " + std::to_string(n_done) + " of " + std::to_string(values.size()) +

@@ -1,4 +1,5 @@
 #include <squeal/base/memory.h>
+#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/block_davidson.h>
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/linalg/dense.h>
@@ -33,31 +34,28 @@ namespace squeal
     /// Right or left vectors with what is left of their equations.
     struct Vectors
     {
-      Pairs pairs;
-      std::vector<double> backward_error;
+      EigenPairs pairs; ///< of the problem or of its transpose
       MainParts residual;
     };
 
-    MainParts main_parts(const MultiVector &re, const MultiVector &im,
-                         const MultiVector &pressures_re, const MultiVector &pressures_im)
+    MainParts main_parts(const ComplexMultiVector &x, const ComplexMultiVector &pressures)
     {
-      const unsigned int n_pairs = re.n_columns(), n = re.n_local();
+      const unsigned int n_pairs = x.n_columns(), n = x.n_local();
       std::vector<std::pair<const double *, const double *>> parts;
       for (unsigned int j = 0; j < n_pairs; ++j)
-        parts.push_back({re.column(j), im.column(j)});
-      const std::vector<reduced::MainPart> turned = reduced::main_parts(parts, re.row_range());
+        parts.push_back({x.re.column(j), x.im.column(j)});
+      const std::vector<reduced::MainPart> turned = reduced::main_parts(parts, x.row_range());
       MainParts result{
-          MultiVector(re.row_range(), n_pairs), MultiVector(re.row_range(), n_pairs), {}};
+          MultiVector(x.row_range(), n_pairs), MultiVector(x.row_range(), n_pairs), {}};
       for (unsigned int j = 0; j < n_pairs; ++j)
       {
         const auto &[turn, longer, shorter] = turned[j];
         result.shares.push_back(longer > 0 ? 1 + shorter / longer : 1);
-        for (const auto &[to, from_re, from_im] :
-             {std::make_tuple(&result.columns, &re, &im),
-              std::make_tuple(&result.pressures, &pressures_re, &pressures_im)})
+        for (const auto &[to, from] :
+             {std::make_pair(&result.columns, &x), std::make_pair(&result.pressures, &pressures)})
         {
-          add_multiple(turn.real(), from_re->column(j), n, to->column(j));
-          add_multiple(-turn.imag(), from_im->column(j), n, to->column(j));
+          add_multiple(turn.real(), from->re.column(j), n, to->column(j));
+          add_multiple(-turn.imag(), from->im.column(j), n, to->column(j));
         }
       }
       return result;
@@ -72,7 +70,7 @@ namespace squeal
       {
       }
 
-      Modes run(MultiVector start);
+      EigenSolution run(MultiVector start);
 
     private:
       /// Adds what the columns add to the span of the basis, moved to where they satisfy the
@@ -105,7 +103,7 @@ namespace squeal
       /// The basis becomes what the pairs of two steps span; the first ones are then given in it.
       void restart(std::vector<RitzPair> &ritz, const std::vector<RitzPair> &before);
       /// Right and left vectors of all given pairs.
-      Modes modes_of(const std::vector<RitzPair> &wanted) const;
+      EigenPairs modes_of(const std::vector<RitzPair> &wanted) const;
       void check_memory(unsigned int n_vectors) const;
       unsigned int n_columns() const
       {
@@ -193,11 +191,7 @@ namespace squeal
         if (std::abs(pair.lambda) <= radius)
           result.push_back({pair.lambda, std::move(pair.vector), std::move(pair.left)});
       std::sort(result.begin(), result.end(),
-                [](const RitzPair &a, const RitzPair &b)
-                {
-                  return std::make_pair(a.lambda.imag(), a.lambda.real()) <
-                         std::make_pair(b.lambda.imag(), b.lambda.real());
-                });
+                [](const RitzPair &a, const RitzPair &b) { return precedes(a.lambda, b.lambda); });
       return result;
     }
 
@@ -224,26 +218,25 @@ namespace squeal
           problem.constraints.satisfy(x, true);
         return x;
       };
-      result.pairs.re                    = vectors(re);
-      result.pairs.im                    = vectors(im);
-      const BackwardError &error         = left ? of_left : of_right;
-      const std::vector<Complex> &lambda = result.pairs.lambda;
-      BackwardError::Result residual = error.residuals(lambda, result.pairs.re, result.pairs.im);
+      EigenPairs &pairs           = result.pairs;
+      pairs.right                 = {vectors(re), vectors(im)};
+      const BackwardError &error  = left ? of_left : of_right;
+      ComplexMultiVector residual = error.residuals(pairs);
       // Pressures of a compliant contact are in the basis; others are what the residual tells.
       if (equations.compliant)
-        result.backward_error = error.errors(lambda, residual, result.pairs.re, result.pairs.im);
-      const MultiVector pressures_re = problem.constraints.relieve(residual.re, left),
-                        pressures_im = problem.constraints.relieve(residual.im, left);
+        pairs.backward_error = error.errors(pairs, residual);
+      const ComplexMultiVector pressures(problem.constraints.relieve(residual.re, left),
+                                         problem.constraints.relieve(residual.im, left));
       if (!equations.compliant)
       {
         for (unsigned int k = 0; k < n_pairs; ++k)
         {
-          add_multiple(1, pressures_re.column(k), n, result.pairs.re.column(k));
-          add_multiple(1, pressures_im.column(k), n, result.pairs.im.column(k));
+          add_multiple(1, pressures.re.column(k), n, pairs.right.re.column(k));
+          add_multiple(1, pressures.im.column(k), n, pairs.right.im.column(k));
         }
-        result.backward_error = error.errors(lambda, residual, result.pairs.re, result.pairs.im);
+        pairs.backward_error = error.errors(pairs, residual);
       }
-      result.residual = main_parts(residual.re, residual.im, pressures_re, pressures_im);
+      result.residual = main_parts(residual, pressures);
       return result;
     }
 
@@ -391,21 +384,13 @@ namespace squeal
         }
     }
 
-    Modes Davidson::modes_of(const std::vector<RitzPair> &wanted) const
+    EigenPairs Davidson::modes_of(const std::vector<RitzPair> &wanted) const
     {
-      Vectors right = vectors_of(wanted, false);
-      Modes modes;
-      modes.lambda         = right.pairs.lambda;
-      modes.re             = right.pairs.re;
-      modes.im             = right.pairs.im;
-      modes.backward_error = right.backward_error;
+      EigenPairs modes      = vectors_of(wanted, false).pairs;
+      EigenPairs transposed = problem.is_conservative ? modes : vectors_of(wanted, true).pairs;
       if (problem.is_conservative) // Q(l)^T is the conjugate of Q(l)
-        for (std::size_t i = 0; i < std::size_t(right.pairs.im.n_local()) * wanted.size(); ++i)
-          right.pairs.im.data()[i] *= -1;
-      else
-        right = vectors_of(wanted, true);
-      attach_left_vectors(equations, std::move(right.pairs), std::move(right.backward_error),
-                          modes);
+        transposed.right.conjugate();
+      attach_left_vectors(equations, std::move(transposed), modes);
       return modes;
     }
 
@@ -422,7 +407,7 @@ namespace squeal
                           "Eigenproblem/Maximum frequency, or more machines.");
     }
 
-    Modes Davidson::run(MultiVector start)
+    EigenSolution Davidson::run(MultiVector start)
     {
       constexpr unsigned int max_steps = 300;
       expand(std::move(start));
@@ -472,11 +457,10 @@ namespace squeal
         options.progress(text.str());
         if (moving.empty())
         {
-          Modes modes    = modes_of(wanted);
-          modes.n_solves = n_cycles;
-          for (const RitzPair &pair : ritz)
-            modes.disc_lambda.push_back(pair.lambda);
-          return modes;
+          EigenSolution solution;
+          solution.modes         = modes_of(wanted);
+          solution.cost.n_solves = n_cycles;
+          return solution;
         }
         MultiVector added(equations.rows, 0);
         for (const unsigned int j : moving)
@@ -496,8 +480,8 @@ namespace squeal
     }
   } // namespace
 
-  Modes block_davidson(const DavidsonProblem &problem, MultiVector start,
-                       const EigensolverOptions &options)
+  EigenSolution block_davidson(const DavidsonProblem &problem, MultiVector start,
+                               const EigensolverOptions &options)
   {
     return Davidson(problem, options).run(std::move(start));
   }

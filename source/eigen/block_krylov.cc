@@ -375,9 +375,10 @@ namespace squeal
       return result;
     }
 
-    Pairs select_pairs(const Arnoldi &arnoldi, const Ritz &ritz, const BlockSearchOptions &options)
+    EigenPairs select_pairs(const Arnoldi &arnoldi, const Ritz &ritz,
+                            const BlockSearchOptions &options)
     {
-      Pairs pairs;
+      EigenPairs pairs;
       DenseMatrix re(ritz.re.n_rows, 0), im(ritz.im.n_rows, 0);
       for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
         if (options.region.distance(ritz.lambda[j]) <= options.reach)
@@ -386,21 +387,20 @@ namespace squeal
           append(re, columns_of(ritz.re, j, 1));
           append(im, columns_of(ritz.im, j, 1));
         }
-      pairs.re = arnoldi.images(re);
-      pairs.im = arnoldi.images(im);
+      pairs.right = {arnoldi.images(re), arnoldi.images(im)};
       return pairs;
     }
   } // namespace
 
-  BlockSearch block_krylov_search(const QuadraticEigenproblem &problem,
-                                  const ShiftInvert &shift_invert,
-                                  const BlockSearchOptions &options,
-                                  const std::function<void(const std::string &)> &progress)
+  EigenSolution block_krylov_search(const QuadraticEigenproblem &problem,
+                                    const ShiftInvert &shift_invert,
+                                    const BlockSearchOptions &options,
+                                    const std::function<void(const std::string &)> &progress)
   {
     const bool quadratic = bool(problem.P);
     Arnoldi arnoldi(problem, shift_invert, options.region.radius,
                     std::min(options.block_size, n_free_displacements(problem)), options.seed);
-    BlockSearch result;
+    EigenSolution result;
     const unsigned int per_mode = quadratic ? 2 : 1;
     unsigned int next_check     = per_mode * (3 * options.n_expected / 2 + 2 * options.block_size);
     const unsigned int largest  = per_mode * (20 * options.n_expected + 40 * options.block_size);
@@ -442,7 +442,7 @@ namespace squeal
       if ((done && (n_inside >= options.n_expected || 2 * m >= 3 * done_since)) ||
           arnoldi.n_new() == 0)
       {
-        result.pairs = select_pairs(arnoldi, ritz, options);
+        result.modes = select_pairs(arnoldi, ritz, options);
         break;
       }
       if (m >= largest)
@@ -452,8 +452,8 @@ namespace squeal
                           " eigenvalues. Try a smaller Eigenproblem/Maximum frequency, or another "
                           "Eigenproblem/Solver.");
     }
-    result.n_solves = arnoldi.n_solves();
-    result.space    = arnoldi.release_basis();
+    result.cost.n_solves      = arnoldi.n_solves();
+    result.reuse.search_space = arnoldi.release_basis();
     return result;
   }
 } // namespace squeal

@@ -1,3 +1,4 @@
+#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/block_krylov.h>
 #include <squeal/eigen/interval_search.h>
 #include <squeal/eigen/left_vectors.h>
@@ -114,7 +115,7 @@ namespace squeal
       std::vector<Complex> eigenvalues() const;
       /// The corrected wanted vectors x + t, with their contact pressures, each times a factor of
       /// modulus 1.
-      Pairs wanted_pairs() const;
+      EigenPairs wanted_pairs() const;
 
       unsigned int n_solves() const
       {
@@ -352,9 +353,10 @@ namespace squeal
       return result;
     }
 
-    Pairs Side::wanted_pairs() const
+    EigenPairs Side::wanted_pairs() const
     {
-      Pairs pairs{{}, MultiVector(problem.rows, 0), MultiVector(problem.rows, 0)};
+      EigenPairs pairs;
+      pairs.right = ComplexMultiVector(problem.rows, 0);
       std::vector<unsigned int> wanted;
       for (unsigned int j = 0; j < moving.lambda.size(); ++j)
         if (is_wanted(moving.lambda[j]))
@@ -375,7 +377,7 @@ namespace squeal
         std::copy_n(pressures.column(k), n_cleared, x.column(k) + x.n_local() - n_cleared);
         if (t < corrections.first[j + 1]) // a short second part was left out
           add_multiple(1, corrections.t.column(t), x.n_local(), x.column(k));
-        (k % 2 == 0 ? pairs.re : pairs.im).append(x.columns(k, 1));
+        (k % 2 == 0 ? pairs.right.re : pairs.right.im).append(x.columns(k, 1));
       }
       return pairs;
     }
@@ -440,13 +442,14 @@ namespace squeal
 
     /// Makes l of both the root near it of y^T (l^2 M + l P + Q) x = 0, whose error is of the
     /// second order: the product of the vectors' errors.
-    void refine_eigenvalues(const QuadraticEigenproblem &problem, Pairs &right, Pairs &left)
+    void refine_eigenvalues(const QuadraticEigenproblem &problem, EigenPairs &right,
+                            EigenPairs &left)
     {
-      const unsigned int n = right.lambda.size();
-      // y^T = z^H with z = conj(y)
-      const MultiVector z_im = difference(MultiVector(left.im.row_range(), n), left.im);
-      const auto forms       = [&](const Matrix &matrix)
-      { return sesquilinear_form(left.re, z_im, matrix, right.re, right.im); };
+      const unsigned int n = right.size();
+      ComplexMultiVector z = left.right; // y^T = z^H with z = conj(y)
+      z.conjugate();
+      const auto forms = [&](const Matrix &matrix)
+      { return sesquilinear_form(z, matrix, right.right); };
       const std::vector<Complex> m = forms(problem.M), p = forms(problem.P), q = forms(problem.Q);
       for (unsigned int j = 0, k = 0; j < n; ++j, k += n + 1)
       {
@@ -471,69 +474,69 @@ namespace squeal
       krylov.n_expected    = options.n_expected;
       krylov.seed          = options.seed;
       krylov.reach         = 2; // neighbours of the region, to which P couples
-      BlockSearch found =
+      const EigenSolution found =
           block_krylov_search(without_velocity_terms(problem), shift_invert, krylov, progress);
-      n_solves += found.n_solves;
-      MultiVector x = std::move(found.pairs.re);
-      x.append(found.pairs.im); // zero for a real vector
-      if (!problem.compliant)
-        clear_pressures(problem.n_local_constraints, x);
+      n_solves += found.cost.n_solves;
+      MultiVector x = found.modes.right.real_span(); // Im is zero for a real vector
+      clear_multipliers(problem, x);
       return orthonormalize(std::move(x));
     }
   } // namespace
 
-  IntervalSearch window_search(const QuadraticEigenproblem &problem,
-                               const Factorization &factorization,
-                               const IntervalSearchOptions &options,
-                               const std::function<void(const std::string &)> &progress)
+  EigenSolution interval_search(const QuadraticEigenproblem &problem,
+                                const Factorization &factorization,
+                                const IntervalSearchOptions &options,
+                                const std::function<void(const std::string &)> &progress)
   {
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
     const double square                 = options.region.square;
     // What is at the window's ends must be on the same side for both; the caller cuts.
     Side right(problem, ShiftInvert::of_square(factorization, square), options, 1e-5),
         left(adjoint, ShiftInvert::of_square(factorization, square, true), options, 1e-4);
-    IntervalSearch result;
-    const MultiVector x = start_vectors(problem, ShiftInvert::of_square(factorization, square),
-                                        options, progress, result.n_solves);
+    EigenSolution result;
+    unsigned int &n_solves = result.cost.n_solves;
+    const MultiVector x    = start_vectors(problem, ShiftInvert::of_square(factorization, square),
+                                           options, progress, n_solves);
     right.start(x);
     if (options.only_count)
     {
       right.improve(1e-2, progress);
-      result.lambda = right.eigenvalues();
-      result.n_solves += right.n_solves();
+      result.proof.eigenvalues = right.eigenvalues();
+      n_solves += right.n_solves();
       return result;
     }
     double bound = 1e-6;
     right.improve(bound, progress);
     left.start(right);
     left.improve(bound, progress);
-    const auto errors_of = [](const QuadraticEigenproblem &p, const Pairs &pairs)
-    { return BackwardError(p)(pairs.lambda, pairs.re, pairs.im).errors; };
-    const auto is_accurate = [&](const std::vector<double> &errors)
+    const BackwardError of_right(problem), of_left(adjoint);
+    const auto is_accurate = [&](const EigenPairs &pairs)
     {
-      return std::all_of(errors.begin(), errors.end(),
+      return std::all_of(pairs.backward_error.begin(), pairs.backward_error.end(),
                          [&](const double error) { return error <= options.tolerance; });
     };
+    EigenPairs &modes = result.modes, transposed;
     for (;; bound /= 10)
     {
-      result.lambda     = right.eigenvalues();
-      result.right      = right.wanted_pairs();
-      const Pairs found = left.wanted_pairs();
-      if (found.lambda.size() < result.right.lambda.size())
-        throw SolverError("The transposed problem has " + std::to_string(found.lambda.size()) +
+      modes                  = right.wanted_pairs();
+      const EigenPairs found = left.wanted_pairs();
+      if (found.size() < modes.size())
+        throw SolverError("The transposed problem has " + std::to_string(found.size()) +
                           " eigenvalues in the window where the problem has " +
-                          std::to_string(result.right.lambda.size()) +
+                          std::to_string(modes.size()) +
                           ": left vectors are missing. Try Eigenproblem/Solver = krylov.");
-      result.left = squeal::select(found, nearest_partners(result.right.lambda, found.lambda));
-      refine_eigenvalues(problem, result.right, result.left);
-      result.backward_error      = errors_of(problem, result.right);
-      result.left_backward_error = errors_of(adjoint, result.left);
-      if (is_accurate(result.backward_error) && is_accurate(result.left_backward_error))
+      transposed = found.select(nearest_partners(modes.lambda, found.lambda));
+      refine_eigenvalues(problem, modes, transposed);
+      modes.backward_error      = of_right(modes);
+      transposed.backward_error = of_left(transposed);
+      if (is_accurate(modes) && is_accurate(transposed))
         break;
       right.improve(bound / 10, progress);
       left.improve(bound / 10, progress);
     }
-    result.n_solves += right.n_solves() + left.n_solves();
+    result.proof.eigenvalues = right.eigenvalues();
+    attach_left_vectors(problem, std::move(transposed), modes);
+    n_solves += right.n_solves() + left.n_solves();
     return result;
   }
 } // namespace squeal

@@ -1,5 +1,6 @@
-#include <squeal/eigen/block_krylov.h>
+#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/left_vectors.h>
+#include <squeal/eigen/ritz.h>
 
 #include <algorithm>
 #include <cmath>
@@ -68,36 +69,35 @@ namespace squeal
       return clusters;
     }
 
-    /// The columns of a cluster become sum_b c_ba (re + i im)_b; c column-major.
+    /// The columns x_b of a cluster become sum_b c_ba x_b; c column-major.
     void recombine(const std::vector<unsigned int> &cluster, const std::vector<Complex> &c,
-                   MultiVector &re, MultiVector &im)
+                   ComplexMultiVector &x)
     {
       const unsigned int m = cluster.size();
       std::vector<Complex> row(m);
-      for (unsigned int i = 0; i < re.n_local(); ++i)
+      for (unsigned int i = 0; i < x.n_local(); ++i)
       {
         for (unsigned int b = 0; b < m; ++b)
-          row[b] = Complex(re.column(cluster[b])[i], im.column(cluster[b])[i]);
+          row[b] = x(i, cluster[b]);
         for (unsigned int a = 0; a < m; ++a)
         {
           Complex sum = 0;
           for (unsigned int b = 0; b < m; ++b)
             sum += c[b + m * a] * row[b];
-          re.column(cluster[a])[i] = sum.real();
-          im.column(cluster[a])[i] = sum.imag();
+          x.set(i, cluster[a], sum);
         }
       }
     }
 
     /// Makes the vectors of equal eigenvalues of a self-adjoint problem orthonormal in M, by
     /// Gram-Schmidt on their coefficients: their condition numbers are 1 then.
-    void orthonormalise_clusters(const QuadraticEigenproblem &problem, Modes &modes)
+    void orthonormalise_clusters(const QuadraticEigenproblem &problem, EigenPairs &modes)
     {
       for (const std::vector<unsigned int> &cluster : clusters_of(modes.lambda, 1e-9))
       {
         const unsigned int m            = cluster.size();
-        const Pairs x                   = select({modes.lambda, modes.re, modes.im}, cluster);
-        const std::vector<Complex> gram = sesquilinear_form(x.re, x.im, problem.M, x.re, x.im);
+        const ComplexMultiVector x      = modes.right.columns(cluster);
+        const std::vector<Complex> gram = sesquilinear_form(x, problem.M, x);
         std::vector<Complex> c(m * m);
         const auto product = [&](const unsigned int a, const unsigned int b)
         {
@@ -121,22 +121,20 @@ namespace squeal
           for (unsigned int i = 0; i < m; ++i)
             c[i + m * a] /= length;
         }
-        recombine(cluster, c, modes.re, modes.im);
+        recombine(cluster, c, modes.right);
       }
     }
 
     /// Makes the left vectors of (almost) equal eigenvalues biorthogonal to the right ones: with
     /// C = Z^H [2 l M + P] X of a cluster, Z := Z C^{-H}. A defective cluster, singular C, is left
     /// alone: its condition is infinite.
-    void biorthogonalise_clusters(const QuadraticEigenproblem &problem, Modes &modes)
+    void biorthogonalise_clusters(const QuadraticEigenproblem &problem, EigenPairs &modes)
     {
       for (const std::vector<unsigned int> &cluster : clusters_of(modes.lambda, 1e-7))
       {
-        const unsigned int m = cluster.size();
-        const Pairs right    = select({modes.lambda, modes.re, modes.im}, cluster);
-        const Pairs left     = select({modes.lambda, modes.left_re, modes.left_im}, cluster);
-        const auto form = biorthogonality(problem, right.lambda, left.re, left.im, right.lambda,
-                                          right.re, right.im);
+        const unsigned int m        = cluster.size();
+        const EigenPairs of_cluster = modes.select(cluster);
+        const auto form             = biorthogonality(problem, of_cluster, of_cluster);
         // X C^H = I for the coefficients X^H of the new left vectors
         std::vector<Complex> c_adjoint(m * m), coefficients(m * m);
         for (unsigned int a = 0; a < m; ++a)
@@ -147,7 +145,7 @@ namespace squeal
         }
         if (!solve_in_place(c_adjoint, coefficients, m))
           continue;
-        recombine(cluster, coefficients, modes.left_re, modes.left_im);
+        recombine(cluster, coefficients, modes.left);
       }
     }
 
@@ -168,16 +166,12 @@ namespace squeal
     return adjoint;
   }
 
-  void attach_left_vectors(const QuadraticEigenproblem &problem, Pairs transposed_pairs,
-                           std::vector<double> errors, Modes &modes)
+  void attach_left_vectors(const QuadraticEigenproblem &problem, EigenPairs transposed_pairs,
+                           EigenPairs &modes)
   {
-    // z = conj(y)
-    modes.left_re = std::move(transposed_pairs.re);
-    modes.left_im = std::move(transposed_pairs.im);
-    for (std::size_t i = 0; i < std::size_t(modes.left_im.n_local()) * modes.left_im.n_columns();
-         ++i)
-      modes.left_im.data()[i] *= -1;
-    modes.left_backward_error = std::move(errors);
+    modes.left = std::move(transposed_pairs.right); // z = conj(y)
+    modes.left.conjugate();
+    modes.left_backward_error = std::move(transposed_pairs.backward_error);
     biorthogonalise_clusters(problem, modes);
   }
 
@@ -185,33 +179,30 @@ namespace squeal
   {
     /// Gives each mode its left vector out of the adjoint problem's pairs: Q(l)^T y = 0 with the
     /// same l. Partners are the nearest eigenvalues.
-    void attach_nearest(const QuadraticEigenproblem &problem, const Pairs &adjoint_pairs,
-                        const std::vector<double> &errors, Modes &modes)
+    void attach_nearest(const QuadraticEigenproblem &problem, const EigenPairs &adjoint_pairs,
+                        EigenPairs &modes)
     {
-      const unsigned int n = modes.lambda.size();
-      if (adjoint_pairs.lambda.size() < n)
+      const unsigned int n = modes.size();
+      if (adjoint_pairs.size() < n)
         throw SolverError(
-            "The transposed problem has " + std::to_string(adjoint_pairs.lambda.size()) +
+            "The transposed problem has " + std::to_string(adjoint_pairs.size()) +
             " eigenvalues where the problem has " + std::to_string(n) +
             ": left vectors are missing. Try another Eigenproblem/Maximum frequency.");
-      const auto partners = nearest_partners(modes.lambda, adjoint_pairs.lambda);
-      std::vector<double> chosen;
-      for (const unsigned int k : partners)
-        chosen.push_back(errors[k]);
-      attach_left_vectors(problem, select(adjoint_pairs, partners), std::move(chosen), modes);
+      attach_left_vectors(
+          problem, adjoint_pairs.select(nearest_partners(modes.lambda, adjoint_pairs.lambda)),
+          modes);
     }
 
     /// Without modes there is nothing to do; the left vectors of a self-adjoint problem are the
     /// right ones.
-    bool is_trivial(const QuadraticEigenproblem &problem, Modes &modes)
+    bool is_trivial(const QuadraticEigenproblem &problem, EigenPairs &modes)
     {
-      if (modes.lambda.empty())
-        modes.left_re = modes.left_im = MultiVector(problem.rows, 0);
+      if (modes.empty())
+        modes.left = ComplexMultiVector(problem.rows, 0);
       else if (!problem.has_reference())
       {
         orthonormalise_clusters(problem, modes);
-        modes.left_re             = modes.re;
-        modes.left_im             = modes.im;
+        modes.left                = modes.right;
         modes.left_backward_error = modes.backward_error;
         biorthogonalise_clusters(problem, modes);
       }
@@ -222,42 +213,43 @@ namespace squeal
   } // namespace
 
   void add_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
-                        const double radius, const EigensolverOptions &options, Modes &modes)
+                        const double radius, const EigensolverOptions &options,
+                        EigenSolution &solution)
   {
+    EigenPairs &modes = solution.modes;
     if (is_trivial(problem, modes))
       return;
     options.progress("  left vectors");
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
-    MultiVector start = krylov_basis(adjoint, transposed, 5 * modes.lambda.size() + 40, 2);
-    modes.n_solves += start.n_columns();
-    Modes raw = polish(adjoint, transposed, std::move(start), modes.lambda, radius, true, options);
-    modes.n_solves += raw.n_solves;
-    attach_nearest(problem, {raw.lambda, std::move(raw.re), std::move(raw.im)}, raw.backward_error,
-                   modes);
+    MultiVector start = krylov_basis(adjoint, transposed, 5 * modes.size() + 40, 2);
+    solution.cost.n_solves += start.n_columns();
+    const EigenSolution found = refine_eigenpairs(adjoint, transposed, std::move(start),
+                                                  modes.lambda, radius, true, options);
+    solution.cost.n_solves += found.cost.n_solves;
+    attach_nearest(problem, found.modes, modes);
   }
 
   void search_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
                            const BlockSearchOptions &search, const EigensolverOptions &options,
-                           Modes &modes)
+                           EigenSolution &solution)
   {
-    if (is_trivial(problem, modes))
+    if (is_trivial(problem, solution.modes))
       return;
     options.progress("  left vectors");
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
-    BlockSearch found = block_krylov_search(adjoint, transposed, search, options.progress);
-    modes.n_solves += found.n_solves;
-    std::vector<double> errors =
-        BackwardError(adjoint)(found.pairs.lambda, found.pairs.re, found.pairs.im).errors;
-    attach_nearest(problem, found.pairs, errors, modes);
+    EigenSolution found = block_krylov_search(adjoint, transposed, search, options.progress);
+    solution.cost.n_solves += found.cost.n_solves;
+    found.modes.backward_error = BackwardError(adjoint)(found.modes);
+    attach_nearest(problem, found.modes, solution.modes);
   }
 
   void add_left_vectors(const QuadraticEigenproblem &problem, const MultiVector &basis,
-                        const double shift, const double radius, Modes &modes)
+                        const double shift, const double radius, EigenPairs &modes)
   {
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
     // A little further: rounding must not lose a partner at the rim.
-    const Pairs pairs = rayleigh_ritz(adjoint, basis, basis, radius * (1 + 1e-6), shift);
-    attach_nearest(problem, pairs, BackwardError(adjoint)(pairs.lambda, pairs.re, pairs.im).errors,
-                   modes);
+    EigenPairs pairs     = rayleigh_ritz(adjoint, basis, basis, radius * (1 + 1e-6), shift);
+    pairs.backward_error = BackwardError(adjoint)(pairs);
+    attach_nearest(problem, pairs, modes);
   }
 } // namespace squeal

@@ -31,10 +31,10 @@ namespace squeal
       return 0;
     }
 
-    /// At least n_wanted eigenvalues, the nearest to the shift.
-    SlepcPep search(const QuadraticEigenproblem &problem, const Factorization &factorization,
-                    const double shift, const double scale, const unsigned int n_wanted,
-                    const unsigned int seed, const EigensolverOptions &options)
+    /// At least n_wanted eigenvalues, the nearest to the shift: every one nearer than @p reached.
+    EigenPairs search(const QuadraticEigenproblem &problem, const Factorization &factorization,
+                      const double shift, const double scale, const unsigned int n_wanted,
+                      const unsigned int seed, const EigensolverOptions &options, double &reached)
     {
       // With l = shift + scale * m: m^2 scale^2 M + m scale (P + 2 shift M) + Q(shift).
       const RowRange &rows = problem.rows;
@@ -104,7 +104,9 @@ namespace squeal
             " eigenvalues (reason " + std::to_string(reason) +
             "). Try a smaller Eigenproblem/Maximum frequency, or another Eigenproblem/Shift.");
 
-      SlepcPep result;
+      EigenPairs result;
+      result.right = ComplexMultiVector(rows, 0);
+      reached      = 0;
       Vec re = nullptr, im = nullptr;
       SQUEAL_PETSC(MatCreateVecs(matrices[0], &re, nullptr));
       SQUEAL_PETSC(VecDuplicate(re, &im));
@@ -112,44 +114,42 @@ namespace squeal
       {
         PetscScalar value_re = 0, value_im = 0;
         SQUEAL_PETSC(PEPGetEigenpair(pep, j, &value_re, &value_im, re, im));
-        result.reached = std::max(result.reached, scale * std::hypot(value_re, value_im));
+        reached = std::max(reached, scale * std::hypot(value_re, value_im));
         if (value_im < 0)
           continue; // the conjugate spans the same real subspace
         result.lambda.emplace_back(shift + scale * value_re, scale * value_im);
-        for (Vec vector : {re, im})
+        ComplexMultiVector column(rows, 1);
+        const auto copy = [&](Vec vector, MultiVector &to)
         {
-          if (vector == im && value_im == 0)
-            continue;
-          MultiVector column(rows, 1);
           const PetscScalar *values = nullptr;
           SQUEAL_PETSC(VecGetArrayRead(vector, &values));
-          std::copy_n(values, rows.n_local(), column.data());
+          std::copy_n(values, rows.n_local(), to.data());
           SQUEAL_PETSC(VecRestoreArrayRead(vector, &values));
-          if (result.vectors.n_columns() == 0)
-            result.vectors = MultiVector(rows, 0);
-          result.vectors.append(column);
-        }
+        };
+        copy(re, column.re);
+        if (value_im != 0)
+          copy(im, column.im);
+        result.right.append(column);
       }
       SQUEAL_PETSC(VecDestroy(&re));
       SQUEAL_PETSC(VecDestroy(&im));
-      if (result.vectors.n_columns() == 0)
-        result.vectors = MultiVector(rows, 0);
       return result;
     }
   } // namespace
 
-  SlepcPep pep_search(const QuadraticEigenproblem &problem, const Factorization &factorization,
-                      const double shift, const double reach, unsigned int n_wanted,
-                      const unsigned int seed, const EigensolverOptions &options)
+  EigenPairs pep_search(const QuadraticEigenproblem &problem, const Factorization &factorization,
+                        const double shift, const double reach, unsigned int n_wanted,
+                        const unsigned int seed, const EigensolverOptions &options)
   {
     // Modes come nearest first, so all of the disc are found once one outside of it is.
     const unsigned int n_all = 2 * (problem.rows.size - problem.n_constraints);
     n_wanted                 = std::min(n_wanted, n_all);
     for (unsigned int attempt = 0; attempt <= 8; ++attempt)
     {
-      SlepcPep found =
-          search(problem, factorization, shift, options.max_imaginary, n_wanted, seed, options);
-      if (found.reached > reach || n_wanted >= n_all)
+      double reached   = 0;
+      EigenPairs found = search(problem, factorization, shift, options.max_imaginary, n_wanted,
+                                seed, options, reached);
+      if (reached > reach || n_wanted >= n_all)
         return found;
       n_wanted = std::min(n_all, n_wanted + n_wanted / 2 + 8);
     }

@@ -410,7 +410,7 @@ namespace squeal
     try
     {
       // A pivot is at least this times what it eliminates. With MUMPS' own 0.01 solutions with
-      // large models lose digits (relative errors of 1e-9, and the modes had to be polished); the
+      // large models lose digits (relative errors of 1e-9, and the modes had to be refined); the
       // factors are as large and take as long.
       if (lu)
         SQUEAL_PETSC(MatMumpsSetCntl(mat, 1, 0.1));

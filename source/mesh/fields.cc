@@ -177,14 +177,14 @@ namespace squeal
   }
 
   template <int dim>
-  void write_mode(const FiniteElementSpace<dim> &spaces, const MultiVector &re,
-                  const MultiVector &im, const unsigned int column, const double pressure_scale,
+  void write_mode(const FiniteElementSpace<dim> &spaces, const ComplexMultiVector &modes,
+                  const unsigned int column, const double pressure_scale,
                   const std::string &directory, const unsigned int cycle, const unsigned int mode,
                   const unsigned int n_frames)
   {
     const FieldWriter<dim> writer(spaces);
-    Vector u_re       = writer.displacement(re.column(column));
-    Vector u_im       = writer.displacement(im.column(column));
+    Vector u_re       = writer.displacement(modes.re.column(column));
+    Vector u_im       = writer.displacement(modes.im.column(column));
     const double size = std::max(u_re.linfty_norm(), u_im.linfty_norm());
     u_re /= size;
     u_im /= size;
@@ -195,8 +195,8 @@ namespace squeal
     std::vector<std::pair<std::string, const Vector *>> pressures;
     if (spaces.n_multipliers > 0)
     {
-      p_re      = writer.pressure(re.column(column), pressure_scale / size);
-      p_im      = writer.pressure(im.column(column), pressure_scale / size);
+      p_re      = writer.pressure(modes.re.column(column), pressure_scale / size);
+      p_im      = writer.pressure(modes.im.column(column), pressure_scale / size);
       pressures = {{"contact_pressure_re_pa", &p_re}, {"contact_pressure_im_pa", &p_im}};
     }
     const std::string base = mode_file(cycle, mode);
@@ -222,13 +222,13 @@ namespace squeal
 
   template void write_state<3>(const FiniteElementSpace<3> &, const MultiVector &, double,
                                const std::string &, unsigned int);
-  template void write_mode<3>(const FiniteElementSpace<3> &, const MultiVector &,
-                              const MultiVector &, unsigned int, double, const std::string &,
-                              unsigned int, unsigned int, unsigned int);
+  template void write_mode<3>(const FiniteElementSpace<3> &, const ComplexMultiVector &,
+                              unsigned int, double, const std::string &, unsigned int, unsigned int,
+                              unsigned int);
 
   template void write_state<2>(const FiniteElementSpace<2> &, const MultiVector &, double,
                                const std::string &, unsigned int);
-  template void write_mode<2>(const FiniteElementSpace<2> &, const MultiVector &,
-                              const MultiVector &, unsigned int, double, const std::string &,
-                              unsigned int, unsigned int, unsigned int);
+  template void write_mode<2>(const FiniteElementSpace<2> &, const ComplexMultiVector &,
+                              unsigned int, double, const std::string &, unsigned int, unsigned int,
+                              unsigned int);
 } // namespace squeal

@@ -375,15 +375,10 @@ namespace squeal
   }
 
   template <int dim>
-  FrictionWork BrakeModel<dim>::friction_work(const Modes &modes, const unsigned int mode) const
+  FrictionWork BrakeModel<dim>::friction_work(const EigenPairs &modes,
+                                              const unsigned int mode) const
   {
-    const auto column = [&](const MultiVector &block)
-    {
-      MultiVector result(block.row_range(), 1);
-      std::copy_n(block.column(mode), block.n_local(), result.data());
-      return result;
-    };
-    return squeal::friction_work(*steady.contact, column(modes.re), column(modes.im),
+    return squeal::friction_work(*steady.contact, modes.right.columns({mode}),
                                  modes.lambda[mode].imag(), steady.pressure,
                                  prm.terms().friction_damping);
   }

@@ -43,10 +43,10 @@ namespace squeal
     }
 
     /// [Re x, Im x, Re z, Im z].
-    MultiVector right_and_left(const Modes &modes)
+    MultiVector right_and_left(const EigenPairs &modes)
     {
-      MultiVector columns = modes.re;
-      for (const MultiVector *block : {&modes.im, &modes.left_re, &modes.left_im})
+      MultiVector columns = modes.right.re;
+      for (const MultiVector *block : {&modes.right.im, &modes.left.re, &modes.left.im})
         columns.append(*block);
       return columns;
     }
@@ -70,13 +70,13 @@ namespace squeal
       BrakeModel<dim> lower(model, parameters, timer);
       lower.distribute();
       lower.assemble(parameters);
-      Modes modes = solve_by_symmetry(
+      const EigenSolution found = solve_by_symmetry(
           *make_eigensolver(parameters.eigenproblem.solver), lower.equations(), options,
           parameters.eigenproblem.mirror_symmetry ? lower.mirror_symmetry() : std::nullopt);
       Start start;
-      for (const std::complex<double> &l : modes.lambda)
+      for (const std::complex<double> &l : found.modes.lambda)
         start.frequencies.push_back(l.imag());
-      start.vectors = interpolate(lower.spaces(), model.spaces(), right_and_left(modes));
+      start.vectors = interpolate(lower.spaces(), model.spaces(), right_and_left(found.modes));
       return start;
     }
 
@@ -98,7 +98,8 @@ namespace squeal
   } // namespace
 
   template <int dim>
-  Modes find_modes_without_factors(const BrakeModel<dim> &model, const EigensolverOptions &options)
+  EigenSolution find_modes_without_factors(const BrakeModel<dim> &model,
+                                           const EigensolverOptions &options)
   {
     const std::string lower_degree = std::to_string(model.parameters().discretization.degree - 1);
     const auto start_up_to         = [&](const double factor)
@@ -123,17 +124,18 @@ namespace squeal
     {
       constexpr double slack = 1.05;
       double ratio           = 1;
-      const auto note        = [&](const Modes &modes)
+      const auto note        = [&](const EigenSolution &solution)
       {
-        ratio = std::max(ratio, largest_ratio(start.frequencies, modes.lambda));
-        n_cycles += modes.n_solves;
+        ratio = std::max(ratio, largest_ratio(start.frequencies, solution.modes.lambda));
+        n_cycles += solution.cost.n_solves;
       };
-      const auto suffices = [&](const Modes &modes)
+      const auto suffices = [&](const EigenSolution &solution)
       {
-        const auto is_inside = [&](const std::complex<double> &l)
+        const std::vector<std::complex<double>> &lambda = solution.modes.lambda;
+        const auto is_inside                            = [&](const std::complex<double> &l)
         { return l.imag() <= options.max_imaginary; };
         return slack * ratio <= reach &&
-               std::size_t(std::count_if(modes.lambda.begin(), modes.lambda.end(), is_inside)) <=
+               std::size_t(std::count_if(lambda.begin(), lambda.end(), is_inside)) <=
                    start.frequencies.size();
       };
       // Eigenvalues to a percent tell how far the degree moves them, and good neighbours above the
@@ -142,14 +144,14 @@ namespace squeal
       EigensolverOptions rough = options;
       rough.tolerance          = std::max(1e-2, options.tolerance);
       rough.max_imaginary      = reach * options.max_imaginary;
-      Modes modes              = block_davidson(problem, std::move(start.vectors), rough);
-      MultiVector found        = right_and_left(modes);
-      note(modes);
-      if (suffices(modes))
+      EigenSolution solution   = block_davidson(problem, std::move(start.vectors), rough);
+      MultiVector found        = right_and_left(solution.modes);
+      note(solution);
+      if (suffices(solution))
       {
-        modes = block_davidson(problem, found, options);
-        note(modes);
-        if (suffices(modes))
+        solution = block_davidson(problem, found, options);
+        note(solution);
+        if (suffices(solution))
         {
           std::ostringstream text;
           text << "not proven without factors. " << start.frequencies.size() << " modes of degree "
@@ -157,10 +159,10 @@ namespace squeal
                << " Hz, proven complete, were corrected; the degree lowers frequencies by up to "
                << 100 * (1 - 1 / ratio) << " %, and for " << 100 * (1 - 1 / reach)
                << " % there were modes at hand";
-          modes.completeness = text.str();
-          modes.n_solves     = n_cycles;
-          normalise(problem.equations, modes);
-          return modes;
+          solution.proof.completeness = text.str();
+          solution.cost.n_solves      = n_cycles;
+          normalise(problem.equations, solution.modes);
+          return solution;
         }
       }
       reach = 1.1 * std::max(reach, slack * ratio);
@@ -172,6 +174,8 @@ namespace squeal
                       "Eigenproblem/Solver = block_krylov.");
   }
 
-  template Modes find_modes_without_factors(const BrakeModel<2> &, const EigensolverOptions &);
-  template Modes find_modes_without_factors(const BrakeModel<3> &, const EigensolverOptions &);
+  template EigenSolution find_modes_without_factors(const BrakeModel<2> &,
+                                                    const EigensolverOptions &);
+  template EigenSolution find_modes_without_factors(const BrakeModel<3> &,
+                                                    const EigensolverOptions &);
 } // namespace squeal

@@ -81,7 +81,7 @@ namespace squeal
     std::optional<MirrorSymmetry> symmetry;
     if (prm.eigenproblem.mirror_symmetry)
       symmetry = model.mirror_symmetry();
-    modes = solve_by_symmetry(*make_eigensolver(prm.eigenproblem.solver), model.equations(),
+    found = solve_by_symmetry(*make_eigensolver(prm.eigenproblem.solver), model.equations(),
                               eigensolver_options(), symmetry);
   }
 
@@ -103,7 +103,8 @@ namespace squeal
       model.assemble(prm);
       PhaseTimer::Scope scope(timer, "eigenproblem");
       solve(model);
-      rows.push_back(analyse(rayleigh_parts(model, modes), modes, 0, prm.eigenproblem.tolerance));
+      rows.push_back(
+          analyse(rayleigh_parts(model, found.modes), found.modes, 0, prm.eigenproblem.tolerance));
       for (const ModeRow &row : rows.back())
       {
         std::vector<std::string> fields = {stage};
@@ -112,7 +113,7 @@ namespace squeal
         ladder_csv.add(fields);
       }
       log.line("Stage " + stage + ": " + std::to_string(rows.back().size()) + " modes. " +
-               modes.completeness + ".");
+               found.proof.completeness + ".");
     }
     file.choose("Stage", "ladder");
     log.print(
@@ -129,8 +130,8 @@ namespace squeal
     {
       PhaseTimer::Scope scope(timer, "eigenproblem");
       solve(model);
-      parts = rayleigh_parts(model, modes);
-      rows  = analyse(parts, modes, cycle, prm.eigenproblem.tolerance);
+      parts = rayleigh_parts(model, found.modes);
+      rows  = analyse(parts, found.modes, cycle, prm.eigenproblem.tolerance);
     }
     return_freed_memory();
     Stopwatch watch;
@@ -145,22 +146,23 @@ namespace squeal
     for (const ModeRow &row : rows)
       modes_csv->add(modes_fields(row));
 
-    log.line("Completeness: " + modes.completeness + ".");
-    if (modes.seconds.factorization > 0)
+    log.line("Completeness: " + found.proof.completeness + ".");
+    if (found.cost.seconds.factorization > 0)
     {
       char text[240];
       std::snprintf(text, sizeof(text),
                     "Eigenproblem, processor seconds: counting %.2f, factorisation %.2f, right "
                     "vectors %.2f, left vectors %.2f, error bars %.2f; %u right-hand sides.",
-                    modes.seconds.counting, modes.seconds.factorization, modes.seconds.right,
-                    modes.seconds.left, of_bars, modes.n_solves);
+                    found.cost.seconds.counting, found.cost.seconds.factorization,
+                    found.cost.seconds.right, found.cost.seconds.left, of_bars,
+                    found.cost.n_solves);
       log.line(text);
     }
     if (prm.eigenproblem.is_matrix_free())
-      log.line("Eigenproblem without factors: " + std::to_string(modes.n_solves) +
+      log.line("Eigenproblem without factors: " + std::to_string(found.cost.n_solves) +
                " multigrid cycles.");
-    if (modes.n_rigid_body_modes > 0)
-      log.line("Not listed: " + std::to_string(modes.n_rigid_body_modes) +
+    if (found.proof.n_rigid_body_modes > 0)
+      log.line("Not listed: " + std::to_string(found.proof.n_rigid_body_modes) +
                " rigid-body modes at zero frequency.");
     log.print("\n" + modes_table(rows));
     const unsigned int n_unstable = std::count_if(
@@ -185,7 +187,7 @@ namespace squeal
   {
     if (rows.empty())
       return;
-    const std::vector<Contribution> parts = contributions(rayleigh, modes, rows);
+    const std::vector<Contribution> parts = contributions(rayleigh, found.modes, rows);
     for (const Contribution &part : parts)
       contributions_csv->add(contributions_fields(cycle, part));
     std::vector<unsigned int> numbers;
@@ -225,7 +227,7 @@ namespace squeal
       sensitivities_csv = table("sensitivities.csv", sensitivities_header);
     for (const ParameterDerivative &derivative : model.derivatives())
     {
-      const auto d_lambda = sensitivities(derivative, modes);
+      const auto d_lambda = sensitivities(derivative, found.modes);
       for (unsigned int j = 0; j < rows.size(); ++j)
         sensitivities_csv->add(sensitivities_fields(cycle, rows[j].mode, derivative, d_lambda[j]));
     }
@@ -269,11 +271,11 @@ namespace squeal
     std::string line = text;
     if (!timer.peak_phase().empty())
       line += ", reached in the phase " + timer.peak_phase();
-    if (modes.factor_memory_mib > 0)
+    if (found.cost.factor_memory_mib > 0)
     {
       std::snprintf(text, sizeof(text),
                     "; the factorisation for shift-invert took %.0f MiB (predicted %.0f)",
-                    modes.factor_memory_mib, modes.predicted_memory_mib);
+                    found.cost.factor_memory_mib, found.cost.predicted_memory_mib);
       line += text;
     }
     log.line(line + ".");

@@ -9,11 +9,10 @@ namespace squeal
 {
   namespace
   {
-    const std::vector<std::string> tables     = {"modes.csv", "cycles.csv", "contributions.csv",
-                                                 "sensitivities.csv", "static.csv"};
-    const std::vector<std::string> verdicts   = {"stable", "flutter", "divergence", "marginal",
-                                                 "undecided"};
-    const std::vector<std::string> symmetries = {"", "symmetric", "antisymmetric"};
+    const std::vector<std::string> tables   = {"modes.csv", "cycles.csv", "contributions.csv",
+                                               "sensitivities.csv", "static.csv"};
+    const std::vector<std::string> verdicts = {"stable", "flutter", "divergence", "marginal",
+                                               "undecided"};
 
     std::string state_file(const std::string &directory)
     {
@@ -58,7 +57,9 @@ namespace squeal
         name = number < names.size() ? names[std::size_t(number)] : "";
       };
       visit_name(verdicts, row.verdict);
-      visit_name(symmetries, row.mirror);
+      double parity = static_cast<unsigned int>(row.parity);
+      visit(parity);
+      row.parity = static_cast<Parity>(parity <= 2 ? int(parity) : 0);
       visit_optional(row.growth_rate_error);
       visit_optional(row.frequency_error);
       visit_optional(row.corrected);

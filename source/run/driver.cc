@@ -64,7 +64,7 @@ namespace squeal
         report_convergence();
         if (prm.sweep.active() || prm.stage_name == "ladder")
         {
-          modes = Modes();
+          found = EigenSolution();
           prm.sweep.active() ? sweep(model, make_model()) : climb(model);
           report_phases();
         }
@@ -77,7 +77,7 @@ namespace squeal
       void solve(const Model &any) override
       {
         if (prm.eigenproblem.is_matrix_free())
-          modes = find_modes_without_factors(model, eigensolver_options());
+          found = find_modes_without_factors(model, eigensolver_options());
         else
           Analysis::solve(any);
       }
@@ -121,7 +121,7 @@ namespace squeal
         return;
       PhaseTimer::Scope scope(timer, "estimate");
       log.progress("  error bars");
-      errors = estimate_errors(model, modes);
+      errors = estimate_errors(model, found.modes);
       for (unsigned int j = 0; j < rows.size(); ++j)
       {
         ModeRow &row          = rows[j];
@@ -232,7 +232,7 @@ namespace squeal
     {
       PhaseTimer::Scope scope(timer, "mesh");
       const FiniteElementSpace<dim> &spaces = model.spaces();
-      modes                                 = Modes();
+      found                                 = EigenSolution();
       model.distribute();
       log.line("\nMesh " + std::to_string(cycle) + ": " +
                std::to_string(spaces.triangulation.n_global_active_cells()) + " cells of degree " +
@@ -313,11 +313,11 @@ namespace squeal
       for (const unsigned int j : wanted)
       {
         log.progress("  fields of mode " + std::to_string(rows[j].mode));
-        write_mode(spaces, modes.re, modes.im, j, pressure_scale, directory, cycle, rows[j].mode,
+        write_mode(spaces, found.modes.right, j, pressure_scale, directory, cycle, rows[j].mode,
                    prm.output.animation_frames);
         if (prm.terms().friction && has_pads)
-          write_friction_work(spaces, *model.contact(), model.friction_work(modes, j), directory,
-                              cycle, rows[j].mode);
+          write_friction_work(spaces, *model.contact(), model.friction_work(found.modes, j),
+                              directory, cycle, rows[j].mode);
       }
     }
 

@@ -136,21 +136,20 @@ namespace squeal
     return edge;
   }
 
-  EdgeEffects edge_effects(const ContactEdge &edge, const MultiVector &x_re,
-                           const MultiVector &x_im, const MultiVector &z_re,
-                           const MultiVector &z_im)
+  EdgeEffects edge_effects(const ContactEdge &edge, const ComplexMultiVector &x,
+                           const ComplexMultiVector &z)
   {
     EdgeEffects effects;
     const std::vector<unsigned int> &R = edge.releasing, &C = edge.closing;
     if (R.empty() && C.empty())
       return effects;
-    const Form opening(rows_of(z_re, R), rows_of(z_im, R), edge.slack, rows_of(x_re, R),
-                       rows_of(x_im, R));
+    const Form opening(rows_of(z.re, R), rows_of(z.im, R), edge.slack, rows_of(x.re, R),
+                       rows_of(x.im, R));
     // Neither vector has a pressure in C: a^T z and b x are whole columns and rows of the matrix.
-    const Form closing(rows_of(multiply_transposed(edge.closed, z_re), C),
-                       rows_of(multiply_transposed(edge.closed, z_im), C), edge.pressure,
-                       rows_of(multiply(edge.closed, x_re), C),
-                       rows_of(multiply(edge.closed, x_im), C));
+    const Form closing(rows_of(multiply_transposed(edge.closed, z.re), C),
+                       rows_of(multiply_transposed(edge.closed, z.im), C), edge.pressure,
+                       rows_of(multiply(edge.closed, x.re), C),
+                       rows_of(multiply(edge.closed, x.im), C));
     for (unsigned int k = 0; k < opening.values.size(); ++k)
     {
       const std::complex<double> F_o = opening.values[k], F_c = -closing.values[k];

@@ -15,9 +15,7 @@ namespace squeal
 {
   namespace
   {
-    constexpr std::array<const char *, 2> names           = {{"symmetric", "antisymmetric"}};
-    constexpr std::array<MultiVector Modes::*, 4> vectors = {
-        {&Modes::re, &Modes::im, &Modes::left_re, &Modes::left_im}};
+    constexpr std::array<Parity, 2> parities = {{Parity::symmetric, Parity::antisymmetric}};
 
     template <typename Number>
     void broadcast(Number *data, const std::size_t n, const unsigned int root, const MPI_Comm comm)
@@ -38,102 +36,71 @@ namespace squeal
 
     /// What a group of ranks has found, on all ranks: of the vectors those outside of the group get
     /// blocks without rows. @p root is one of the group.
-    void share(const ParitySpace &space, const unsigned int root, const MPI_Comm all, Modes &half)
+    void share(const ParitySpace &space, const unsigned int root, const MPI_Comm all,
+               EigenSolution &half)
     {
-      broadcast(half.lambda, root, all);
-      broadcast(half.disc_lambda, root, all);
-      broadcast(half.backward_error, root, all);
-      broadcast(half.left_backward_error, root, all);
-      broadcast(half.condition, root, all);
-      broadcast(half.completeness, root, all);
-      for (unsigned int *number : {&half.n_reference, &half.n_rigid_body_modes, &half.n_solves})
-        broadcast(number, 1, root, all);
-      for (double *number : {&half.factor_memory_mib, &half.predicted_memory_mib})
-        broadcast(number, 1, root, all);
-      broadcast(&half.seconds, 1, root, all);
-      for (MultiVector Modes::*block : vectors)
-      {
-        unsigned int n = (half.*block).n_columns();
-        broadcast(&n, 1, root, all);
-        if (!space.is_here())
-          half.*block = MultiVector(space.row_range(), n);
-      }
+      EigenPairs &modes = half.modes;
+      broadcast(modes.lambda, root, all);
+      broadcast(modes.backward_error, root, all);
+      broadcast(modes.left_backward_error, root, all);
+      broadcast(modes.condition, root, all);
+      broadcast(half.proof.completeness, root, all);
+      broadcast(&half.proof.n_reference, 1, root, all);
+      broadcast(&half.proof.n_rigid_body_modes, 1, root, all);
+      broadcast(&half.cost, 1, root, all);
+      if (!space.is_here())
+        modes.right = modes.left = ComplexMultiVector(space.row_range(), modes.size());
+    }
+
+    /// V y.
+    ComplexMultiVector expand(const ParitySpace &space, const ComplexMultiVector &y)
+    {
+      return {space.expand(y.re), space.expand(y.im)};
     }
 
     /// What both halves found, one after the other, as vectors of the whole. @p at_once is whether
     /// they were solved at the same time.
-    void append(const ParitySpace &space, const Modes &half, const std::string &name,
-                const bool at_once, Modes &modes)
+    void append(const ParitySpace &space, const EigenSolution &half, const Parity parity,
+                const bool at_once, EigenSolution &whole)
     {
-      const auto join = [](auto &all, const auto &more)
-      { all.insert(all.end(), more.begin(), more.end()); };
-      join(modes.lambda, half.lambda);
-      join(modes.disc_lambda, half.disc_lambda);
-      join(modes.backward_error, half.backward_error);
-      join(modes.left_backward_error, half.left_backward_error);
-      join(modes.condition, half.condition);
-      modes.mirror.insert(modes.mirror.end(), half.lambda.size(), name);
-      for (MultiVector Modes::*block : vectors)
-        (modes.*block).append(space.expand(half.*block));
-      modes.completeness += (modes.completeness.empty() ? "" : "; ") + name + ", " +
-                            std::to_string(space.row_range().size) +
-                            " unknowns: " + half.completeness;
-      modes.n_reference += half.n_reference;
-      modes.n_rigid_body_modes += half.n_rigid_body_modes;
-      modes.n_solves += half.n_solves;
+      EigenPairs modes = half.modes;
+      modes.right      = expand(space, modes.right);
+      modes.left       = expand(space, modes.left);
+      modes.parity.assign(modes.size(), parity);
+      whole.modes.append(modes);
+      EigenSolution::Proof &proof = whole.proof;
+      proof.completeness +=
+          (proof.completeness.empty() ? "" : "; ") + std::string(name_of(parity)) + ", " +
+          std::to_string(space.row_range().size) + " unknowns: " + half.proof.completeness;
+      proof.n_reference += half.proof.n_reference;
+      proof.n_rigid_body_modes += half.proof.n_rigid_body_modes;
+      EigenSolution::Cost &cost = whole.cost;
+      cost.n_solves += half.cost.n_solves;
       // One after the other they take their times' sum and the larger memory, at once the opposite.
-      const auto both_memories = [&](double &all, const double more)
-      { all = at_once ? all + more : std::max(all, more); };
-      both_memories(modes.factor_memory_mib, half.factor_memory_mib);
-      both_memories(modes.predicted_memory_mib, half.predicted_memory_mib);
-      const auto both_times = [&](double &all, const double more)
-      { all = at_once ? std::max(all, more) : all + more; };
-      both_times(modes.seconds.counting, half.seconds.counting);
-      both_times(modes.seconds.factorization, half.seconds.factorization);
-      both_times(modes.seconds.right, half.seconds.right);
-      both_times(modes.seconds.left, half.seconds.left);
-    }
-
-    void sort_by_frequency(Modes &modes)
-    {
-      std::vector<unsigned int> order(modes.lambda.size());
-      std::iota(order.begin(), order.end(), 0u);
-      std::stable_sort(order.begin(), order.end(),
-                       [&](const unsigned int a, const unsigned int b)
-                       { return precedes(modes.lambda[a], modes.lambda[b]); });
-      const Pairs right = select({modes.lambda, modes.re, modes.im}, order),
-                  left  = select({modes.lambda, modes.left_re, modes.left_im}, order);
-      modes.lambda      = right.lambda;
-      modes.re          = right.re;
-      modes.im          = right.im;
-      modes.left_re     = left.re;
-      modes.left_im     = left.im;
-      const auto sort   = [&](auto &values)
-      {
-        const auto all = values;
-        for (unsigned int k = 0; k < order.size(); ++k)
-          values[k] = all[order[k]];
-      };
-      sort(modes.mirror);
-      sort(modes.backward_error);
-      sort(modes.left_backward_error);
-      sort(modes.condition);
+      const auto add_or_max = [](const bool adds, double &all, const double more)
+      { all = adds ? all + more : std::max(all, more); };
+      add_or_max(at_once, cost.factor_memory_mib, half.cost.factor_memory_mib);
+      add_or_max(at_once, cost.predicted_memory_mib, half.cost.predicted_memory_mib);
+      using Seconds = EigenSolution::Cost::Seconds;
+      for (double Seconds::*phase :
+           {&Seconds::counting, &Seconds::factorization, &Seconds::right, &Seconds::left})
+        add_or_max(!at_once, cost.seconds.*phase, half.cost.seconds.*phase);
     }
 
     void solve_one_after_the_other(const Eigensolver &solver, const EquationsOfMotion &equations,
                                    const EigensolverOptions &options,
-                                   const MirrorSymmetry &symmetry, Modes &modes)
+                                   const MirrorSymmetry &symmetry, EigenSolution &whole)
     {
       const std::vector<double> counted =
           solver.counted_frequencies(options, equations.may_move_rigidly);
-      for (const std::string name : names)
+      for (const Parity parity : parities)
       {
-        const ParitySpace space(symmetry, name == names[0]);
-        auto half =
-            std::make_shared<Modes>(solver.solve(space.restrict(equations, counted), options));
-        append(space, *half, name, false, modes);
+        const ParitySpace space(symmetry, parity == Parity::symmetric);
+        auto half = std::make_shared<EigenSolution>(
+            solver.solve(space.restrict(equations, counted), options));
+        append(space, *half, parity, false, whole);
         if (options.keep_factors)
-          modes.halves.push_back(half);
+          whole.reuse.sectors.push_back(half);
         half.reset();
         return_freed_memory();
       }
@@ -189,14 +156,14 @@ namespace squeal
     /// Each half by half of the ranks: fewer ranks work better together.
     void solve_at_once(const Eigensolver &solver, const EquationsOfMotion &equations,
                        const EigensolverOptions &options, const MirrorSymmetry &symmetry,
-                       const unsigned int n_ranks, Modes &modes)
+                       const unsigned int n_ranks, EigenSolution &whole)
     {
       const MPI_Comm all = equations.rows.comm;
       // The antisymmetric modes, in which the disc bends, are more.
       const std::array<unsigned int, 3> first = {{0, n_ranks / 2, n_ranks}};
       std::array<std::unique_ptr<const Subcommunicator>, 2> groups;
       std::array<std::unique_ptr<const ParitySpace>, 2> spaces;
-      std::array<Modes, 2> halves;
+      std::array<EigenSolution, 2> halves;
       for (unsigned int h = 0; h < 2; ++h)
       {
         groups[h] = std::make_unique<const Subcommunicator>(all, first[h], first[h + 1] - first[h]);
@@ -232,7 +199,7 @@ namespace squeal
         counted.counted_elsewhere = [n = n_reference_of(0)]() { return n; };
         const double seconds      = watch.lap();
         solve(0, counted);
-        halves[0].seconds.counting += seconds;
+        halves[0].cost.seconds.counting += seconds;
       };
       work_apart(all,
                  [&]()
@@ -246,7 +213,7 @@ namespace squeal
       for (unsigned int h = 0; h < 2; ++h)
       {
         share(*spaces[h], first[h], all, halves[h]);
-        append(*spaces[h], halves[h], names[h], true, modes);
+        append(*spaces[h], halves[h], parities[h], true, whole);
       }
       // Blocks and matrices of a group go before its communicator.
       problems.clear();
@@ -255,24 +222,24 @@ namespace squeal
     }
   } // namespace
 
-  Modes solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
-                          const EigensolverOptions &options,
-                          const std::optional<MirrorSymmetry> &symmetry)
+  EigenSolution solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
+                                  const EigensolverOptions &options,
+                                  const std::optional<MirrorSymmetry> &symmetry)
   {
     if (!symmetry || !is_symmetric(equations, *symmetry))
       return solver.solve(sum_of(equations), options);
-    Modes modes;
-    for (MultiVector Modes::*block : vectors)
-      modes.*block = MultiVector(equations.rows, 0);
-    int n_ranks = 0;
+    EigenSolution whole;
+    EigenPairs &modes = whole.modes;
+    modes.right = modes.left = ComplexMultiVector(equations.rows, 0);
+    int n_ranks              = 0;
     MPI_Comm_size(equations.rows.comm, &n_ranks);
     // Factors that are kept must be on all ranks.
     if (n_ranks > 1 && !options.keep_factors)
-      solve_at_once(solver, equations, options, *symmetry, n_ranks, modes);
+      solve_at_once(solver, equations, options, *symmetry, n_ranks, whole);
     else
-      solve_one_after_the_other(solver, equations, options, *symmetry, modes);
-    sort_by_frequency(modes);
+      solve_one_after_the_other(solver, equations, options, *symmetry, whole);
+    modes = modes.select(order_of_modes(modes.lambda));
     turn_to_real(modes);
-    return modes;
+    return whole;
   }
 } // namespace squeal

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/eigen/subspace_iteration.h>
+#include <squeal/eigen/eigenpairs.h>
 #include <squeal/model/model.h>
 
 #include <vector>
@@ -8,7 +8,7 @@
 namespace squeal
 {
   /// The real modes that grow, verdict divergence.
-  std::vector<unsigned int> divergent_modes(const Modes &modes);
+  std::vector<unsigned int> divergent_modes(const EigenPairs &modes);
 
   /// Where an eigenvalue is zero: det Q = 0, the steady state is statically unstable. The
   /// eigenvalue itself is not smooth there (+-j w meet and leave as +-rho), but
@@ -19,7 +19,8 @@ namespace squeal
   class StaticInstability
   {
   public:
-    StaticInstability(const QuadraticEigenproblem &problem, const Modes &modes, unsigned int mode);
+    StaticInstability(const QuadraticEigenproblem &problem, const EigenPairs &modes,
+                      unsigned int mode);
 
     struct Result
     {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/assessment/error_bounds.h>
-#include <squeal/eigen/subspace_iteration.h>
+#include <squeal/eigen/eigenpairs.h>
 #include <squeal/model/brake_model.h>
 
 #include <complex>
@@ -37,5 +37,5 @@ namespace squeal
   /// With a computed steady pressure the bounds contain what half a spacing of nodes at the edge
   /// of contact changes (contact_edge.h), and the effect of the pressure's own error. Collective.
   template <int dim>
-  EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const Modes &modes);
+  EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const EigenPairs &modes);
 } // namespace squeal

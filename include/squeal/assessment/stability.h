@@ -27,7 +27,7 @@ namespace squeal
     /// k d^2 + n d g - n^2 of criterion (34), 1/s^4: with d > 0 both roots of (31) are stable iff
     /// it is positive.
     double criterion = 0;
-    std::string mirror; ///< symmetric, antisymmetric
+    Parity parity    = Parity::none;
 
     double growth_rate() const
     {
@@ -56,11 +56,12 @@ namespace squeal
   ///     d + j g = x^H P x,   k + j n = x^H Q x,
   /// x holding the multipliers too: u^H N Lambda vanishes by the constraint, so k and n are those
   /// of the displacements and the friction.
-  std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const Modes &modes,
+  std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const EigenPairs &modes,
                                unsigned int cycle, double tolerance);
 
   /// The same with given x^H P x and x^H Q x.
-  std::vector<ModeRow> analyse(const Modes &modes, const std::vector<std::complex<double>> &of_p,
+  std::vector<ModeRow> analyse(const EigenPairs &modes,
+                               const std::vector<std::complex<double>> &of_p,
                                const std::vector<std::complex<double>> &of_q, unsigned int cycle,
                                double tolerance);
 
@@ -84,11 +85,11 @@ namespace squeal
     }
   };
   /// Each matrix of the model is multiplied once. Collective.
-  RayleighParts rayleigh_parts(const Model &model, const Modes &modes);
+  RayleighParts rayleigh_parts(const Model &model, const EigenPairs &modes);
 
   /// Verdicts and Rayleigh coefficients with these parts.
-  std::vector<ModeRow> analyse(const RayleighParts &parts, const Modes &modes, unsigned int cycle,
-                               double tolerance);
+  std::vector<ModeRow> analyse(const RayleighParts &parts, const EigenPairs &modes,
+                               unsigned int cycle, double tolerance);
 
   /// What one kind of term in one body does to one mode.
   struct Contribution
@@ -107,13 +108,13 @@ namespace squeal
   const char *name_of(Origin origin);
 
   /// The Rayleigh coefficients split by origin and body: why a mode grows or decays.
-  std::vector<Contribution> contributions(const RayleighParts &parts, const Modes &modes,
+  std::vector<Contribution> contributions(const RayleighParts &parts, const EigenPairs &modes,
                                           const std::vector<ModeRow> &rows);
 
   /// dl/dp of every mode, from left and right vectors: with z^H Q'(l) x = 2 l,
   ///     dl/dp = -z^H (sum_i dc_i/dp A_i l^order_i) x / (2 l).
   std::vector<std::complex<double>> sensitivities(const ParameterDerivative &derivative,
-                                                  const Modes &modes);
+                                                  const EigenPairs &modes);
 
   /// The roots of (30), l^2 + (d + j g) l + k + j n = 0.
   std::array<std::complex<double>, 2> rayleigh_roots(double d, double g, double k, double n);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/contact/contact.h>
+#include <squeal/linalg/complex_multi_vector.h>
 
 #include <string>
 #include <vector>
@@ -57,7 +58,6 @@ namespace squeal
     ContactPressure friction, damping, falling;
   };
   template <int dim>
-  FrictionWork friction_work(const Contact<dim> &contact, const MultiVector &re,
-                             const MultiVector &im, double omega, const ContactPressure &pressure,
-                             bool with_damping);
+  FrictionWork friction_work(const Contact<dim> &contact, const ComplexMultiVector &mode,
+                             double omega, const ContactPressure &pressure, bool with_damping);
 } // namespace squeal

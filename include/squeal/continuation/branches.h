@@ -11,7 +11,8 @@ namespace squeal
   struct BranchPoint
   {
     double value = 0;
-    Modes modes;
+    EigenPairs modes;
+    EigenSolution::Reuse reuse;         ///< of a full solution
     std::vector<unsigned int> branches; ///< by mode
     std::vector<double> overlaps;       ///< with the branch's mode at the point before; 0: new
     unsigned int n_branches = 0;        ///< branches so far

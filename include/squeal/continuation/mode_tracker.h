@@ -21,12 +21,13 @@ namespace squeal
     void set_model(Model &model);
 
     /// Assembles the model and solves. Throws SolverError, InputError.
-    Modes solve(const Parameters::All &parameters);
+    EigenSolution solve(const Parameters::All &parameters);
     /// The same without projection; the result depends on the parameters only, not on what was
     /// solved before.
-    Modes solve_fully(const Parameters::All &parameters);
+    EigenSolution solve_fully(const Parameters::All &parameters);
     /// Makes a full solution for these parameters the anchor. Modes in coordinates become invalid.
-    void set_expansion_point(const Parameters::All &parameters, const Modes &modes);
+    void set_expansion_point(const Parameters::All &parameters,
+                             const EigenSolution::Reuse &solution);
 
     /// Whether the bases of the projection have become so large that it is time for restart().
     bool is_crowded() const
@@ -35,7 +36,7 @@ namespace squeal
     }
     /// Bases of the last solutions only. Modes in coordinates become invalid, but for these of the
     /// last solution, which are given in the new ones.
-    Modes restart(const Modes &modes)
+    EigenPairs restart(const EigenPairs &modes)
     {
       ++n_restarts_;
       return reduced.restart(modes);
@@ -55,20 +56,20 @@ namespace squeal
       reduced.keep_apart(varying_terms);
     }
 
-    bool is_whole(const Modes &modes) const
+    bool is_whole(const EigenPairs &modes) const
     {
       return !ReducedHalves::is_reduced(modes, whole_rows);
     }
-    Modes whole(const Modes &modes) const
+    EigenPairs whole(const EigenPairs &modes) const
     {
       return is_whole(modes) ? modes : reduced.expand(modes);
     }
 
     /// The functions of stability.h and branches.h, for modes of the last solution.
-    std::vector<ModeRow> analyse(const Modes &modes) const;
+    std::vector<ModeRow> analyse(const EigenPairs &modes) const;
     /// Nothing if the model cannot be differentiated by the parameter.
     std::vector<std::complex<double>> sensitivities(const std::string &parameter,
-                                                    const Modes &modes) const;
+                                                    const EigenPairs &modes) const;
     /// @p before may be older than the last anchor only if it is whole.
     bool continue_branches(const BranchPoint &before, BranchPoint &next) const;
 

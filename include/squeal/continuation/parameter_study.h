@@ -71,7 +71,7 @@ namespace squeal
 
     /// The numbers of the modes nearest to the eigenvalues expected. Throws SolverError if there
     /// are not enough.
-    std::vector<unsigned int> nearest(const Modes &modes,
+    std::vector<unsigned int> nearest(const EigenPairs &modes,
                                       const std::vector<std::complex<double>> &expected) const;
 
     /// Eigenvalues and, by parameter, their derivatives; none where the terms cannot be
@@ -86,7 +86,7 @@ namespace squeal
                         const std::vector<std::complex<double>> &expected);
 
     /// The function that vanishes where the first divergent mode of a point begins to grow.
-    StaticInstability instability_of(const std::vector<double> &values, const Modes &modes);
+    StaticInstability instability_of(const std::vector<double> &values, const EigenPairs &modes);
     /// It and its derivatives by the parameters; not a number where the terms cannot be
     /// differentiated.
     StaticInstability::Result evaluate(const StaticInstability &instability,

@@ -25,7 +25,7 @@ namespace squeal
 
     /// Begins anew, as ReducedModel::anchor(). @p symmetry is that of the modes' halves.
     void anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
-                const Modes &modes, const std::optional<MirrorSymmetry> &symmetry);
+                const EigenSolution::Reuse &found, const std::optional<MirrorSymmetry> &symmetry);
     std::vector<double> varying_terms() const;
     void keep_apart(const std::vector<double> &varying_terms);
 
@@ -52,16 +52,16 @@ namespace squeal
     bool has_count_of_anchor(const std::vector<Term> &terms);
 
     /// As those of ReducedModel.
-    std::optional<Modes> solve(const std::vector<Term> &terms);
+    std::optional<EigenPairs> solve(const std::vector<Term> &terms);
     bool is_crowded() const;
     /// Gives these modes of the last solution in the new coordinates.
-    Modes restart(const Modes &modes);
+    EigenPairs restart(const EigenPairs &modes);
     QuadraticEigenproblem problem() const;
-    ReducedModel::RayleighForms rayleigh_forms(const Modes &modes) const;
+    ReducedModel::RayleighForms rayleigh_forms(const EigenPairs &modes) const;
     std::vector<Term> project(const std::vector<Term> &terms) const;
-    Modes expand(const Modes &modes) const;
-    Modes pad(const Modes &modes) const;
-    static bool is_reduced(const Modes &modes, const RowRange &rows)
+    EigenPairs expand(const EigenPairs &modes) const;
+    EigenPairs pad(const EigenPairs &modes) const;
+    static bool is_reduced(const EigenPairs &modes, const RowRange &rows)
     {
       return ReducedModel::is_reduced(modes, rows);
     }
@@ -70,7 +70,7 @@ namespace squeal
     struct Part
     {
       std::optional<ParitySpace> space; ///< without: the whole
-      std::string name;                 ///< of its modes' symmetry
+      Parity parity;                    ///< of its modes
       ReducedModel reduced;
       std::shared_ptr<InertiaCount> reference;
       unsigned int n_modes      = 0; ///< of the anchor in the disc
@@ -86,11 +86,11 @@ namespace squeal
     unsigned int dimension() const;
     MultiVector apply_inverse(const MultiVector &b) const;
     /// The numbers of the modes of a part.
-    std::vector<unsigned int> modes_of(const Modes &modes, const Part &part) const;
+    std::vector<unsigned int> modes_of(const EigenPairs &modes, const Part &part) const;
     /// The part's modes in its coordinates, of which there were @p sizes when the modes were found.
-    Modes extract(const Modes &modes, unsigned int part,
-                  const std::vector<unsigned int> &sizes) const;
-    const std::vector<unsigned int> &sizes_of(const Modes &modes) const;
+    EigenPairs extract(const EigenPairs &modes, unsigned int part,
+                       const std::vector<unsigned int> &sizes) const;
+    const std::vector<unsigned int> &sizes_of(const EigenPairs &modes) const;
 
     EigensolverOptions options;
     std::optional<MirrorSymmetry> symmetry;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/eigen/subspace_iteration.h>
+#include <squeal/eigen/eigenpairs.h>
 #include <squeal/linalg/reduced_tools.h>
 
 #include <array>
@@ -37,10 +37,10 @@ namespace squeal
   public:
     explicit ReducedModel(const EigensolverOptions &options) : options(options) {}
 
-    /// Begins anew: @p modes are a full solution of the @p terms, with bases and factors
+    /// Begins anew: @p found is what a full solution of the @p terms keeps
     /// (EigensolverOptions::keep_factors).
     void anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
-                const Modes &modes);
+                const EigenSolution::Reuse &found);
     /// The anchor's terms whose coefficients have been seen to change, by number. Sums do not
     /// contain them; a run that is resumed is told, so that it adds in the same order.
     std::vector<double> varying_terms() const;
@@ -54,7 +54,7 @@ namespace squeal
     /// The modes of other terms as coordinates in V and W (blocks of MPI_COMM_SELF), with upper
     /// bounds of their backward errors. Nothing if these are not below the tolerance or the number
     /// of modes near the window has changed: then solve the whole problem.
-    std::optional<Modes> solve(const std::vector<Term> &terms);
+    std::optional<EigenPairs> solve(const std::vector<Term> &terms);
 
     /// Whether V has become so large that it should restart(). (Measured: with 3 and 22 modes.)
     bool is_crowded() const
@@ -78,19 +78,19 @@ namespace squeal
     {
       std::vector<std::complex<double>> of_p, of_q;
     };
-    RayleighForms rayleigh_forms(const Modes &modes) const;
+    RayleighForms rayleigh_forms(const EigenPairs &modes) const;
     /// W^T A V of any other terms.
     std::vector<Term> project(const std::vector<Term> &terms) const;
 
     /// Modes in coordinates of now or of before the last enrichment as whole vectors.
-    Modes expand(const Modes &modes) const;
+    EigenPairs expand(const EigenPairs &modes) const;
     /// Coordinates of whole vectors of the span, as of modes before restart().
-    Modes coordinates(const Modes &whole) const;
+    EigenPairs coordinates(const EigenPairs &whole) const;
     /// Coordinates of before an enrichment with zeros for what was added.
-    Modes pad(const Modes &modes) const;
-    static bool is_reduced(const Modes &modes, const RowRange &rows)
+    EigenPairs pad(const EigenPairs &modes) const;
+    static bool is_reduced(const EigenPairs &modes, const RowRange &rows)
     {
-      return modes.re.row_range().size != rows.size || modes.re.row_range().comm != rows.comm;
+      return modes.right.row_range().size != rows.size || modes.right.row_range().comm != rows.comm;
     }
 
     unsigned int dimension() const
@@ -255,9 +255,9 @@ namespace squeal
     MultiVector solve_projected(Solutions &x, Solutions &y);
     /// The pairs with the smallest errors, as many as the anchor has in the disc.
     std::vector<unsigned int> best_pairs(const Solutions &solutions) const;
-    Modes make_modes(const Solutions &x, const Solutions &y,
-                     const std::vector<unsigned int> &which) const;
-    void normalise(Modes &modes) const;
+    EigenPairs make_modes(const Solutions &x, const Solutions &y,
+                          const std::vector<unsigned int> &which) const;
+    void normalise(EigenPairs &modes) const;
 
     EigensolverOptions options;
     RowRange rows;

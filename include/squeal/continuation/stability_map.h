@@ -73,12 +73,12 @@ namespace squeal
     Evaluation evaluate(const Position &at, const StaticInstability &instability);
 
     void walk_grid();
-    void write(const Position &at, const Modes &modes);
+    void write(const Position &at, const EigenPairs &modes);
     /// The crossings between two neighbours of the grid, of which the second has just been solved.
-    void find_crossings(unsigned int before, unsigned int now, const Modes &modes);
+    void find_crossings(unsigned int before, unsigned int now, const EigenPairs &modes);
     void add_crossing(unsigned int before, unsigned int now, std::complex<double> l_before,
                       std::complex<double> l_now);
-    void add_divergence(unsigned int before, unsigned int now, const Modes &modes);
+    void add_divergence(unsigned int before, unsigned int now, const EigenPairs &modes);
 
     void trace_boundaries();
     /// Whether a point lies on a curve that was traced.

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/eigen/constraint_projection.h>
-#include <squeal/eigen/subspace_iteration.h>
+#include <squeal/eigen/eigenpairs.h>
 
 #include <functional>
 
@@ -42,9 +42,9 @@ namespace squeal
   /// relative error. *Backward errors*, which the modes have, too, are of the first order and
   /// larger. Once U is large, the pairs of the last two steps make a new one.
   ///
-  /// Nothing counts the modes: Modes::completeness is left empty. Those that @p start has are
+  /// Nothing counts the modes: the proof is left empty. Those that @p start has are
   /// found, and others that emerge in the window, too. Throws SolverError if the pairs do not
   /// converge, and before anything is computed if the vectors will not fit into memory. Collective.
-  Modes block_davidson(const DavidsonProblem &problem, MultiVector start,
-                       const EigensolverOptions &options);
+  EigenSolution block_davidson(const DavidsonProblem &problem, MultiVector start,
+                               const EigensolverOptions &options);
 } // namespace squeal

@@ -1,18 +1,10 @@
 #pragma once
 
 #include <squeal/eigen/search_region.h>
-#include <squeal/eigen/subspace_iteration.h>
+#include <squeal/eigen/shift_invert.h>
 
 namespace squeal
 {
-  /// What a block Krylov search found.
-  struct BlockSearch
-  {
-    Pairs pairs;               ///< all with Im l >= 0 in the region, converged, and up to `reach`
-    MultiVector space;         ///< an orthonormal basis U of all vectors searched
-    unsigned int n_solves = 0; ///< right-hand sides solved
-  };
-
   struct BlockSearchOptions
   {
     SearchRegion region;             ///< every eigenvalue of it is looked for
@@ -39,10 +31,13 @@ namespace squeal
   /// problem's size and small orthonormal (g_1, g_2) (two-level orthogonal Arnoldi: Lu, Su and Bai,
   /// 2016), half of the memory and of the work of vectors of twice that size.
   ///
+  /// Gives all converged right pairs with Im l >= 0 in the region and up to `reach`, U as what may
+  /// be reused, and the number of right-hand sides.
+  ///
   /// S does not see the contact pressures. The eigenvectors returned are images S v, with the
   /// pressures that belong to them. Throws SolverError if the space grows too large.
-  BlockSearch block_krylov_search(const QuadraticEigenproblem &problem,
-                                  const ShiftInvert &shift_invert,
-                                  const BlockSearchOptions &options,
-                                  const std::function<void(const std::string &)> &progress);
+  EigenSolution block_krylov_search(const QuadraticEigenproblem &problem,
+                                    const ShiftInvert &shift_invert,
+                                    const BlockSearchOptions &options,
+                                    const std::function<void(const std::string &)> &progress);
 } // namespace squeal

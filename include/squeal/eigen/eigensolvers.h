@@ -1,10 +1,9 @@
 #pragma once
 
-#include <squeal/eigen/subspace_iteration.h>
+#include <squeal/eigen/eigenpairs.h>
 
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace squeal
@@ -16,8 +15,8 @@ namespace squeal
     virtual ~Eigensolver() = default;
     /// Throws SolverError if a mode of the window is missing or cannot be computed to the
     /// tolerance.
-    virtual Modes solve(const QuadraticEigenproblem &problem,
-                        const EigensolverOptions &options) const = 0;
+    virtual EigenSolution solve(const QuadraticEigenproblem &problem,
+                                const EigensolverOptions &options) const = 0;
     /// Whether it compares the modes with |l| <= search_radius(options.max_imaginary), and only
     /// those, with the reference problem's number.
     virtual bool counts_in_disc(const EigensolverOptions &) const
@@ -32,18 +31,6 @@ namespace squeal
       return {};
     }
   };
-
-  /// The order of modes: by |Im l|, then by Re l.
-  inline bool precedes(const std::complex<double> &a, const std::complex<double> &b)
-  {
-    return std::make_pair(a.imag(), a.real()) < std::make_pair(b.imag(), b.real());
-  }
-
-  /// x^H M x = 1 with the largest component real, z^H Q'(l) x = 2 l, and the condition numbers.
-  void normalise(const QuadraticEigenproblem &problem, Modes &modes);
-
-  /// Turns the largest component of each vector to the real axis; x and z stay normalised.
-  void turn_to_real(Modes &modes);
 
   /// The solver of that name: block_krylov, krylov or dense. To add one: a class and a row in the
   /// table.

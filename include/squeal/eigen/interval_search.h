@@ -1,7 +1,7 @@
 #pragma once
 
+#include <squeal/eigen/eigenpairs.h>
 #include <squeal/eigen/search_region.h>
-#include <squeal/eigen/subspace_iteration.h>
 
 namespace squeal
 {
@@ -14,16 +14,6 @@ namespace squeal
     unsigned int n_expected = 0;    ///< pairs of the region, as far as known
     unsigned int seed       = 0;
     bool only_count         = false; ///< find the eigenvalues' places, no vectors
-  };
-
-  /// What a search found: all eigenvalues with Im l > 0 in the region, and of the wanted ones the
-  /// right vectors and, in the same order, the left ones as pairs Q(l)^T y = 0.
-  struct IntervalSearch
-  {
-    std::vector<std::complex<double>> lambda;
-    Pairs right, left;
-    std::vector<double> backward_error, left_backward_error;
-    unsigned int n_solves = 0; ///< right-hand sides
   };
 
   /// All modes of a region around i w, far from zero, in real arithmetic with one real
@@ -44,9 +34,10 @@ namespace squeal
   /// and Z makes pressures drop out. A correction is solved for by itself, so that it satisfies the
   /// constraints to its own rounding. Vectors returned have pressures.
   ///
-  /// Throws SolverError if the corrections do not converge.
-  IntervalSearch window_search(const QuadraticEigenproblem &problem,
-                               const Factorization &factorization,
-                               const IntervalSearchOptions &options,
-                               const std::function<void(const std::string &)> &progress);
+  /// Gives the wanted modes, right and left vectors, all eigenvalues of the region, and the number
+  /// of right-hand sides. Throws SolverError if the corrections do not converge.
+  EigenSolution interval_search(const QuadraticEigenproblem &problem,
+                                const Factorization &factorization,
+                                const IntervalSearchOptions &options,
+                                const std::function<void(const std::string &)> &progress);
 } // namespace squeal

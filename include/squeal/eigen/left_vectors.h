@@ -4,26 +4,27 @@
 
 namespace squeal
 {
-  /// Adds the left vectors to modes: those of the transposed problem, out of a block Krylov space
-  /// and polished. Left vectors of equal eigenvalues are chosen biorthogonal to the right ones.
-  /// Throws SolverError if they do not converge. @p transposed solves with the transposed
+  /// Adds the left vectors to the modes: those of the transposed problem, out of a block Krylov
+  /// space and refined. Left vectors of equal eigenvalues are chosen biorthogonal to the right
+  /// ones. Throws SolverError if they do not converge. @p transposed solves with the transposed
   /// factorisation.
   void add_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
-                        double radius, const EigensolverOptions &options, Modes &modes);
+                        double radius, const EigensolverOptions &options, EigenSolution &solution);
 
   /// The same by a block Krylov search of the transposed problem.
   void search_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
                            const BlockSearchOptions &search, const EigensolverOptions &options,
-                           Modes &modes);
+                           EigenSolution &solution);
 
   /// The transposed problem.
   QuadraticEigenproblem adjoint_of(const QuadraticEigenproblem &problem);
 
-  /// Adds left vectors, given as Q(l)^T y = 0 in the order of the modes, and their backward errors.
-  void attach_left_vectors(const QuadraticEigenproblem &problem, Pairs transposed_pairs,
-                           std::vector<double> errors, Modes &modes);
+  /// Adds left vectors and their backward errors, given as the right ones of the transposed problem
+  /// in the order of the modes: Q(l)^T y = 0, z = conj(y).
+  void attach_left_vectors(const QuadraticEigenproblem &problem, EigenPairs transposed_pairs,
+                           EigenPairs &modes);
 
   /// The same by one Rayleigh-Ritz step of the transposed problem on a basis of the whole space.
   void add_left_vectors(const QuadraticEigenproblem &problem, const MultiVector &basis,
-                        double shift, double radius, Modes &modes);
+                        double shift, double radius, EigenPairs &modes);
 } // namespace squeal

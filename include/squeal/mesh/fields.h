@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/linalg/complex_multi_vector.h>
 #include <squeal/mesh/finite_element_space.h>
 
 #include <complex>
@@ -33,8 +34,7 @@ namespace squeal
   /// with a .pvd that ParaView plays; its time is in periods. The mode is scaled so that its
   /// largest displacement is 1.
   template <int dim>
-  void write_mode(const FiniteElementSpace<dim> &spaces, const MultiVector &re,
-                  const MultiVector &im, unsigned int column, double pressure_scale,
-                  const std::string &directory, unsigned int cycle, unsigned int mode,
-                  unsigned int n_frames);
+  void write_mode(const FiniteElementSpace<dim> &spaces, const ComplexMultiVector &modes,
+                  unsigned int column, double pressure_scale, const std::string &directory,
+                  unsigned int cycle, unsigned int mode, unsigned int n_frames);
 } // namespace squeal

@@ -4,7 +4,7 @@
 #include <squeal/bodies/body_operators.h>
 #include <squeal/contact/contact_forces.h>
 #include <squeal/eigen/block_davidson.h>
-#include <squeal/eigen/subspace_iteration.h>
+#include <squeal/eigen/eigenpairs.h>
 #include <squeal/model/model.h>
 #include <squeal/statics/static_solver.h>
 
@@ -108,7 +108,7 @@ namespace squeal
     /// The gain of friction on the contact pressure; zero without friction.
     SelfLocking self_locking() const;
     /// Where friction feeds energy into a mode.
-    FrictionWork friction_work(const Modes &modes, unsigned int mode) const;
+    FrictionWork friction_work(const EigenPairs &modes, unsigned int mode) const;
 
   private:
     /// The matrices of a material are assembled once a mesh; the terms scale them to the present

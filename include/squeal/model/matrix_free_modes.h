@@ -13,5 +13,6 @@ namespace squeal
   /// @p model is one of degree 2 or more with Eigenproblem/Solver = block_davidson. Throws
   /// SolverError. Collective.
   template <int dim>
-  Modes find_modes_without_factors(const BrakeModel<dim> &model, const EigensolverOptions &options);
+  EigenSolution find_modes_without_factors(const BrakeModel<dim> &model,
+                                           const EigensolverOptions &options);
 } // namespace squeal

@@ -53,7 +53,7 @@ namespace squeal
     const bool resumable; ///< results of an interrupted run of the same parameters are there
     Stopwatch of_cycle;   ///< since the last one's line
 
-    Modes modes;
+    EigenSolution found;
     std::vector<ModeRow> rows; ///< of the present cycle
 
   private:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/contact/contact.h>
+#include <squeal/linalg/complex_multi_vector.h>
 #include <squeal/linalg/dense.h>
 
 #include <array>
@@ -55,8 +56,7 @@ namespace squeal
     std::vector<unsigned int> rows;
     std::vector<std::vector<std::complex<double>>> parts;
   };
-  /// Empty without a edge. Collective.
-  EdgeEffects edge_effects(const ContactEdge &edge, const MultiVector &x_re,
-                           const MultiVector &x_im, const MultiVector &z_re,
-                           const MultiVector &z_im);
+  /// Empty without an edge. Collective.
+  EdgeEffects edge_effects(const ContactEdge &edge, const ComplexMultiVector &x,
+                           const ComplexMultiVector &z);
 } // namespace squeal

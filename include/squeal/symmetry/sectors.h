@@ -17,8 +17,8 @@ namespace squeal
   /// to change.
   ///
   /// Without a symmetry, or if the matrices do not have it, the whole problem is solved, and no
-  /// mode's symmetry is known.
-  Modes solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
-                          const EigensolverOptions &options,
-                          const std::optional<MirrorSymmetry> &symmetry);
+  /// mode's parity is known.
+  EigenSolution solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
+                                  const EigensolverOptions &options,
+                                  const std::optional<MirrorSymmetry> &symmetry);
 } // namespace squeal

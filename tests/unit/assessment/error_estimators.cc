@@ -25,7 +25,7 @@ namespace
   template <int dim>
   struct Solution
   {
-    Modes modes;
+    EigenPairs modes;
     EigenvalueErrors errors;
 
     Solution(const Geometry<dim> &geometry, Parameters::All prm, const unsigned int degree,
@@ -43,7 +43,7 @@ namespace
         model.distribute();
       }
       model.assemble(prm);
-      modes = make_eigensolver("krylov")->solve(model.problem(), options_for(prm));
+      modes = make_eigensolver("krylov")->solve(model.problem(), options_for(prm)).modes;
       if (estimated)
         errors = estimate_errors(model, modes);
     }

@@ -59,7 +59,7 @@ namespace
   {
     EigensolverOptions options;
     options.max_imaginary = 0.8;
-    return analyse(problem, make_eigensolver(solver)->solve(problem, options), 3,
+    return analyse(problem, make_eigensolver(solver)->solve(problem, options).modes, 3,
                    options.tolerance);
   }
 } // namespace

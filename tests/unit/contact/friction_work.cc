@@ -53,7 +53,7 @@ namespace
     const QuadraticEigenproblem problem = model.problem();
     EigensolverOptions options;
     options.max_imaginary       = 2 * M_PI * prm.eigenproblem.maximum_frequency;
-    const Modes modes           = make_eigensolver("krylov")->solve(problem, options);
+    const EigenPairs modes      = make_eigensolver("krylov")->solve(problem, options).modes;
     const RayleighParts d_g_k_n = rayleigh_parts(model, modes);
     const auto rows             = analyse(d_g_k_n, modes, 0, options.tolerance);
     const auto parts            = contributions(d_g_k_n, modes, rows);

@@ -26,11 +26,11 @@ namespace
     BranchPoint point;
     for (const double w : frequencies)
       point.modes.lambda.emplace_back(0, w);
-    point.modes.re = block_of(problem.rows, vectors.size(),
-                              [&](const unsigned int row, const unsigned int column)
-                              { return vectors[column][row]; });
-    point.modes.im = point.modes.left_im = MultiVector(problem.rows, vectors.size());
-    point.modes.left_re                  = point.modes.re;
+    point.modes.right.re = block_of(problem.rows, vectors.size(),
+                                    [&](const unsigned int row, const unsigned int column)
+                                    { return vectors[column][row]; });
+    point.modes.right.im = MultiVector(problem.rows, vectors.size());
+    point.modes.left     = point.modes.right;
     return point;
   }
 

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <squeal/continuation/mode_tracker.h>
+#include <squeal/eigen/backward_error.h>
 
 using namespace squeal;
 using namespace squeal::tests;
@@ -27,15 +28,15 @@ namespace
   /// A full solution as the first, to which others are near.
   void begin(ModeTracker &tracker, const Parameters::All &parameters)
   {
-    const Modes modes = tracker.solve_fully(parameters);
-    tracker.set_expansion_point(parameters, modes);
+    tracker.set_expansion_point(parameters, tracker.solve_fully(parameters).reuse);
   }
 
   /// |Q(l) x| of whole modes, for the unit mass matrices used here.
-  double largest_residual(const ChainModel &model, const Modes &modes)
+  double largest_residual(const ChainModel &model, const EigenPairs &modes)
   {
-    const auto result = BackwardError(model.problem())(modes.lambda, modes.re, modes.im);
-    return *std::max_element(result.errors.begin(), result.errors.end());
+    const QuadraticEigenproblem problem = model.problem();
+    const std::vector<double> errors    = BackwardError(problem)(modes);
+    return *std::max_element(errors.begin(), errors.end());
   }
 } // namespace
 
@@ -52,7 +53,7 @@ TEST_CASE("mode tracker: one full solution serves for many parameters")
   {
     const double p = 0.1 + 0.01 * k, c = 0.002 + 0.0001 * k;
     CAPTURE(p);
-    const Modes modes = tracker.solve(factors(p, c));
+    const EigenPairs modes = tracker.solve(factors(p, c)).modes;
     CHECK(!tracker.is_whole(modes));
     CHECK(distance_of_sets(modes.lambda, TwoChains::eigenvalues(2, p, c)) <= 1e-9);
     for (const double error : modes.backward_error)
@@ -72,7 +73,7 @@ TEST_CASE("mode tracker: derivatives and Rayleigh coefficients of projected mode
   ModeTracker tracker(window(0.26), "block_krylov");
   tracker.set_model(*model);
   begin(tracker, factors(0.1, 0.002));
-  const Modes modes = tracker.solve(factors(p, c));
+  const EigenPairs modes = tracker.solve(factors(p, c)).modes;
   REQUIRE(!tracker.is_whole(modes));
   const std::vector<Complex> expected = TwoChains::eigenvalues(2, p, c),
                              by_p     = tracker.sensitivities(first_factor, modes),
@@ -114,12 +115,12 @@ TEST_CASE("mode tracker: other modes in the window ask for a full solution")
   begin(tracker, factors(0, 0));
   for (const double p : {-0.01, -0.02})
   {
-    const Modes modes = tracker.solve(factors(p, 0));
+    const EigenPairs modes = tracker.solve(factors(p, 0)).modes;
     CHECK(modes.lambda.size() == 3);
     CHECK(!tracker.is_whole(modes));
   }
   CHECK(tracker.n_full_solutions() == 1);
-  const Modes modes = tracker.solve(factors(-0.2, 0));
+  const EigenPairs modes = tracker.solve(factors(-0.2, 0)).modes;
   CHECK(tracker.is_whole(modes));
   CHECK(tracker.n_full_solutions() == 2);
   std::vector<Complex> expected;
@@ -160,10 +161,10 @@ TEST_CASE("reduced sectors: symmetric and antisymmetric modes, each by its own r
   for (const double p : {0.11, 0.13, 0.17, 0.2, 0.23, 0.26, 0.3})
   {
     CAPTURE(p);
-    const Modes modes = tracker.solve(factors(p, 0.002));
+    const EigenPairs modes = tracker.solve(factors(p, 0.002)).modes;
     REQUIRE(!tracker.is_whole(modes));
     CHECK(distance_of_sets(modes.lambda, TwoChains::eigenvalues(2, p, 0.002)) <= 1e-9);
-    const Modes whole = tracker.whole(modes);
+    const EigenPairs whole = tracker.whole(modes);
     CHECK(largest_residual(*model, whole) <= 1e-9);
     const std::vector<Complex> of_first = TwoChains::eigenvalues(1, p, 0.002);
     for (unsigned int k = 0; k < modes.lambda.size(); ++k)
@@ -171,8 +172,8 @@ TEST_CASE("reduced sectors: symmetric and antisymmetric modes, each by its own r
       const bool is_symmetric = std::any_of(
           of_first.begin(), of_first.end(),
           [&](const Complex l) { return std::abs(l - modes.lambda[k]) < 1e-8 * std::abs(l); });
-      CHECK(modes.mirror[k] == (is_symmetric ? "symmetric" : "antisymmetric"));
-      const MultiVector x = whole.re.columns(k, 1), s_x = model->symmetry->reflect(x);
+      CHECK(modes.parity[k] == (is_symmetric ? Parity::symmetric : Parity::antisymmetric));
+      const MultiVector x = whole.right.re.columns(k, 1), s_x = model->symmetry->reflect(x);
       MultiVector minus_x = x;
       for (unsigned int i = 0; i < x.n_local(); ++i)
         minus_x.data()[i] *= -1;
@@ -198,8 +199,9 @@ TEST_CASE("reduced sectors: branches go on in coordinates, from whole modes and 
     ModeTracker tracker(window(0.26), "block_krylov");
     tracker.set_model(*model);
     BranchPoint before;
-    before.modes = tracker.solve_fully(factors(0.1, 0.002));
-    tracker.set_expansion_point(factors(0.1, 0.002), before.modes);
+    const EigenSolution first = tracker.solve_fully(factors(0.1, 0.002));
+    before.modes              = first.modes;
+    tracker.set_expansion_point(factors(0.1, 0.002), first.reuse);
     before.branches   = {0, 1, 2, 3};
     before.n_branches = 4;
     for (unsigned int k = 1; k <= 10; ++k)
@@ -207,7 +209,7 @@ TEST_CASE("reduced sectors: branches go on in coordinates, from whole modes and 
       CAPTURE(k);
       BranchPoint next;
       const double p = 0.1 + 0.002 * k;
-      next.modes     = tracker.solve(factors(p, 0.002));
+      next.modes     = tracker.solve(factors(p, 0.002)).modes;
       REQUIRE(!tracker.is_whole(next.modes));
       CHECK(tracker.continue_branches(before, next));
       CHECK(next.n_branches == 4);
@@ -218,13 +220,14 @@ TEST_CASE("reduced sectors: branches go on in coordinates, from whole modes and 
       before = std::move(next);
       if (k == 5)
       {
-        const Modes whole = tracker.whole(before.modes);
-        before.modes      = tracker.restart(before.modes);
+        const EigenPairs whole = tracker.whole(before.modes);
+        before.modes           = tracker.restart(before.modes);
         CHECK(tracker.n_restarts() == 1);
-        const Modes again = tracker.whole(before.modes);
-        CHECK(largest_entry(difference(whole.re, again.re)) <= 1e-7 * largest_entry(whole.re));
-        CHECK(largest_entry(difference(whole.left_im, again.left_im)) <=
-              1e-6 * largest_entry(whole.left_re));
+        const EigenPairs again = tracker.whole(before.modes);
+        CHECK(largest_entry(difference(whole.right.re, again.right.re)) <=
+              1e-7 * largest_entry(whole.right.re));
+        CHECK(largest_entry(difference(whole.left.im, again.left.im)) <=
+              1e-6 * largest_entry(whole.left.re));
       }
     }
     CHECK(tracker.n_full_solutions() == 1);
@@ -238,9 +241,9 @@ TEST_CASE("reduced sectors: terms that lose the symmetry ask for a full solution
   ModeTracker tracker(window(0.26), "block_krylov");
   tracker.set_model(*model);
   begin(tracker, factors(0.1, 0));
-  CHECK(!tracker.is_whole(tracker.solve(factors(0.11, 0))));
+  CHECK(!tracker.is_whole(tracker.solve(factors(0.11, 0)).modes));
   CHECK(tracker.n_full_solutions() == 1);
-  const Modes modes = tracker.solve(factors(0.12, 0.01));
+  const EigenPairs modes = tracker.solve(factors(0.12, 0.01)).modes;
   CHECK(tracker.is_whole(modes));
   CHECK(tracker.n_full_solutions() == 2);
   CHECK(largest_residual(*model, modes) <= 1e-9);

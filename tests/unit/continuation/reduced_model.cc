@@ -93,7 +93,7 @@ TEST_CASE("reduced model: a contact with friction")
   ReducedModel reduced(options);
   const QuadraticEigenproblem problem = chain.problem(0.1);
   reduced.anchor(problem, chain.terms(0.1),
-                 make_eigensolver("block_krylov")->solve(problem, options));
+                 make_eigensolver("block_krylov")->solve(problem, options).reuse);
   REQUIRE(reduced.is_anchored());
   for (const double mu : {0.1, 0.11, 0.12, 0.14, 0.17})
   {
@@ -102,11 +102,11 @@ TEST_CASE("reduced model: a contact with friction")
     REQUIRE(modes);
     CHECK(distance_of_sets(modes->lambda, HeldChain::eigenvalues(mu, 0.3)) <= 1e-9);
     // Certified, and truly so.
-    const Modes whole = reduced.expand(*modes);
+    const EigenPairs whole = reduced.expand(*modes);
     for (const double error : modes->backward_error)
       CHECK(error <= options.tolerance);
     // The held mass does not move.
-    const DenseMatrix x = replicated(whole.re);
+    const DenseMatrix x = replicated(whole.right.re);
     for (unsigned int j = 0; j < x.n_columns; ++j)
       CHECK(std::abs(x(HeldChain::held, j)) <= 1e-9);
   }
@@ -121,7 +121,7 @@ TEST_CASE("reduced model: a contact opens")
   ReducedModel reduced(options);
   const QuadraticEigenproblem problem = chain.problem(0.1);
   reduced.anchor(problem, chain.terms(0.1),
-                 make_eigensolver("block_krylov")->solve(problem, options));
+                 make_eigensolver("block_krylov")->solve(problem, options).reuse);
   REQUIRE(reduced.solve(chain.terms(0.1)));
   if (const auto modes = reduced.solve(chain.terms(0.1, true)))
   {
@@ -149,27 +149,27 @@ TEST_CASE("reduced model: coordinates and whole vectors")
   const std::vector<Term> first = terms_at(0.1);
   ReducedModel reduced(options);
   reduced.anchor(model->problem(), first,
-                 make_eigensolver("block_krylov")->solve(model->problem(), options));
+                 make_eigensolver("block_krylov")->solve(model->problem(), options).reuse);
   // p varies: the first attempt finds out, and the next expansion point keeps the matrix apart.
   reduced.solve(first);
   CHECK(!reduced.solve(terms_at(0.11)));
   CHECK(reduced.varying_terms() == std::vector<double>{2});
   terms_at(0.1);
   reduced.anchor(model->problem(), model->terms(),
-                 make_eigensolver("block_krylov")->solve(model->problem(), options));
-  std::optional<Modes> modes;
+                 make_eigensolver("block_krylov")->solve(model->problem(), options).reuse);
+  std::optional<EigenPairs> modes;
   for (const double p : {0.1, 0.12, 0.14})
     modes = reduced.solve(terms_at(p));
   REQUIRE(modes);
   const unsigned int before = reduced.dimension();
-  const Modes whole = reduced.expand(*modes), again = reduced.coordinates(whole);
-  CHECK(distance(again.re, modes->re) <= 1e-12);
-  CHECK(distance(again.left_re, modes->left_re) <= 1e-10);
+  const EigenPairs whole = reduced.expand(*modes), again = reduced.coordinates(whole);
+  CHECK(distance(again.right.re, modes->right.re) <= 1e-12);
+  CHECK(distance(again.left.re, modes->left.re) <= 1e-10);
   reduced.restart();
   CHECK(reduced.dimension() < before);
-  const Modes after = reduced.expand(reduced.coordinates(whole));
-  CHECK(distance(after.re, whole.re) <= 1e-8);
-  CHECK(distance(after.left_re, whole.left_re) <= 1e-7);
+  const EigenPairs after = reduced.expand(reduced.coordinates(whole));
+  CHECK(distance(after.right.re, whole.right.re) <= 1e-8);
+  CHECK(distance(after.left.re, whole.left.re) <= 1e-7);
   const auto next = reduced.solve(terms_at(0.141));
   REQUIRE(next);
   CHECK(distance_of_sets(next->lambda, TwoChains::eigenvalues(2, 0.141, 0.002)) <= 1e-9);
@@ -184,6 +184,6 @@ TEST_CASE("reduced model: a small problem is not projected")
   const EigensolverOptions options = options_for_projection(1.2);
   ReducedModel reduced(options);
   reduced.anchor(model.problem(), model.terms(),
-                 make_eigensolver("block_krylov")->solve(model.problem(), options));
+                 make_eigensolver("block_krylov")->solve(model.problem(), options).reuse);
   CHECK(!reduced.is_anchored());
 }

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <squeal/contact/contact_matrices.h>
+#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/model/matrix_free_modes.h>
@@ -188,12 +189,13 @@ TEST_CASE("block_davidson: modes without factors are those of the assembled equa
   };
   const auto assembled                = make("krylov");
   const QuadraticEigenproblem problem = assembled->problem();
-  const Modes expected                = make_eigensolver("krylov")->solve(problem, options_of(p));
-  const auto matrix_free              = make("block_davidson");
-  Modes found                         = find_modes_without_factors(*matrix_free, options_of(p));
-  REQUIRE(found.lambda.size() == expected.lambda.size());
-  REQUIRE(found.lambda.size() >= 8);
-  for (unsigned int j = 0; j < found.lambda.size(); ++j)
+  const EigenPairs expected = make_eigensolver("krylov")->solve(problem, options_of(p)).modes;
+  const auto matrix_free    = make("block_davidson");
+  EigenSolution solution    = find_modes_without_factors(*matrix_free, options_of(p));
+  EigenPairs &found         = solution.modes;
+  REQUIRE(found.size() == expected.size());
+  REQUIRE(found.size() >= 8);
+  for (unsigned int j = 0; j < found.size(); ++j)
   {
     CHECK(std::abs(found.lambda[j] - expected.lambda[j]) <= 1e-10 * std::abs(expected.lambda[j]));
     CHECK(relative_error(found.condition[j], expected.condition[j]) < 1e-4);
@@ -203,19 +205,20 @@ TEST_CASE("block_davidson: modes without factors are those of the assembled equa
       matrix_free->contact()->pressure_scale() / assembled->contact()->pressure_scale();
   const unsigned int n_multipliers =
       assembled->spaces().rows.end - assembled->spaces().first_local_multiplier;
-  for (MultiVector *block : {&found.re, &found.im, &found.left_re, &found.left_im})
-    for (unsigned int k = 0; k < block->n_columns(); ++k)
-      for (unsigned int i = block->n_local() - n_multipliers; i < block->n_local(); ++i)
-        block->column(k)[i] *= scale;
-  const auto errors = BackwardError(problem)(found.lambda, found.re, found.im).errors;
+  for (ComplexMultiVector *x : {&found.right, &found.left})
+    for (unsigned int k = 0; k < x->n_columns(); ++k)
+      for (unsigned int i = x->n_local() - n_multipliers; i < x->n_local(); ++i)
+        x->set(i, k, scale * (*x)(i, k));
+  const auto errors = BackwardError(problem)(found);
   CHECK(largest_of(errors) < 1e-6);
   // Norms without matrices are lower bounds, so what was told is not smaller.
   for (unsigned int j = 0; j < errors.size(); ++j)
     CHECK(errors[j] <= 1.001 * found.backward_error[j]);
-  MultiVector conjugate = found.left_im; // z = conj(y)
-  for (std::size_t i = 0; i < std::size_t(conjugate.n_local()) * conjugate.n_columns(); ++i)
-    conjugate.data()[i] *= -1;
+  EigenPairs transposed;
+  transposed.lambda = found.lambda;
+  transposed.right  = found.left; // z = conj(y)
+  transposed.right.conjugate();
   const QuadraticEigenproblem adjoint = adjoint_of(problem);
-  CHECK(largest_of(BackwardError(adjoint)(found.lambda, found.left_re, conjugate).errors) < 1e-6);
-  CHECK(contains(found.completeness, "not proven without factors"));
+  CHECK(largest_of(BackwardError(adjoint)(transposed)) < 1e-6);
+  CHECK(contains(solution.proof.completeness, "not proven without factors"));
 }

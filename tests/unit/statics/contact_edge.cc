@@ -27,11 +27,11 @@ namespace
     return prm;
   }
 
-  Modes solve(const QuadraticEigenproblem &problem, const Parameters::All &prm)
+  EigenPairs solve(const QuadraticEigenproblem &problem, const Parameters::All &prm)
   {
     EigensolverOptions options;
     options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
-    return make_eigensolver("krylov")->solve(problem, options);
+    return make_eigensolver("krylov")->solve(problem, options).modes;
   }
 } // namespace
 
@@ -48,13 +48,13 @@ TEST_CASE("A contact that opens or closes moves the eigenvalues as its edge says
   model.distribute();
   model.assemble(prm);
   const QuadraticEigenproblem problem = model.problem();
-  const Modes modes                   = solve(problem, prm);
+  const EigenPairs modes              = solve(problem, prm);
   const ContactEdge &edge             = model.equilibrium()->edge;
   REQUIRE(edge.releasing.size() >= 2);
   REQUIRE(edge.closing.size() >= 2);
   const unsigned int m = modes.lambda.size();
   REQUIRE(m >= 4);
-  const EdgeEffects effects = edge_effects(edge, modes.re, modes.im, modes.left_re, modes.left_im);
+  const EdgeEffects effects = edge_effects(edge, modes.right, modes.left);
   CHECK(effects.rows.size() == edge.releasing.size() + edge.closing.size());
 
   const Matrix before[] = {normal_matrix(*model.contact()),
@@ -71,7 +71,7 @@ TEST_CASE("A contact that opens or closes moves the eigenvalues as its edge says
                {{1., problem.Q}, {1., normal}, {1., friction}, {-1., before[0]}, {-1., before[1]}});
     other.make_shifted_reference = nullptr; // counted by its own matrix
     other.n_constraints          = contact.n_active_multipliers();
-    const Modes changed          = solve(other, prm);
+    const EigenPairs changed     = solve(other, prm);
     const auto partners          = nearest_partners(modes.lambda, changed.lambda);
     REQUIRE(partners.size() == m);
     std::vector<Complex> f(m * m);

@@ -228,25 +228,25 @@ namespace
   void check_modes(const Parameters::All &prm, const double frequency)
   {
     const Brake brake(prm);
-    const auto solver    = make_eigensolver("block_krylov");
-    const auto options   = window(frequency);
-    const Modes whole    = solve_by_symmetry(*solver, brake.equations, options, {});
-    const Modes by_half  = solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
-    const unsigned int n = whole.lambda.size();
-    CHECK(whole.mirror.empty());
-    REQUIRE(by_half.lambda.size() == n);
-    REQUIRE(by_half.mirror.size() == n);
+    const auto solver            = make_eigensolver("block_krylov");
+    const auto options           = window(frequency);
+    const EigenSolution of_whole = solve_by_symmetry(*solver, brake.equations, options, {}),
+                        of_halves =
+                            solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
+    const EigenPairs &whole = of_whole.modes, &by_half = of_halves.modes;
+    const unsigned int n = whole.size();
+    CHECK(whole.parity.empty());
+    REQUIRE(by_half.size() == n);
+    REQUIRE(by_half.parity.size() == n);
     CHECK(n > 8);
-    CHECK(by_half.n_reference == whole.n_reference);
-    CHECK(by_half.factor_memory_mib < whole.factor_memory_mib);
+    CHECK(of_halves.proof.n_reference == of_whole.proof.n_reference);
+    CHECK(of_halves.cost.factor_memory_mib < of_whole.cost.factor_memory_mib);
     CHECK(std::is_sorted(by_half.lambda.begin(), by_half.lambda.end(), precedes));
     const std::vector<unsigned int> partner = nearest_partners(whole.lambda, by_half.lambda);
-    const MultiVector s_re                  = brake.symmetry->reflect(by_half.re),
-                      s_im                  = brake.symmetry->reflect(by_half.im);
-    const MultiVector m_re                  = multiply(brake.problem.M, by_half.re),
-                      m_im                  = multiply(brake.problem.M, by_half.im);
-    const auto form = biorthogonality(brake.problem, by_half.lambda, by_half.left_re,
-                                      by_half.left_im, by_half.lambda, by_half.re, by_half.im);
+    const ComplexMultiVector &x             = by_half.right,
+                             s_x(brake.symmetry->reflect(x.re), brake.symmetry->reflect(x.im)),
+                             m_x = multiply(brake.problem.M, x);
+    const auto form              = biorthogonality(brake.problem, by_half, by_half);
     for (unsigned int j = 0; j < n; ++j)
     {
       const unsigned int k = partner[j];
@@ -254,22 +254,21 @@ namespace
       CHECK(relative_error(by_half.condition[k], whole.condition[j]) <= 1e-5);
       CHECK(by_half.backward_error[j] <= options.tolerance);
       CHECK(by_half.left_backward_error[j] <= 1e-7);
-      const double sign = by_half.mirror[j] == "symmetric" ? 1 : -1;
-      CHECK((sign > 0 || by_half.mirror[j] == "antisymmetric"));
-      MultiVector error = s_re.columns(j, 1);
+      const double sign = by_half.parity[j] == Parity::symmetric ? 1 : -1;
+      CHECK((sign > 0 || by_half.parity[j] == Parity::antisymmetric));
+      MultiVector error(x.row_range(), 1);
       for (unsigned int i = 0; i < error.n_local(); ++i)
-        error.data()[i] = std::hypot(error.data()[i] - sign * by_half.re.column(j)[i],
-                                     s_im.column(j)[i] - sign * by_half.im.column(j)[i]);
-      CHECK(largest_entry(error) <= 1e-14 * largest_entry(by_half.re.columns(j, 1)));
+        error.data()[i] = std::abs(s_x(i, j) - sign * x(i, j));
+      CHECK(largest_entry(error) <= 1e-14 * largest_entry(x.re.columns(j, 1)));
       // x^H M x = 1 and z^H Q'(l) x = 2 l
-      CHECK(relative_error(dot(by_half.re.columns(j, 1), m_re.columns(j, 1)) +
-                               dot(by_half.im.columns(j, 1), m_im.columns(j, 1)),
+      CHECK(relative_error(dot(x.re.columns(j, 1), m_x.re.columns(j, 1)) +
+                               dot(x.im.columns(j, 1), m_x.im.columns(j, 1)),
                            1) <= 1e-12);
       CHECK(std::abs(form[j * (n + 1)] - 2. * by_half.lambda[j]) <=
             1e-10 * std::abs(by_half.lambda[j]));
     }
-    CHECK(std::count(by_half.mirror.begin(), by_half.mirror.end(), "symmetric") > 0);
-    CHECK(std::count(by_half.mirror.begin(), by_half.mirror.end(), "antisymmetric") > 0);
+    for (const Parity parity : {Parity::symmetric, Parity::antisymmetric})
+      CHECK(std::count(by_half.parity.begin(), by_half.parity.end(), parity) > 0);
   }
 } // namespace
 
@@ -298,9 +297,10 @@ TEST_CASE("mirror: double eigenvalues of a conservative problem stay imaginary")
   const QuadraticEigenproblem half = ParitySpace(*brake.symmetry, false).restrict(brake.equations);
   CHECK(asymmetry(half.rows, half.M) == 0);
   CHECK(asymmetry(half.rows, half.Q) == 0);
-  const Modes modes = solve_by_symmetry(*make_eigensolver("block_krylov"), brake.equations,
-                                        window(6000), brake.symmetry);
-  CHECK(modes.mirror.size() > 8);
+  const EigenPairs modes = solve_by_symmetry(*make_eigensolver("block_krylov"), brake.equations,
+                                             window(6000), brake.symmetry)
+                               .modes;
+  CHECK(modes.parity.size() > 8);
   for (const Complex &l : modes.lambda)
     CHECK(l.real() == 0);
 }
@@ -312,25 +312,25 @@ TEST_CASE(
   EigensolverOptions options = window(3000);
   options.keep_factors       = true;
   const auto solver          = make_eigensolver("block_krylov");
-  const Modes modes          = solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
-  CHECK_FALSE(modes.factorization);
-  REQUIRE(modes.halves.size() == 2);
+  const EigenSolution found  = solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
+  CHECK_FALSE(found.reuse.factorization);
+  REQUIRE(found.reuse.sectors.size() == 2);
   std::size_t n_modes = 0;
   for (unsigned int h = 0; h < 2; ++h)
   {
-    const Modes &half = *modes.halves[h];
-    CHECK(half.factorization);
+    const EigenSolution &half = *found.reuse.sectors[h];
+    CHECK(half.reuse.factorization);
     // On all ranks, each with its part.
     const RowRange rows = ParitySpace(*brake.symmetry, h == 0).row_range();
-    CHECK(half.re.row_range().size == rows.size);
-    CHECK(half.re.row_range().n_local() == rows.n_local());
-    n_modes += half.lambda.size();
+    CHECK(half.modes.right.row_range().size == rows.size);
+    CHECK(half.modes.right.row_range().n_local() == rows.n_local());
+    n_modes += half.modes.size();
   }
-  CHECK(n_modes == modes.lambda.size());
-  const Modes whole = solve_by_symmetry(*solver, brake.equations, options, std::nullopt);
-  CHECK(whole.mirror.empty());
-  CHECK(whole.halves.empty());
-  CHECK(whole.factorization);
+  CHECK(n_modes == found.modes.size());
+  const EigenSolution whole = solve_by_symmetry(*solver, brake.equations, options, std::nullopt);
+  CHECK(whole.modes.parity.empty());
+  CHECK(whole.reuse.sectors.empty());
+  CHECK(whole.reuse.factorization);
   CHECK_FALSE(Brake(small_brake("upper")).symmetry);
 }
 

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <squeal/eigen/eigenproblem.h>
+#include <squeal/eigen/eigensolver_options.h>
+#include <squeal/linalg/complex_multi_vector.h>
+
+#include <complex>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace squeal
+{
+  /// How a mode, or a whole sector of modes, looks in the mirror of the rotor's mid-plane.
+  enum class Parity
+  {
+    none, ///< not known, or there is no mirror
+    symmetric,
+    antisymmetric
+  };
+  /// Empty for Parity::none.
+  const char *name_of(Parity parity);
+
+  /// Eigenvalues with Im l >= 0, their vectors, and how accurate they are. What a solver does not
+  /// compute is empty.
+  struct EigenPairs
+  {
+    std::vector<std::complex<double>> lambda;
+    ComplexMultiVector right; ///< Q(l) x = 0
+    ComplexMultiVector left;  ///< z^H Q(l) = 0
+    std::vector<double> backward_error, left_backward_error;
+    /// |z|_M |x|_M |2 l| / |z^H Q'(l) x|: 1 for a conservative system, infinite at coalescence. A
+    /// perturbation dQ of the operator moves l by at most condition |dQ| / |2 l|, |dQ| in the norm
+    /// of M, to first order.
+    std::vector<double> condition;
+    std::vector<Parity> parity;
+
+    unsigned int size() const
+    {
+      return lambda.size();
+    }
+    bool empty() const
+    {
+      return lambda.empty();
+    }
+    /// The pairs of the given numbers, in their order, with all that is known of them.
+    EigenPairs select(const std::vector<unsigned int> &numbers) const;
+    /// Appends others, of which the same must be known, and vectors in the same rows.
+    void append(const EigenPairs &others);
+  };
+
+  /// What an eigensolver gives back.
+  struct EigenSolution
+  {
+    /// The modes of the window by ascending |Im l|, u^H M u = 1, the largest component of x turned
+    /// to the real axis, |z^H Q'(l) x| = |2 l|.
+    EigenPairs modes;
+
+    /// That no mode is missing.
+    struct Proof
+    {
+      std::string completeness;            ///< what the check found, as a sentence for the log
+      unsigned int n_reference        = 0; ///< modes of the reference problem in the region
+      unsigned int n_rigid_body_modes = 0; ///< zero eigenvalues, not listed
+      /// All eigenvalues with Im l >= 0 that were found, those of the window and others.
+      std::vector<std::complex<double>> eigenvalues;
+    } proof;
+
+    struct Cost
+    {
+      unsigned int n_solves    = 0; ///< right-hand sides
+      double factor_memory_mib = 0, predicted_memory_mib = 0;
+      /// Processor seconds of this rank.
+      struct Seconds
+      {
+        double counting = 0, factorization = 0, right = 0, left = 0;
+      } seconds;
+    } cost;
+
+    /// For problems nearby, on demand and if the solver has it (keep_factors).
+    struct Reuse
+    {
+      MultiVector disc_right, disc_left; ///< vectors of all modes of the disc, [Re, Im]
+      MultiVector search_space; ///< a basis of the space in which the right ones were found
+      std::shared_ptr<const Factorization> factorization; ///< of Q
+      unsigned int n_reference = 0;                       ///< as in the proof
+      std::vector<std::complex<double>> disc_lambda;      ///< all eigenvalues of the disc
+      /// If the modes were found sector by sector: those of the sectors, in their own vectors.
+      std::vector<std::shared_ptr<const EigenSolution>> sectors;
+
+      bool empty() const
+      {
+        return !factorization && sectors.empty();
+      }
+    } reuse;
+  };
+
+  /// The order of modes: by |Im l|, then by Re l.
+  inline bool precedes(const std::complex<double> &a, const std::complex<double> &b)
+  {
+    return std::make_pair(a.imag(), a.real()) < std::make_pair(b.imag(), b.real());
+  }
+  /// The numbers of eigenvalues in the order of modes.
+  std::vector<unsigned int> order_of_modes(const std::vector<std::complex<double>> &lambda);
+
+  /// For each eigenvalue the number of the nearest of the others that is not taken; fewer if there
+  /// are not enough.
+  std::vector<unsigned int> nearest_partners(const std::vector<std::complex<double>> &lambda,
+                                             const std::vector<std::complex<double>> &others);
+
+  /// The largest relative change of an eigenvalue; 1 if their number has changed.
+  double largest_change(const std::vector<std::complex<double>> &lambda,
+                        const std::vector<std::complex<double>> &previous);
+
+  /// Z^H [(l_i + l'_j) M + P] X of the left vectors of some pairs and the right ones of others, the
+  /// form in which those of different eigenvalues are orthogonal: z_i^H Q(l_i) = 0 and Q(l'_j) x_j
+  /// = 0 give (l_i - l'_j) z_i^H [...] x_j = 0. On the diagonal it is z^H Q'(l) x. Column-major.
+  std::vector<std::complex<double>> biorthogonality(const QuadraticEigenproblem &problem,
+                                                    const EigenPairs &of_left,
+                                                    const EigenPairs &of_right);
+
+  /// Makes x^H M x = 1 with the largest component real and z^H Q'(l) x = 2 l, and computes the
+  /// condition numbers.
+  void normalise(const QuadraticEigenproblem &problem, EigenPairs &modes);
+
+  /// Turns the largest component of each vector to the real axis; x and z stay normalised.
+  void turn_to_real(EigenPairs &modes);
+} // namespace squeal

@@ -1,0 +1,177 @@
+#include <squeal/eigen/backward_error.h>
+#include <squeal/eigen/ritz.h>
+#include <squeal/linalg/dense.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+
+namespace squeal
+{
+  using Complex = std::complex<double>;
+
+  EigenPairs rayleigh_ritz(const QuadraticEigenproblem &problem, const MultiVector &trial,
+                           const MultiVector &test, const double radius, const double shift)
+  {
+    const unsigned int n = trial.n_columns();
+    const auto project   = [&](const Matrix &matrix)
+    {
+      return matrix ? DenseMatrix(n, n, inner_products(test, multiply(matrix, trial)))
+                    : DenseMatrix();
+    };
+    const std::vector<DensePair> all = quadratic_eigenpairs(project(problem.M), project(problem.P),
+                                                            project(problem.Q), shift, radius);
+
+    EigenPairs pairs;
+    std::vector<double> c_re, c_im;
+    for (const DensePair &pair : all)
+      if (std::abs(pair.lambda) <= radius)
+      {
+        pairs.lambda.push_back(pair.lambda);
+        for (const Complex &c : pair.vector)
+        {
+          c_re.push_back(c.real());
+          c_im.push_back(c.imag());
+        }
+      }
+    pairs.right.re = combine(trial, c_re, pairs.lambda.size());
+    pairs.right.im = combine(trial, c_im, pairs.lambda.size());
+    return pairs;
+  }
+
+  MultiVector orthonormal_complement(const MultiVector &basis, MultiVector block)
+  {
+    // Twice is enough (Kahan); between the two, what lay in the span up to rounding is dropped.
+    for (unsigned int pass = 0; pass < 2; ++pass)
+    {
+      std::vector<double> before(block.n_columns()), after(block.n_columns());
+      const auto norms = [&](std::vector<double> &squares)
+      {
+        for (unsigned int k = 0; k < block.n_columns(); ++k)
+          for (unsigned int i = 0; i < block.n_local(); ++i)
+            squares[k] += block.column(k)[i] * block.column(k)[i];
+        MPI_Allreduce(MPI_IN_PLACE, squares.data(), squares.size(), MPI_DOUBLE, MPI_SUM,
+                      block.row_range().comm);
+      };
+      norms(before);
+      if (basis.n_columns() > 0)
+        subtract_combination(block, basis, inner_products(basis, block));
+      norms(after);
+      MultiVector kept(block.row_range(), 0);
+      for (unsigned int k = 0; k < block.n_columns(); ++k)
+        if (after[k] > 1e-20 * before[k])
+        {
+          MultiVector column(block.row_range(), 1);
+          for (unsigned int i = 0; i < block.n_local(); ++i)
+            column.data()[i] = block.column(k)[i] / std::sqrt(after[k]);
+          kept.append(column);
+        }
+      block = orthonormalize(std::move(kept));
+    }
+    return block;
+  }
+
+  MultiVector krylov_basis(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                           const unsigned int n_columns, const unsigned int seed)
+  {
+    constexpr unsigned int block_size = 8;
+    MultiVector block                 = scattered_numbers(problem.rows, block_size, seed);
+    MultiVector basis(problem.rows, 0);
+    while (basis.n_columns() < n_columns)
+    {
+      block = shift_invert.solve(multiply(problem.M, block));
+      clear_multipliers(problem, block);
+      block = orthonormal_complement(basis, std::move(block));
+      if (block.n_columns() == 0) // the whole space
+        break;
+      basis.append(block);
+    }
+    return basis;
+  }
+
+  EigenSolution refine_eigenpairs(const QuadraticEigenproblem &problem,
+                                  const ShiftInvert &shift_invert, MultiVector start,
+                                  std::vector<Complex> previous, const double radius,
+                                  const bool known, const EigensolverOptions &options)
+  {
+    const BackwardError backward_error(problem);
+    const bool galerkin = problem.n_constraints == 0 || problem.compliant;
+    // The basis and, unless Galerkin's, its test vectors; both grow until they are too many.
+    MultiVector basis(problem.rows, 0), test(problem.rows, 0);
+    EigenSolution solution;
+    EigenPairs &modes      = solution.modes;
+    unsigned int &n_solves = solution.cost.n_solves;
+    const auto expand      = [&](MultiVector block)
+    {
+      clear_multipliers(problem, block);
+      block = orthonormal_complement(basis, std::move(block));
+      if (!galerkin)
+        test.append(shift_invert.solve_transposed(multiply(problem.M, block)));
+      n_solves += galerkin ? 0 : block.n_columns();
+      basis.append(block);
+    };
+    expand(std::move(start));
+    const unsigned int n_wanted = previous.size(), largest = basis.n_columns() + 5 * n_wanted;
+    double worst = 0, change = 0, last_change = 1;
+    for (unsigned int step = 0; step < 12; ++step)
+    {
+      EigenPairs pairs =
+          rayleigh_ritz(problem, basis, galerkin ? basis : test, radius, shift_invert.shift);
+
+      // Zero eigenvalues of free bodies are defective and never accurate; they are counted, not
+      // refined. Of known eigenvalues only the partners are wanted.
+      std::vector<unsigned int> order;
+      if (known)
+        order = nearest_partners(previous, pairs.lambda);
+      else
+        for (unsigned int j = 0; j < pairs.lambda.size(); ++j)
+          if (std::abs(pairs.lambda[j]) > rigid_body_limit(options.max_imaginary))
+            order.push_back(j);
+      pairs = pairs.select(order);
+      n_solves += 2 * pairs.lambda.size();
+      MultiVector ritz_vectors = pairs.right.real_span();
+      inverse_iteration(problem, shift_invert, pairs);
+      pairs.backward_error              = backward_error(pairs);
+      const std::vector<double> &errors = pairs.backward_error;
+
+      order.resize(pairs.lambda.size());
+      std::iota(order.begin(), order.end(), 0u);
+      if (!known)
+        std::sort(order.begin(), order.end(),
+                  [&](const unsigned int a, const unsigned int b)
+                  { return errors[a] < errors[b]; });
+      order.resize(std::min<std::size_t>(order.size(), n_wanted));
+      modes  = pairs.select(order);
+      worst  = order.empty()
+                   ? 0
+                   : *std::max_element(modes.backward_error.begin(), modes.backward_error.end());
+      change = largest_change(modes.lambda, previous);
+      options.progress("  refinement step " + std::to_string(step) + ": " +
+                       std::to_string(order.size()) + " pairs");
+      // Near coalescence the eigenvalue is known to the square root of the backward error only:
+      // once that is at rounding and the eigenvalue does not settle further, nothing can be
+      // improved.
+      const bool settled = change <= options.tolerance ||
+                           (worst <= 1e-3 * options.tolerance && change >= 0.1 * last_change);
+      if (order.size() >= n_wanted && worst <= options.tolerance && settled)
+        return solution;
+      last_change = change;
+      if (!known)
+        previous = modes.lambda;
+
+      if (basis.n_columns() > largest) // start anew from the best so far
+      {
+        basis = test = MultiVector(problem.rows, 0);
+        expand(std::move(ritz_vectors));
+      }
+      expand(pairs.right.real_span());
+    }
+    std::ostringstream message;
+    message << "The eigenpairs could not be refined to the tolerance " << options.tolerance << ": "
+            << modes.lambda.size() << " of " << n_wanted << " pairs, largest backward error "
+            << worst << ", last relative change " << change
+            << ". Try a larger Eigenproblem/Tolerance, or the solver dense for a small problem.";
+    throw SolverError(message.str());
+  }
+} // namespace squeal

@@ -1,0 +1,78 @@
+#include <squeal/linalg/complex_multi_vector.h>
+
+#include <algorithm>
+
+namespace squeal
+{
+  using Complex = std::complex<double>;
+
+  void ComplexMultiVector::append(const ComplexMultiVector &other)
+  {
+    re.append(other.re);
+    im.append(other.im);
+  }
+
+  ComplexMultiVector ComplexMultiVector::columns(const std::vector<unsigned int> &numbers) const
+  {
+    ComplexMultiVector result(row_range(), numbers.size());
+    for (unsigned int k = 0; k < numbers.size(); ++k)
+    {
+      std::copy_n(re.column(numbers[k]), n_local(), result.re.column(k));
+      std::copy_n(im.column(numbers[k]), n_local(), result.im.column(k));
+    }
+    return result;
+  }
+
+  void ComplexMultiVector::scale(const std::vector<Complex> &factors)
+  {
+    for (unsigned int k = 0; k < factors.size(); ++k)
+      for (unsigned int i = 0; i < n_local(); ++i)
+        set(i, k, factors[k] * (*this)(i, k));
+  }
+
+  void ComplexMultiVector::conjugate()
+  {
+    for (std::size_t i = 0; i < std::size_t(n_local()) * n_columns(); ++i)
+      im.data()[i] *= -1;
+  }
+
+  MultiVector ComplexMultiVector::real_span() const
+  {
+    MultiVector result = re;
+    result.append(im);
+    return result;
+  }
+
+  ComplexMultiVector multiply(const Matrix &matrix, const ComplexMultiVector &x)
+  {
+    return {multiply(matrix, x.re), multiply(matrix, x.im)};
+  }
+
+  std::vector<Complex> sesquilinear_form(const ComplexMultiVector &z, const Matrix &matrix,
+                                         const ComplexMultiVector &x)
+  {
+    std::vector<Complex> form(std::size_t(z.n_columns()) * x.n_columns());
+    if (!matrix || form.empty())
+      return form;
+    // (z_re - i z_im)^T (a_re + i a_im)
+    const ComplexMultiVector a = multiply(matrix, x);
+    const auto rr = inner_products(z.re, a.re), ri = inner_products(z.re, a.im),
+               ir = inner_products(z.im, a.re), ii = inner_products(z.im, a.im);
+    for (std::size_t k = 0; k < form.size(); ++k)
+      form[k] = Complex(rr[k] + ii[k], ri[k] - ir[k]);
+    return form;
+  }
+
+  std::vector<Complex> diagonal_form(const ComplexMultiVector &z, const Matrix &matrix,
+                                     const ComplexMultiVector &x)
+  {
+    const unsigned int n       = x.n_columns();
+    const ComplexMultiVector a = multiply(matrix, x);
+    std::vector<Complex> form(n);
+    for (unsigned int j = 0; j < n; ++j)
+      for (unsigned int i = 0; i < a.n_local(); ++i)
+        form[j] += std::conj(z(i, j)) * a(i, j);
+    MPI_Allreduce(MPI_IN_PLACE, form.data(), 2 * n, MPI_DOUBLE, MPI_SUM, x.row_range().comm);
+    return form;
+  }
+} // namespace squeal
