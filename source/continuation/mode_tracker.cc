@@ -17,7 +17,7 @@ namespace squeal
   void ModeTracker::set_model(Model &other)
   {
     model   = &other;
-    reduced = ReducedHalves(options);
+    reduced = ReducedSectors(options);
     symmetry.reset();
     summed.reset();
     is_as_solved = false;
@@ -79,13 +79,13 @@ namespace squeal
     return key;
   }
 
-  bool ModeTracker::has_count_of_anchor()
+  bool ModeTracker::has_count_of_expansion_point()
   {
     const LifetimeSeconds stopwatch(seconds_.counting);
     std::vector<double> key = reference_key();
     if (key != counted_key)
     {
-      is_counted  = reduced.has_count_of_anchor(model->terms());
+      is_counted  = reduced.has_count_of_expansion_point(model->terms());
       counted_key = std::move(key);
     }
     return is_counted;
@@ -93,10 +93,10 @@ namespace squeal
 
   EigenSolution ModeTracker::solve(const Parameters::All &parameters)
   {
-    if (reduced.is_anchored())
+    if (reduced.has_expansion_point())
     {
       assemble_model(parameters, reduced.inverse());
-      if (has_count_of_anchor())
+      if (has_count_of_expansion_point())
       {
         const LifetimeSeconds stopwatch(seconds_.projection);
         if (std::optional<EigenPairs> modes = reduced.solve(model->terms()))
@@ -136,7 +136,7 @@ namespace squeal
       return;
     if (!is_as_solved) // the search for critical values went elsewhere
       assemble_model(parameters, {});
-    reduced.anchor(whole_problem(), model->terms(), solution, *symmetry);
+    reduced.set_expansion_point(whole_problem(), model->terms(), solution, *symmetry);
     is_counted  = true;
     counted_key = reference_key();
   }

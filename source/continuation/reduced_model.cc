@@ -13,8 +13,6 @@ namespace squeal
 
   namespace
   {
-    constexpr double smallest =
-        2e-10; ///< parts of unit vectors below this are left out of the bases
     constexpr unsigned int most_corrections = 10;
 
     unsigned int n_real(const std::vector<std::complex<double>> &lambda)
@@ -25,114 +23,9 @@ namespace squeal
     }
   } // namespace
 
-  // Bases.
-
-  MultiVector ReducedModel::displacements(MultiVector block) const
-  {
-    clear_pressures(n_local_constraints, block);
-    return block;
-  }
-
-  void ReducedModel::append(MultiVector added, const double smallest)
-  {
-    // Twice, because what was small has lost its orthogonality to rounding.
-    for (unsigned int pass = 0; pass < 2; ++pass)
-    {
-      if (dimension() > 0)
-        subtract_combination(added, right, inner_products(right, added));
-      const unsigned int n = added.n_columns();
-      if (n == 0)
-        return;
-      const Components components = principal_components(added);
-      unsigned int n_kept         = 0;
-      while (n_kept < n && components.sizes[n_kept] > (pass == 0 ? smallest : 0.5))
-        ++n_kept;
-      std::vector<double> coefficients(std::size_t(n) * n_kept);
-      for (unsigned int j = 0; j < n_kept; ++j)
-        for (unsigned int i = 0; i < n; ++i)
-          coefficients[i + std::size_t(j) * n] = components.vectors(i, j) / components.sizes[j];
-      added = combine(added, coefficients, n_kept);
-    }
-    right.append(added);
-  }
-
-  /// W = Z G^T (G G^T)^{-1}, G = V^T Z, which makes V^T W = I, where that is well conditioned.
-  void ReducedModel::test_by(const MultiVector &left_vectors)
-  {
-    const unsigned int n = dimension(), n_left = left_vectors.n_columns();
-    const DenseMatrix g(n, n_left, inner_products(right, left_vectors));
-    const DenseMatrix pseudo_inverse = squeal::solve(outer_product(g, g), g);
-    std::vector<double> coefficients(std::size_t(n_left) * n);
-    for (unsigned int j = 0; j < n; ++j)
-      for (unsigned int i = 0; i < n_left; ++i)
-        coefficients[i + std::size_t(j) * n_left] = pseudo_inverse(j, i);
-    MultiVector candidate             = combine(left_vectors, coefficients, n);
-    const std::vector<double> squares = inner_products(candidate, candidate);
-    constexpr double longest          = 5;
-    for (unsigned int j = 0; j < n; ++j)
-      if (!(squares[j * (n + 1)] <= longest * longest))
-        return;
-    left = std::move(candidate);
-  }
-
-  MultiVector ReducedModel::modes_of(const QuadraticEigenproblem &problem, const MultiVector &space,
-                                     const double largest) const
-  {
-    const unsigned int n    = space.n_columns();
-    const auto projected_of = [&](const Matrix &matrix)
-    { return DenseMatrix(n, n, inner_products(space, multiply(matrix, space))); };
-    std::vector<double> coefficients;
-    for (const DensePair &pair :
-         quadratic_eigenpairs(projected_of(problem.M), {}, projected_of(problem.Q), 0, radius()))
-      if (std::abs(pair.lambda) <= largest)
-        for (unsigned int part = 0; part < 2; ++part)
-        {
-          double square = 0;
-          for (const Complex c : pair.vector)
-            square += std::norm(c);
-          for (const Complex c : pair.vector)
-            coefficients.push_back((part == 0 ? c.real() : c.imag()) / std::sqrt(square));
-        }
-    return combine(space, coefficients, coefficients.size() / n);
-  }
-
-  void ReducedModel::begin(MultiVector of_right, MultiVector of_left)
-  {
-    right = left = MultiVector(rows, 0);
-    peak_rows.clear();
-    // Unit vectors, and the row where each is largest
-    for (MultiVector *block : {&of_right, &of_left})
-    {
-      const std::vector<double> squares = inner_products(*block, *block);
-      const unsigned int n              = block->n_columns() / 2;
-      std::vector<double> factors(2 * n);
-      for (unsigned int j = 0; j < 2 * n; ++j)
-      {
-        const unsigned int re = j % n, im = re + n;
-        factors[j] = 1 / std::sqrt(squares[re * (2 * n + 1)] + squares[im * (2 * n + 1)]);
-        struct
-        {
-          double value = 0;
-          int row      = 0;
-        } largest;
-        for (unsigned int i = 0; i < block->n_local(); ++i)
-          if (const double value = std::abs(block->column(j)[i]); value > largest.value)
-          {
-            largest.value = value;
-            largest.row   = rows.begin + i;
-          }
-        MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, rows.comm);
-        peak_rows.push_back(largest.row);
-      }
-      scale_columns(*block, factors);
-    }
-    append(of_right, 0.3);
-    test_by(of_left);
-    append(std::move(of_right), smallest);
-  }
-
-  void ReducedModel::anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
-                            const EigenSolution::Reuse &found)
+  void ReducedModel::set_expansion_point(const QuadraticEigenproblem &problem,
+                                         const std::vector<Term> &terms,
+                                         const EigenSolution::Reuse &found)
   {
     const Members known_to_vary = std::move(varying), present = members_of(terms);
     *this = ReducedModel(options);
@@ -146,16 +39,17 @@ namespace squeal
     n_local_constraints = problem.n_local_constraints;
     factors             = found.factorization;
     n_disc              = found.disc_right.n_columns() / 2;
-    n_real_of_anchor    = n_real(found.disc_lambda);
+    n_real_at_expansion = n_real(found.disc_lambda);
     compliant           = problem.compliant;
     has_constraints     = problem.n_constraints > 0;
-    anchor_terms        = terms;
+    expansion_terms     = terms;
+    basis               = ProjectionBasis(rows, n_local_constraints);
     // The left vectors were given as Q^T y = 0, y = conj(z): the same span.
-    begin(displacements(found.disc_right), displacements(found.disc_left));
+    basis.begin(basis.displacements(found.disc_right), basis.displacements(found.disc_left));
     // The search knows the modes beyond the disc roughly; corrections find them slowly.
     MultiVector of_search = found.search_space;
     clear_pressures(n_local_constraints, of_search);
-    append(modes_of(problem, of_search, 2 * radius()), 1e-2);
+    basis.append(basis.modes_of(problem, of_search, radius(), 2 * radius()), 1e-2);
   }
 
   // Terms.
@@ -182,7 +76,7 @@ namespace squeal
   std::vector<double> ReducedModel::varying_terms() const
   {
     std::vector<double> numbers;
-    const Members members = members_of(anchor_terms);
+    const Members members = members_of(expansion_terms);
     for (unsigned int k = 0; k < members.size(); ++k)
       if (find(varying, members[k]))
         numbers.push_back(k);
@@ -191,7 +85,7 @@ namespace squeal
 
   void ReducedModel::keep_apart(const std::vector<double> &numbers)
   {
-    const Members members = members_of(anchor_terms);
+    const Members members = members_of(expansion_terms);
     for (const double k : numbers)
       if (k < members.size() && !find(varying, members[static_cast<unsigned int>(k)]))
         varying.push_back(members[static_cast<unsigned int>(k)]);
@@ -207,7 +101,7 @@ namespace squeal
 
   bool ReducedModel::find_fixed(const std::vector<Term> &terms)
   {
-    const Members before = members_of(anchor_terms), now = members_of(terms);
+    const Members before = members_of(expansion_terms), now = members_of(terms);
     std::vector<char> touched(rows.size);
     const auto touch = [&](const Members &members, const Members &others)
     {
@@ -227,10 +121,10 @@ namespace squeal
       std::vector<Summand> summands;
       for (const Member &member : now)
       {
-        const Member *of_anchor = find(before, member);
-        if (!of_anchor || member.of_contact || member.order != order)
+        const Member *of_expansion = find(before, member);
+        if (!of_expansion || member.of_contact || member.order != order)
           continue;
-        if (of_anchor->coefficient != member.coefficient && !find(varying, member))
+        if (of_expansion->coefficient != member.coefficient && !find(varying, member))
           varying.push_back(member);
         if (find(varying, member))
           fixed.push_back({order, member.matrix, {member}});
@@ -272,7 +166,7 @@ namespace squeal
     at_rows.assign(fixed.size(), {});
     for (auto &of_form : projected)
       of_form.assign(fixed.size(), {});
-    projected[petrov].assign(fixed.size(), DenseMatrix(left.n_columns(), 0));
+    projected[petrov].assign(fixed.size(), DenseMatrix(basis.left.n_columns(), 0));
     right_change = DenseMatrix();
     last_right = last_left = {};
   }
@@ -280,20 +174,20 @@ namespace squeal
   /// The coordinates of before last solutions stand for other vectors afterwards.
   void ReducedModel::restart()
   {
-    const auto whole = [&](const Solutions &solutions, const bool of_left)
+    const auto whole = [&](const ReducedPairs &solutions, const bool of_left)
     {
-      MultiVector block = expanded(to_block(with_rows(solutions.re, dimension())), of_left);
-      block.append(expanded(to_block(with_rows(solutions.im, dimension())), of_left));
+      MultiVector block = basis.expanded(to_block(with_rows(solutions.re, dimension())), of_left);
+      block.append(basis.expanded(to_block(with_rows(solutions.im, dimension())), of_left));
       return block;
     };
     std::vector<MultiVector> of_right;
     for (const auto &[x, y] : recent)
       of_right.push_back(whole(x, false));
-    begin(of_right.front(), whole(recent.front().second, true));
+    basis.begin(of_right.front(), whole(recent.front().second, true));
     for (unsigned int k = 1; k < of_right.size(); ++k)
-      append(std::move(of_right[k]), 1e-9);
+      basis.append(std::move(of_right[k]), 1e-9);
     recent.clear();
-    foresight = {};
+    predictor = {};
     opened.clear();
     forget_images();
   }
@@ -317,7 +211,7 @@ namespace squeal
           coefficients[fixed[i].order][i] = coefficient;
         else if (coefficient != member.coefficient)
         {
-          // The sum no longer holds: the next anchor keeps this matrix apart.
+          // The sum no longer holds: the next expansion point keeps this matrix apart.
           varying.push_back(member);
           known = false;
         }
@@ -371,7 +265,7 @@ namespace squeal
     return open;
   }
 
-  /// The responses of the anchor to a gap where contacts have opened since.
+  /// The responses of the expansion point to a gap where contacts have opened since.
   void ReducedModel::add_openings()
   {
     const auto without = [](std::vector<unsigned int> list, const std::vector<unsigned int> &known)
@@ -389,7 +283,7 @@ namespace squeal
                                     before = without(added, newly);
     opened.insert(opened.end(), added.begin(), added.end());
     // V has modes with the gaps of those that were open before, but these go on to change, each by
-    // itself: corrections by the anchor's factors, for which they are closed, do not.
+    // itself: corrections by the expansion point's factors, for which they are closed, do not.
     add_responses(before, 1);
     add_responses(newly, 4);
   }
@@ -407,7 +301,7 @@ namespace squeal
     MultiVector forces = unit_columns(rows, added_rows);
     for (unsigned int k = 0; k < n_summands; ++k)
     {
-      MultiVector responses             = displacements(factors->solve(forces));
+      MultiVector responses             = basis.displacements(factors->solve(forces));
       const std::vector<double> squares = inner_products(responses, responses);
       std::vector<double> lengths;
       for (unsigned int j = 0; j < responses.n_columns(); ++j)
@@ -415,11 +309,11 @@ namespace squeal
                           std::sqrt(std::max(squares[j * (responses.n_columns() + 1)], 1e-300)));
       scale_columns(responses, lengths);
       const unsigned int before = dimension();
-      append(std::move(responses), smallest);
+      basis.append(std::move(responses), ProjectionBasis::smallest);
       if (dimension() == before || k + 1 == n_summands)
         break;
       // Of what is new only: what V has is not to come again.
-      const MultiVector last = right.columns(before, dimension() - before);
+      const MultiVector last = basis.right.columns(before, dimension() - before);
       forces                 = MultiVector(rows, last.n_columns());
       for (unsigned int i = 0; i < fixed.size(); ++i)
         if (coefficients[2][i] != 0)
@@ -433,7 +327,7 @@ namespace squeal
 
   /// Of the pairs in the disc those with the smallest residuals: others are no modes of the whole
   /// problem.
-  std::vector<unsigned int> ReducedModel::best_pairs(const Solutions &solutions) const
+  std::vector<unsigned int> ReducedModel::best_pairs(const ReducedPairs &solutions) const
   {
     std::vector<unsigned int> best(solutions.lambda.size());
     std::iota(best.begin(), best.end(), 0u);
@@ -444,7 +338,7 @@ namespace squeal
     return best;
   }
 
-  std::vector<unsigned int> ReducedModel::failing(const Solutions &solutions,
+  std::vector<unsigned int> ReducedModel::failing(const ReducedPairs &solutions,
                                                   const std::vector<unsigned int> &which,
                                                   const double largest_error) const
   {
@@ -455,26 +349,9 @@ namespace squeal
     return result;
   }
 
-  ReducedModel::Solutions ReducedModel::chosen(const Solutions &solutions,
-                                               const std::vector<unsigned int> &which)
-  {
-    Solutions result;
-    result.re = result.im = DenseMatrix(solutions.re.n_rows, which.size());
-    for (unsigned int k = 0; k < which.size(); ++k)
-    {
-      result.lambda.push_back(solutions.lambda[which[k]]);
-      for (unsigned int i = 0; i < solutions.re.n_rows; ++i)
-      {
-        result.re(i, k) = solutions.re(i, which[k]);
-        result.im(i, k) = solutions.im(i, which[k]);
-      }
-    }
-    return result;
-  }
-
   /// Solves the projected problem and certifies the pairs; gives their residuals. The last pairs
   /// are where to start from.
-  MultiVector ReducedModel::solve_projected(Solutions &x, Solutions &y)
+  MultiVector ReducedModel::solve_projected(ReducedPairs &x, ReducedPairs &y)
   {
     if (n_imaged < dimension())
       add_images();
@@ -482,19 +359,19 @@ namespace squeal
     project_terms();
     x = last_right;
     y = last_left;
-    if (x.lambda.empty() || !improve(x, y))
+    if (x.lambda.empty() || !small.improve(x, y))
     {
-      solve_densely(x, y);
+      small.solve_densely(x, y);
       // Dense pairs have rounding errors of stiff vectors, and may be more than there are modes.
       if (x.lambda.size() > n_disc)
       {
         certify(residuals(x), x);
         const std::vector<unsigned int> best = best_pairs(x);
-        x                                    = chosen(x, best);
-        y                                    = chosen(y, best);
+        x                                    = x.select(best);
+        y                                    = y.select(best);
       }
-      Solutions refined_x = x, refined_y = y;
-      if (improve(refined_x, refined_y))
+      ReducedPairs refined_x = x, refined_y = y;
+      if (small.improve(refined_x, refined_y))
       {
         x = std::move(refined_x);
         y = std::move(refined_y);
@@ -510,7 +387,7 @@ namespace squeal
     return result;
   }
 
-  bool ReducedModel::enrich(const MultiVector &residuals_of_x, const Solutions &x)
+  bool ReducedModel::enrich(const MultiVector &residuals_of_x, const ReducedPairs &x)
   {
     // With a margin, so that the next parameters need none
     const std::vector<unsigned int> lacking = failing(x, best_pairs(x), 0.3 * accepted_error());
@@ -519,14 +396,14 @@ namespace squeal
     const unsigned int before = dimension();
     MultiVector added         = corrections(residuals_of_x, lacking);
     const double largest      = principal_components(added).sizes.front();
-    append(std::move(added), std::max(smallest, 1e-2 * largest));
+    basis.append(std::move(added), std::max(ProjectionBasis::smallest, 1e-2 * largest));
     return dimension() > before;
   }
 
   std::optional<EigenPairs> ReducedModel::solve(const std::vector<Term> &terms)
   {
     const double largest_error = accepted_error();
-    if (!is_anchored())
+    if (!has_expansion_point())
       return std::nullopt;
     if (fixed.empty() && !find_fixed(terms))
     {
@@ -538,11 +415,11 @@ namespace squeal
     add_openings();
     // What is going to fail is corrected by the residuals of before: the projected problem is
     // solved and certified once less.
-    if (foresight.residuals.n_columns() > 0 && open_contacts() == open_before &&
-        foresight.worst * foresight.growth > largest_error && dimension() < largest_dimension())
-      enrich(foresight.residuals, foresight.solutions);
-    foresight.residuals = {};
-    Solutions x, y;
+    if (predictor.residuals.n_columns() > 0 && open_contacts() == open_before &&
+        predictor.worst * predictor.growth > largest_error && dimension() < largest_dimension())
+      enrich(predictor.residuals, predictor.solutions);
+    predictor.residuals = {};
+    ReducedPairs x, y;
     for (unsigned int n_corrections = 0;; ++n_corrections)
     {
       const MultiVector residuals_of_x        = solve_projected(x, y);
@@ -557,7 +434,7 @@ namespace squeal
            << " modes, backward errors " << worst;
       options.progress(text.str());
       // A pair +-i w that has become two real eigenvalues: one of them is not among these.
-      if (n_real(chosen(x, best).lambda) > n_real_of_anchor)
+      if (n_real(x.select(best).lambda) > n_real_at_expansion)
         return std::nullopt;
       if (best.size() == n_disc && lacking.empty())
       {
@@ -568,19 +445,19 @@ namespace squeal
           n_steady    = 0;
         }
         ++n_steady;
-        recent.insert(recent.begin(), {chosen(x, best), chosen(y, best)});
+        recent.insert(recent.begin(), {x.select(best), y.select(best)});
         if (recent.size() > most_recent)
           recent.pop_back();
-        foresight.growth    = foresight.worst > 0 && n_steady > 1 ? worst / foresight.worst : 1;
-        foresight.worst     = worst;
-        foresight.residuals = residuals_of_x;
-        foresight.solutions = x;
+        predictor.growth    = predictor.worst > 0 && n_steady > 1 ? worst / predictor.worst : 1;
+        predictor.worst     = worst;
+        predictor.residuals = residuals_of_x;
+        predictor.solutions = x;
         return make_modes(x, y, best);
       }
-      // Contacts that have closed since the anchor are beyond the bases.
+      // Contacts that have closed since the expansion point are beyond the bases.
       constexpr double hopeless = 1e-4;
       // A correction divides errors by 20 or more and costs a vector a mode; a basis too large
-      // costs more than a new anchor.
+      // costs more than a new expansion point.
       const double n_needed = std::ceil(std::log(worst / largest_error) / std::log(20.));
       if (n_corrections == most_corrections || lacking.empty() || worst > hopeless ||
           dimension() + n_needed * lacking.size() > largest_dimension())

@@ -9,7 +9,7 @@ namespace squeal
 {
   using namespace reduced;
 
-  EigenPairs ReducedModel::make_modes(const Solutions &x, const Solutions &y,
+  EigenPairs ReducedModel::make_modes(const ReducedPairs &x, const ReducedPairs &y,
                                       const std::vector<unsigned int> &which) const
   {
     std::vector<Complex> lambda;
@@ -24,9 +24,9 @@ namespace squeal
         modes.lambda.push_back(lambda[k]);
         modes.backward_error.push_back(x.errors[which[k]]);
       }
-    const auto vectors_of = [&](const Solutions &solutions)
+    const auto vectors_of = [&](const ReducedPairs &solutions)
     {
-      const Solutions of_window = chosen(solutions, numbers);
+      const ReducedPairs of_window = solutions.select(numbers);
       return ComplexMultiVector(to_block(of_window.re), to_block(of_window.im));
     };
     modes.right      = vectors_of(x);
@@ -60,47 +60,11 @@ namespace squeal
     modes.left.scale(left_factors);
   }
 
-  // Coordinates.
-
-  MultiVector ReducedModel::expanded(const MultiVector &c, const bool of_left) const
-  {
-    const unsigned int m = dimension(), n = c.n_columns(), n_left = of_left ? left.n_columns() : 0;
-    // W differs from V in its first columns
-    std::vector<double> of_v(c.data(), c.data() + std::size_t(m) * n), of_w;
-    for (unsigned int k = 0; k < n; ++k)
-      for (unsigned int i = 0; i < n_left; ++i)
-      {
-        of_w.push_back(-c.column(k)[i]); // it is subtracted
-        of_v[i + std::size_t(k) * m] = 0;
-      }
-    MultiVector sum = combine(right, of_v, n);
-    if (n_left > 0)
-      subtract_combination(sum, left, of_w);
-    return sum;
-  }
-
   EigenPairs ReducedModel::expand(const EigenPairs &modes) const
   {
     EigenPairs result = pad(modes);
-    result.right      = {expanded(result.right.re, false), expanded(result.right.im, false)};
-    result.left       = {expanded(result.left.re, true), expanded(result.left.im, true)};
-    return result;
-  }
-
-  /// V^T x, and d with W^T (z - W d) = 0.
-  EigenPairs ReducedModel::coordinates(const EigenPairs &whole) const
-  {
-    EigenPairs result        = whole;
-    const unsigned int m     = dimension();
-    const auto of_right_side = [&](const MultiVector &x)
-    { return to_block(DenseMatrix(m, x.n_columns(), inner_products(right, x))); };
-    result.right  = {of_right_side(whole.right.re), of_right_side(whole.right.im)};
-    MultiVector w = left;
-    w.append(right.columns(left.n_columns(), m - left.n_columns()));
-    const PositiveFactors squares(DenseMatrix(m, m, inner_products(w, w)));
-    const auto of_left_side = [&](const MultiVector &z)
-    { return to_block(squares.solve(DenseMatrix(m, z.n_columns(), inner_products(w, z)))); };
-    result.left = {of_left_side(whole.left.re), of_left_side(whole.left.im)};
+    result.right = {basis.expanded(result.right.re, false), basis.expanded(result.right.im, false)};
+    result.left  = {basis.expanded(result.left.re, true), basis.expanded(result.left.im, true)};
     return result;
   }
 

@@ -4,190 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-// LAPACK in complex arithmetic, which PETSc's interface for real numbers does not have.
-extern "C"
-{
-  void zgetrf_(const int *m, const int *n, std::complex<double> *a, const int *lda, int *pivots,
-               int *info);
-  void zgetrs_(const char *trans, const int *n, const int *n_rhs, const std::complex<double> *a,
-               const int *lda, const int *pivots, std::complex<double> *b, const int *ldb,
-               int *info);
-}
-
 namespace squeal
 {
   using namespace reduced;
-
-  namespace
-  {
-    /// Solves A x = b and A^T y = c in place; false if A is exactly singular.
-    bool solve_both(std::vector<std::complex<double>> &a, std::vector<std::complex<double>> &b,
-                    std::vector<std::complex<double>> &c, const int n)
-    {
-      std::vector<int> pivots(n);
-      int info      = 0;
-      const int one = 1;
-      zgetrf_(&n, &n, a.data(), &n, pivots.data(), &info);
-      if (info != 0)
-        return false;
-      zgetrs_("N", &n, &one, a.data(), &n, pivots.data(), b.data(), &n, &info);
-      zgetrs_("T", &n, &one, a.data(), &n, pivots.data(), c.data(), &n, &info);
-      return true;
-    }
-
-    using Complex = std::complex<double>;
-
-    /// y^T A x for real A.
-    Complex form(const std::vector<Complex> &y, const DenseMatrix &a, const std::vector<Complex> &x)
-    {
-      Complex sum = 0;
-      for (unsigned int j = 0; j < a.n_columns; ++j)
-      {
-        double re = 0, im = 0;
-        const double *column = &a.values[std::size_t(j) * a.n_rows];
-        for (unsigned int i = 0; i < a.n_rows; ++i)
-        {
-          re += column[i] * y[i].real();
-          im += column[i] * y[i].imag();
-        }
-        sum += Complex(re, im) * x[j];
-      }
-      return sum;
-    }
-  } // namespace
-
-  void ReducedModel::solve_densely(Solutions &x, Solutions &y) const
-  {
-    std::vector<DensePair> pairs = quadratic_eigenpairs(
-        small_problem[2], has_velocity_terms ? small_problem[1] : DenseMatrix(), small_problem[0],
-        0, radius(), true);
-    pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                               [&](const DensePair &pair)
-                               {
-                                 const double size = std::abs(pair.lambda);
-                                 return size > radius() ||
-                                        size <= rigid_body_limit(options.max_imaginary);
-                               }),
-                pairs.end());
-    const auto solutions_of = [&](std::vector<Complex> DensePair::*vector)
-    {
-      Solutions result;
-      result.re = result.im = DenseMatrix(dimension(), pairs.size());
-      for (unsigned int k = 0; k < pairs.size(); ++k)
-      {
-        result.lambda.push_back(pairs[k].lambda);
-        set_column(result, k, pairs[k].*vector);
-      }
-      return result;
-    };
-    x = solutions_of(&DensePair::vector);
-    y = solutions_of(&DensePair::left);
-  }
-
-  void ReducedModel::set_column(Solutions &solutions, const unsigned int k,
-                                const std::vector<Complex> &vector) const
-  {
-    double square = 0;
-    for (const Complex c : vector)
-      square += std::norm(c);
-    for (unsigned int i = 0; i < dimension(); ++i)
-    {
-      Complex sum = kernel.values.empty() ? vector[i] : 0.;
-      for (unsigned int j = 0; j < kernel.n_columns; ++j)
-        sum += kernel(i, j) * vector[j];
-      solutions.re(i, k) = sum.real() / std::sqrt(square);
-      solutions.im(i, k) = sum.imag() / std::sqrt(square);
-    }
-  }
-
-  bool ReducedModel::improve(Solutions &x, Solutions &y) const
-  {
-    const bool is_whole  = kernel.values.empty();
-    const unsigned int m = is_whole ? dimension() : kernel.n_columns, n = x.lambda.size();
-    const auto start = [&](const DenseMatrix &part)
-    {
-      const DenseMatrix padded = with_rows(part, dimension());
-      if (is_whole)
-        return padded;
-      DenseMatrix result(m, n);
-      gemm(true, 1, kernel, padded, 0, result);
-      return result;
-    };
-    const DenseMatrix x_re = start(x.re), x_im = start(x.im), y_re = start(y.re),
-                      y_im = start(y.im);
-    for (Solutions *solutions : {&x, &y})
-      solutions->re = solutions->im = DenseMatrix(dimension(), n);
-    const DenseMatrix &q = small_problem[0], &p = small_problem[1], &mass = small_problem[2];
-    const bool damped = has_velocity_terms && !p.values.empty();
-    std::vector<Complex> at(std::size_t(m) * m);
-    constexpr unsigned int max_iterations = 5;
-    for (unsigned int k = 0; k < n; ++k)
-    {
-      std::vector<Complex> right_vector(m), left_vector(m);
-      for (unsigned int i = 0; i < m; ++i)
-      {
-        right_vector[i] = {x_re(i, k), x_im(i, k)};
-        left_vector[i]  = {y_re(i, k), y_im(i, k)};
-      }
-      // The two-sided Rayleigh functional: y^T (l^2 M + l P + Q) x = 0
-      const auto rayleigh_functional = [&](const Complex l)
-      {
-        return nearest_root(form(left_vector, mass, right_vector),
-                            damped ? form(left_vector, p, right_vector) : 0.,
-                            form(left_vector, q, right_vector), l);
-      };
-      Complex l      = rayleigh_functional(x.lambda[k]);
-      bool converged = false;
-      for (unsigned int iteration = 0; iteration < max_iterations && !converged; ++iteration)
-      {
-        // x := Q(l)^{-1} Q'(l) x, y := Q(l)^{-T} Q'(l)^T y
-        std::vector<Complex> of_right(m), of_left(m);
-        for (unsigned int j = 0; j < m; ++j)
-        {
-          const std::size_t first = std::size_t(j) * m;
-          for (unsigned int i = 0; i < m; ++i)
-          {
-            const double p_e    = damped ? p.values[first + i] : 0.;
-            const Complex l_m   = l * mass.values[first + i];
-            at[first + i]       = q.values[first + i] + l * (p_e + l_m);
-            const Complex slope = p_e + 2. * l_m;
-            of_right[i] += slope * right_vector[j];
-            of_left[j] += slope * left_vector[i];
-          }
-        }
-        if (!solve_both(at, of_right, of_left, m))
-          return false;
-        const auto normalise = [](std::vector<Complex> &vector)
-        {
-          double size = 0;
-          for (const Complex &c : vector)
-            size += std::norm(c);
-          for (Complex &c : vector)
-            c /= std::sqrt(size);
-        };
-        right_vector = std::move(of_right);
-        left_vector  = std::move(of_left);
-        normalise(right_vector);
-        normalise(left_vector);
-        const Complex before = l;
-        l                    = rayleigh_functional(before);
-        // Of the third order: the next change is the cube. What has not become accurate fails to
-        // be certified.
-        converged = std::abs(l - before) <= 1e-7 * std::abs(l);
-      }
-      if (!converged || std::abs(l) > radius())
-        return false;
-      x.lambda[k] = y.lambda[k] = l;
-      set_column(x, k, right_vector);
-      set_column(y, k, left_vector);
-    }
-    // Two that have become one?
-    for (unsigned int k = 0; k < n; ++k)
-      for (unsigned int j = 0; j < k; ++j)
-        if (std::abs(x.lambda[k] - x.lambda[j]) <= 1e-9 * std::abs(x.lambda[k]))
-          return false;
-    return true;
-  }
 
   /// The fixed matrices' factors sum_order c l^order of each solution.
   std::vector<std::vector<ReducedModel::Complex>>
@@ -244,7 +63,8 @@ namespace squeal
 
   /// The interface rows of Q(l) x with the pressures that make them smallest: Re and Im, a row a
   /// solution.
-  std::array<DenseMatrix, 2> ReducedModel::residuals_at_interface(const Solutions &solutions) const
+  std::array<DenseMatrix, 2>
+  ReducedModel::residuals_at_interface(const ReducedPairs &solutions) const
   {
     std::array<DenseMatrix, 2> result =
         forces_at_interface(solutions.lambda, solutions.re, solutions.im);
@@ -254,7 +74,7 @@ namespace squeal
     return result;
   }
 
-  MultiVector ReducedModel::residuals(const Solutions &solutions) const
+  MultiVector ReducedModel::residuals(const ReducedPairs &solutions) const
   {
     const unsigned int n                            = solutions.lambda.size();
     const std::vector<std::vector<Complex>> factors = factors_of(solutions.lambda);
@@ -277,14 +97,14 @@ namespace squeal
     return result;
   }
 
-  void ReducedModel::certify(const MultiVector &residuals, Solutions &solutions) const
+  void ReducedModel::certify(const MultiVector &residuals, ReducedPairs &solutions) const
   {
     const unsigned int n = solutions.lambda.size();
     std::array<double, 3> norms{};
     for (unsigned int order = 0; order < 3; ++order)
       for (unsigned int i = 0; i < fixed.size(); ++i)
         norms[order] = std::max(norms[order], std::abs(coefficients[order][i]) * fixed_norms[i]);
-    DenseMatrix re(n, peak_rows.size()), im = re;
+    DenseMatrix re(n, basis.peak_rows.size()), im = re;
     gemm(true, 1, solutions.re, peaks, 0, re);
     gemm(true, 1, solutions.im, peaks, 0, im);
     std::array<DenseMatrix, 2> violation;
@@ -314,7 +134,7 @@ namespace squeal
         change = std::max(change, violation[0](j, r) * violation[0](j, r) +
                                       violation[1](j, r) * violation[1](j, r));
       change = std::sqrt(change);
-      for (unsigned int r = 0; r < peak_rows.size(); ++r)
+      for (unsigned int r = 0; r < basis.peak_rows.size(); ++r)
         peak = std::max(peak, std::hypot(re(j, r), im(j, r)));
       const double l = std::abs(solutions.lambda[j]);
       solutions.errors[j] =
@@ -325,10 +145,10 @@ namespace squeal
   MultiVector ReducedModel::corrections(const MultiVector &residuals,
                                         const std::vector<unsigned int> &which) const
   {
-    MultiVector chosen(rows, 0);
+    MultiVector of_chosen(rows, 0);
     for (const unsigned int part : {0u, residuals.n_columns() / 2})
       for (const unsigned int j : which)
-        chosen.append(residuals.columns(part + j, 1));
-    return displacements(factors->solve(chosen));
+        of_chosen.append(residuals.columns(part + j, 1));
+    return basis.displacements(factors->solve(of_chosen));
   }
 } // namespace squeal

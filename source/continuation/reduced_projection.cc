@@ -54,9 +54,9 @@ namespace squeal
   void ReducedModel::add_images()
   {
     const unsigned int n_all = dimension(), n_new = n_all - n_imaged, n_fixed = fixed.size();
-    MultiVector added = right.columns(n_imaged, n_new);
+    MultiVector added = basis.right.columns(n_imaged, n_new);
     clean(added);
-    std::copy_n(added.data(), std::size_t(rows.n_local()) * n_new, right.column(n_imaged));
+    std::copy_n(added.data(), std::size_t(rows.n_local()) * n_new, basis.right.column(n_imaged));
     // Rows of a block as columns, with those of new ones below
     const auto with_rows_of = [&](const DenseMatrix &known, const MultiVector &block)
     {
@@ -80,9 +80,9 @@ namespace squeal
       images[i].append(image);
     }
     right_rows                = with_rows_of(right_rows, added);
-    left_rows                 = with_top(right_rows, gather_rows(left, interface_rows));
-    peaks                     = gather_rows(right, peak_rows);
-    const unsigned int n_left = left.n_columns();
+    left_rows                 = with_top(right_rows, gather_rows(basis.left, interface_rows));
+    peaks                     = gather_rows(basis.right, basis.peak_rows);
+    const unsigned int n_left = basis.left.n_columns();
     for (unsigned int i = 0; i < n_fixed; ++i)
     {
       // Rows first ... first + n of V^T A V or W^T A V, in the columns from column on
@@ -101,9 +101,9 @@ namespace squeal
           grow(projected[of_right][i], n_all,
                [&](const unsigned int first, const unsigned int n, const unsigned int column,
                    const unsigned int n_columns)
-               { return products(right, right_rows, first, n, column, n_columns); });
+               { return products(basis.right, right_rows, first, n, column, n_columns); });
       DenseMatrix top(n_left, n_all);
-      const DenseMatrix added_top = products(left, left_rows, 0, n_left, n_imaged, n_new);
+      const DenseMatrix added_top = products(basis.left, left_rows, 0, n_left, n_imaged, n_new);
       for (unsigned int c = 0; c < n_all; ++c)
         for (unsigned int r = 0; r < n_left; ++r)
           top(r, c) = c < n_imaged ? projected[petrov][i](r, c) : added_top(r, c - n_imaged);
@@ -111,10 +111,10 @@ namespace squeal
       // The left vectors' norms; M is symmetric.
       if (coefficients[2][i] != 0)
       {
-        const DenseMatrix of_left_alone(n_left, n_left,
-                                        n_imaged == 0
-                                            ? inner_products(left, multiply(*fixed[i].matrix, left))
-                                            : top_corner(projected[of_left][i], n_left));
+        const DenseMatrix of_left_alone(
+            n_left, n_left,
+            n_imaged == 0 ? inner_products(basis.left, multiply(*fixed[i].matrix, basis.left))
+                          : top_corner(projected[of_left][i], n_left));
         DenseMatrix whole = projected[petrov][i];
         for (unsigned int c = 0; c < n_left; ++c)
           for (unsigned int r = 0; r < n_all; ++r)
@@ -223,50 +223,10 @@ namespace squeal
     {
       right_change = holds_pressures ? shortest_change(right_constraints, right_rows)
                                      : DenseMatrix(dimension(), interface_rows.size());
-      find_kernel();
+      small.set_violations(right_change);
     }
     left_moved = left_rows;
     add(1, left_change, left_moved);
-  }
-
-  /// Vectors of gaps that are closed now leave the bases: Z spans the coordinates without.
-  void ReducedModel::find_kernel()
-  {
-    constexpr double closed = 1e-6; // of unit vectors
-    kernel                  = DenseMatrix();
-    double largest          = 0;
-    for (const double value : right_change.values)
-      largest = std::max(largest, std::abs(value));
-    if (largest <= closed)
-      return;
-    const unsigned int m            = dimension();
-    DenseMatrix vectors             = outer_product(right_change, right_change);
-    const std::vector<double> sizes = symmetric_eigen(vectors); // ascending
-    unsigned int n                  = 0;
-    while (n < m && sizes[n] <= closed * closed)
-      ++n;
-    kernel = DenseMatrix(m, n);
-    std::copy_n(vectors.values.data(), std::size_t(m) * n, kernel.values.data());
-    // The squares leave gaps of the root of rounding: Z -= R S^{-1} R^T G G^T Z, R the others.
-    DenseMatrix range(m, m - n), gaps(n, right_change.n_columns), c(m - n, n);
-    std::copy_n(vectors.values.data() + std::size_t(m) * n, range.values.size(),
-                range.values.data());
-    gemm(true, 1, kernel, right_change, 0, gaps);
-    gemm(true, 1, range, outer_product(right_change, gaps), 0, c);
-    for (unsigned int j = 0; j < n; ++j)
-      for (unsigned int i = 0; i < m - n; ++i)
-        c(i, j) /= sizes[n + i];
-    gemm(false, -1, range, c, 1, kernel);
-  }
-
-  DenseMatrix ReducedModel::in_kernel(const DenseMatrix &a) const
-  {
-    if (kernel.values.empty() || a.values.empty())
-      return a;
-    DenseMatrix image(a.n_rows, kernel.n_columns), result(kernel.n_columns, kernel.n_columns);
-    gemm(false, 1, a, kernel, 0, image);
-    gemm(true, 1, kernel, image, 0, result);
-    return result;
   }
 
   /// The pressures C^{-1} N^T u of a compliant contact in the constraints' rows; with the
@@ -386,7 +346,7 @@ namespace squeal
       if (!images_at_rows[order].values.empty() && !left_balance.values.empty())
         add(1, outer_product(left_balance, violations(left_constraints, images_at_rows[order])),
             sum);
-      small_problem[order]     = in_kernel(sum);
+      small.set_terms(order, order == 1 && !has_velocity_terms ? DenseMatrix() : sum);
       operators[petrov][order] = std::move(sum);
       add(1, of_v, images_at_rows[order]);
     }
@@ -441,10 +401,10 @@ namespace squeal
     add(1, left_pressures, test_change);
     for (const Term &term : terms)
     {
-      const MultiVector image = multiply(*term.matrix, right);
-      DenseMatrix small =
-          with_top(DenseMatrix(dimension(), dimension(), inner_products(right, image)),
-                   DenseMatrix(left.n_columns(), dimension(), inner_products(left, image)));
+      const MultiVector image = multiply(*term.matrix, basis.right);
+      DenseMatrix small       = with_top(
+                DenseMatrix(dimension(), dimension(), inner_products(basis.right, image)),
+                DenseMatrix(basis.left.n_columns(), dimension(), inner_products(basis.left, image)));
       add(1, outer_product(test_change, gather_rows(image, interface_rows)), small);
       add_term(term, term.order, small);
       // On the pressures, which are those of Lambda_0 + l Lambda_1 + l^2 Lambda_2

@@ -1,14 +1,14 @@
 #pragma once
 
 #include <squeal/continuation/branches.h>
-#include <squeal/continuation/reduced_halves.h>
+#include <squeal/continuation/reduced_sectors.h>
 
 #include <map>
 
 namespace squeal
 {
-  /// The modes of a model at many values of its parameters: by projection near an anchor, a value
-  /// with a full solution, and by a full solution where that cannot be certified.
+  /// The modes of a model at many values of its parameters: by projection near an expansion point,
+  /// a value with a full solution, and by a full solution where that cannot be certified.
   ///
   /// Modes come as coordinates in the bases or as whole vectors; all that is done with them here
   /// takes either.
@@ -17,7 +17,7 @@ namespace squeal
   public:
     ModeTracker(const EigensolverOptions &options, const std::string &solver);
 
-    /// Another model with a mesh of its own. The old anchor is forgotten.
+    /// Another model with a mesh of its own. The old expansion point is forgotten.
     void set_model(Model &model);
 
     /// Assembles the model and solves. Throws SolverError, InputError.
@@ -25,7 +25,8 @@ namespace squeal
     /// The same without projection; the result depends on the parameters only, not on what was
     /// solved before.
     EigenSolution solve_fully(const Parameters::All &parameters);
-    /// Makes a full solution for these parameters the anchor. Modes in coordinates become invalid.
+    /// Makes a full solution for these parameters the expansion point. Modes in coordinates become
+    /// invalid.
     void set_expansion_point(const Parameters::All &parameters,
                              const EigenSolution::Reuse &solution);
 
@@ -46,7 +47,7 @@ namespace squeal
       return n_restarts_;
     }
 
-    /// Of the anchor: part of the state of a run that is to be resumed.
+    /// Of the expansion point: part of the state of a run that is to be resumed.
     std::vector<double> varying_terms() const
     {
       return reduced.varying_terms();
@@ -58,7 +59,7 @@ namespace squeal
 
     bool is_whole(const EigenPairs &modes) const
     {
-      return !ReducedHalves::is_reduced(modes, whole_rows);
+      return !ReducedSectors::is_reduced(modes, whole_rows);
     }
     EigenPairs whole(const EigenPairs &modes) const
     {
@@ -70,7 +71,7 @@ namespace squeal
     /// Nothing if the model cannot be differentiated by the parameter.
     std::vector<std::complex<double>> sensitivities(const std::string &parameter,
                                                     const EigenPairs &modes) const;
-    /// @p before may be older than the last anchor only if it is whole.
+    /// @p before may be older than the last expansion point only if it is whole.
     bool continue_branches(const BranchPoint &before, BranchPoint &next) const;
 
     /// Assembles the model and gives the whole problem, to which whole modes belong.
@@ -99,16 +100,16 @@ namespace squeal
     void assemble_model(const Parameters::All &parameters, const LinearOperator &nearby);
     /// Of the model as it is assembled now.
     const QuadraticEigenproblem &whole_problem() const;
-    /// Whether the reference problem has as many modes in the disc as the anchor's: counted again
-    /// where it is another one.
-    bool has_count_of_anchor();
+    /// Whether the reference problem has as many modes in the disc as the expansion point's:
+    /// counted again where it is another one.
+    bool has_count_of_expansion_point();
     /// What tells reference problems apart.
     std::vector<double> reference_key();
 
     Model *model = nullptr;
     EigensolverOptions options;
     const std::unique_ptr<Eigensolver> solver;
-    ReducedHalves reduced;
+    ReducedSectors reduced;
     std::optional<std::optional<MirrorSymmetry>> symmetry; ///< of the model, once asked for
     RowRange whole_rows;
     unsigned int n_full = 0, n_restarts_ = 0;
@@ -116,7 +117,7 @@ namespace squeal
     mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
     bool is_as_solved = false; ///< whether nothing was assembled since the last full solution
 
-    bool is_counted = false; ///< as many modes as the anchor has, at the counted key
+    bool is_counted = false; ///< as many modes as the expansion point has, at the counted key
     std::vector<double> counted_key;
     std::map<std::shared_ptr<const Matrix>, double> fingerprints; ///< of matrices that stay
   };

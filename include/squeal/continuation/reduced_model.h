@@ -1,6 +1,7 @@
 #pragma once
 
-#include <squeal/eigen/eigenpairs.h>
+#include <squeal/continuation/projection_basis.h>
+#include <squeal/continuation/reduced_eigenproblem.h>
 #include <squeal/linalg/reduced_tools.h>
 
 #include <array>
@@ -15,11 +16,11 @@ namespace squeal
   ///
   /// With a basis V of displacements and test vectors W of the same number, real,
   ///     (l^2 W^T M V + l W^T P V + W^T Q V) c = 0,   x = V c,   z = W d.
-  /// V begins with the modes of the full solution, the anchor, and with what its search knows of
-  /// the modes beyond them. W has the anchor's left vectors in place of the right ones, and
-  /// is V else. Terms whose matrices stay the same are projected once, those with constant
-  /// coefficients as one sum; those that change (the contact's) are projected again for every
-  /// solution, in the few rows that they couple.
+  /// V begins with the modes of the full solution, the expansion point, and with what its search
+  /// knows of the modes beyond them. W has the expansion point's left vectors in place of the right
+  /// ones, and is V else. Terms whose matrices stay the same are projected once, those with
+  /// constant coefficients as one sum; those that change (the contact's) are projected again for
+  /// every solution, in the few rows that they couple.
   ///
   /// Displacements of V satisfy N^T u = 0. Those of W must satisfy (N + mu T)^T w = 0, which
   /// changes with the friction: each time they are moved there by the shortest way,
@@ -27,26 +28,29 @@ namespace squeal
   /// so that the contact pressures drop out of the projection; they follow from the residual.
   ///
   /// Every solution is certified by the residual of the whole problem. What fails is corrected by
-  /// inverse iteration with the factors of the anchor, x - Q_0^{-1} Q(l) x, which makes V richer
-  /// (block Davidson); so most parameter values need no factorisation. Contacts that have opened
-  /// since the anchor enter by its response to a gap there; combinations of V with gaps that are
-  /// closed now are left out. The right pairs are as good as those of full solutions; the left
-  /// vectors are those of the projected problem.
+  /// inverse iteration with the factors of the expansion point, x - Q_0^{-1} Q(l) x, which makes V
+  /// richer (block Davidson); so most parameter values need no factorisation. Contacts that have
+  /// opened since the expansion point enter by its response to a gap there; combinations of V with
+  /// gaps that are closed now are left out. The right pairs are as good as those of full solutions;
+  /// the left vectors are those of the projected problem.
   class ReducedModel
   {
   public:
-    explicit ReducedModel(const EigensolverOptions &options) : options(options) {}
+    explicit ReducedModel(const EigensolverOptions &options)
+        : options(options), small(options.max_imaginary)
+    {
+    }
 
     /// Begins anew: @p found is what a full solution of the @p terms keeps
     /// (EigensolverOptions::keep_factors).
-    void anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
-                const EigenSolution::Reuse &found);
-    /// The anchor's terms whose coefficients have been seen to change, by number. Sums do not
-    /// contain them; a run that is resumed is told, so that it adds in the same order.
+    void set_expansion_point(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
+                             const EigenSolution::Reuse &found);
+    /// The expansion point's terms whose coefficients have been seen to change, by number. Sums do
+    /// not contain them; a run that is resumed is told, so that it adds in the same order.
     std::vector<double> varying_terms() const;
     void keep_apart(const std::vector<double> &varying_terms);
 
-    bool is_anchored() const
+    bool has_expansion_point() const
     {
       return bool(factors);
     }
@@ -59,7 +63,7 @@ namespace squeal
     /// Whether V has become so large that it should restart(). (Measured: with 3 and 22 modes.)
     bool is_crowded() const
     {
-      // Solutions with the same contacts tell more of those to come.
+      // ReducedPairs with the same contacts tell more of those to come.
       const bool is_steady = n_steady >= most_recent;
       return !recent.empty() && dimension() > (is_steady ? 56 + 6 * n_disc : 106 + 9 * n_disc);
     }
@@ -85,7 +89,10 @@ namespace squeal
     /// Modes in coordinates of now or of before the last enrichment as whole vectors.
     EigenPairs expand(const EigenPairs &modes) const;
     /// Coordinates of whole vectors of the span, as of modes before restart().
-    EigenPairs coordinates(const EigenPairs &whole) const;
+    EigenPairs coordinates(const EigenPairs &whole) const
+    {
+      return basis.coordinates(whole);
+    }
     /// Coordinates of before an enrichment with zeros for what was added.
     EigenPairs pad(const EigenPairs &modes) const;
     static bool is_reduced(const EigenPairs &modes, const RowRange &rows)
@@ -95,7 +102,7 @@ namespace squeal
 
     unsigned int dimension() const
     {
-      return right.n_columns();
+      return basis.dimension();
     }
 
   private:
@@ -123,13 +130,6 @@ namespace squeal
     {
       std::vector<int> rows, columns;
       std::vector<double> values;
-    };
-    /// Eigenpairs in coordinates.
-    struct Solutions
-    {
-      std::vector<Complex> lambda;
-      DenseMatrix re, im;
-      std::vector<double> errors; ///< bounds of backward errors
     };
     /// W^T A V, V^T A V, W^T A W.
     enum Form
@@ -164,25 +164,12 @@ namespace squeal
     {
       return 0.1 * options.tolerance;
     }
-    /// Beyond it a new anchor is cheaper. (Measured for whole problems: 50 + 12 a mode; for halves
-    /// only a sweep with this number.)
+    /// Beyond it a new expansion point is cheaper. (Measured for whole problems: 50 + 12 a mode;
+    /// for halves only a sweep with this number.)
     unsigned int largest_dimension() const
     {
       return 200 + 12 * n_disc;
     }
-    MultiVector displacements(MultiVector block) const;
-    /// V and W of modes' displacements, each Re and Im.
-    void begin(MultiVector of_right, MultiVector of_left);
-    /// V c, or W c.
-    MultiVector expanded(const MultiVector &c, bool of_left) const;
-    /// Enlarges V by what the columns add to it, except for principal components of a size up to
-    /// @p smallest.
-    void append(MultiVector added, double smallest);
-    /// Re and Im of the approximate modes with |l| <= largest in a space of displacements.
-    MultiVector modes_of(const QuadraticEigenproblem &problem, const MultiVector &space,
-                         double largest) const;
-    /// Left vectors in place of those that V has now.
-    void test_by(const MultiVector &left_vectors);
     /// In the order of the terms: sums must not depend on addresses.
     static Members members_of(const std::vector<Term> &terms);
     static const Member *find(const Members &members, const Member &member);
@@ -194,9 +181,6 @@ namespace squeal
     void clean(MultiVector &added) const;
     void add_images();
     void satisfy_constraints();
-    void find_kernel();
-    /// Z^T A Z.
-    DenseMatrix in_kernel(const DenseMatrix &a) const;
     /// Of the present terms. Returns whether they have changed.
     bool find_constraints(bool of_left, Constraints &constraints) const;
     /// C w, a constraint a column.
@@ -219,43 +203,35 @@ namespace squeal
     void project_terms();
     void project_tests();
     QuadraticEigenproblem projected_problem(unsigned int form) const;
-    /// All right and left pairs of the disc, in the same order, by LAPACK.
-    void solve_densely(Solutions &x, Solutions &y) const;
-    /// Those near given ones, of this or a smaller dimension, by two-sided Rayleigh quotient
-    /// iteration; false if some do not converge.
-    bool improve(Solutions &x, Solutions &y) const;
-    /// Unit coordinates of Z v.
-    void set_column(Solutions &solutions, unsigned int k, const std::vector<Complex> &vector) const;
     std::vector<std::vector<Complex>> factors_of(const std::vector<Complex> &lambda) const;
     std::array<DenseMatrix, 2> forces_at_interface(const std::vector<Complex> &lambda,
                                                    const DenseMatrix &re,
                                                    const DenseMatrix &im) const;
-    std::array<DenseMatrix, 2> residuals_at_interface(const Solutions &solutions) const;
+    std::array<DenseMatrix, 2> residuals_at_interface(const ReducedPairs &solutions) const;
     /// Q(l) x with the pressures that make the interface rows smallest, Re and Im.
-    MultiVector residuals(const Solutions &solutions) const;
-    void certify(const MultiVector &residuals, Solutions &solutions) const;
+    MultiVector residuals(const ReducedPairs &solutions) const;
+    void certify(const MultiVector &residuals, ReducedPairs &solutions) const;
     bool is_in_window(const Complex lambda) const
     {
       return lambda.imag() <= options.max_imaginary;
     }
     /// Of the pairs of the given numbers those with larger errors. Beyond the window pairs need
     /// only be known.
-    std::vector<unsigned int> failing(const Solutions &solutions,
+    std::vector<unsigned int> failing(const ReducedPairs &solutions,
                                       const std::vector<unsigned int> &which,
                                       double largest_error) const;
     /// Q_0^{-1} Q(l) x of some, Re and Im.
     MultiVector corrections(const MultiVector &residuals,
                             const std::vector<unsigned int> &which) const;
     /// Enlarges V by the corrections of pairs that fail; false if there is nothing new in them.
-    bool enrich(const MultiVector &residuals, const Solutions &x);
-    static Solutions chosen(const Solutions &solutions, const std::vector<unsigned int> &which);
+    bool enrich(const MultiVector &residuals, const ReducedPairs &x);
     void add_openings();
     /// The first summands of the responses to gaps at these interface rows.
     void add_responses(const std::vector<unsigned int> &added, unsigned int n_summands);
-    MultiVector solve_projected(Solutions &x, Solutions &y);
-    /// The pairs with the smallest errors, as many as the anchor has in the disc.
-    std::vector<unsigned int> best_pairs(const Solutions &solutions) const;
-    EigenPairs make_modes(const Solutions &x, const Solutions &y,
+    MultiVector solve_projected(ReducedPairs &x, ReducedPairs &y);
+    /// The pairs with the smallest errors, as many as the expansion point has in the disc.
+    std::vector<unsigned int> best_pairs(const ReducedPairs &solutions) const;
+    EigenPairs make_modes(const ReducedPairs &x, const ReducedPairs &y,
                           const std::vector<unsigned int> &which) const;
     void normalise(EigenPairs &modes) const;
 
@@ -263,10 +239,10 @@ namespace squeal
     RowRange rows;
     unsigned int n_local_constraints = 0;
     std::shared_ptr<const Factorization> factors;
-    unsigned int n_disc = 0; ///< modes of the anchor in the disc
+    unsigned int n_disc = 0; ///< modes of the expansion point in the disc
 
-    unsigned int n_real_of_anchor = 0; ///< eigenvalues of the disc
-    std::vector<Term> anchor_terms;
+    unsigned int n_real_at_expansion = 0; ///< eigenvalues of the disc
+    std::vector<Term> expansion_terms;
     Members varying;
     std::vector<Fixed> fixed;
     std::vector<double> fixed_norms;
@@ -274,23 +250,20 @@ namespace squeal
     bool has_velocity_terms = false;
     std::vector<unsigned int> interface_rows; ///< ascending
     std::vector<int> interface_number;        ///< by row; -1
-    std::vector<unsigned int> peak_rows;
-    std::vector<char> is_constraint; ///< by interface row
+    std::vector<char> is_constraint;          ///< by interface row
     bool compliant = false, has_constraints = false;
     Constraints left_constraints, right_constraints; ///< of the present terms
     std::vector<unsigned int> opened;      ///< interface rows whose openings' responses are in V
     std::vector<unsigned int> open_before; ///< open_contacts() of the last solution
     std::array<Entries, 3> changing;       ///< by order
-    MultiVector right;                     ///< V, orthonormal displacements
-    MultiVector left;                      ///< the first columns of W; the others are those of V
-    DenseMatrix right_rows, left_rows;     ///< of V and W in the interface: a column a row
-    DenseMatrix left_balance;              ///< - (C C^T)^{-1} C V of the left constraints
-    DenseMatrix left_change;               ///< what makes W satisfy the present constraints
-    DenseMatrix left_moved;                ///< left_rows + left_change
-    DenseMatrix right_change;              ///< the same for V: not zero where contacts have closed
-    DenseMatrix kernel;                    ///< Z, orthonormal, of coordinates; empty: all
-    std::array<DenseMatrix, 3> small_problem; ///< Z^T W^T A V Z by order
-    unsigned int n_imaged = 0;                ///< columns with images
+    ProjectionBasis basis;
+    ReducedEigenproblem small;
+    DenseMatrix right_rows, left_rows; ///< of V and W in the interface: a column a row
+    DenseMatrix left_balance;          ///< - (C C^T)^{-1} C V of the left constraints
+    DenseMatrix left_change;           ///< what makes W satisfy the present constraints
+    DenseMatrix left_moved;            ///< left_rows + left_change
+    DenseMatrix right_change;          ///< the same for V: not zero where contacts have closed
+    unsigned int n_imaged = 0;         ///< columns with images
 
     std::vector<MultiVector> images;            ///< A V by fixed matrix, zero in the interface rows
     std::vector<DenseMatrix> at_rows;           ///< (A V) in the interface rows, by fixed matrix
@@ -300,17 +273,18 @@ namespace squeal
     std::array<std::vector<DenseMatrix>, 3> projected;   ///< by form and fixed matrix
     std::array<std::array<DenseMatrix, 3>, 3> operators; ///< by form and order
     DenseMatrix left_pressures, right_pressures;         ///< of a compliant contact
-    Solutions last_right, last_left;
+    ReducedPairs last_right, last_left;
     static constexpr unsigned int most_recent = 3;
-    std::vector<std::pair<Solutions, Solutions>> recent; ///< those accepted, the last one first
+    std::vector<std::pair<ReducedPairs, ReducedPairs>>
+        recent; ///< those accepted, the last one first
     /// What the last solution says of the next one's errors.
-    struct Foresight
+    struct Predictor
     {
       MultiVector residuals;
-      Solutions solutions;
+      ReducedPairs solutions;
       double worst = 0, growth = 1; ///< error in the window, and its ratio to the one before
     };
-    Foresight foresight;
+    Predictor predictor;
     unsigned int n_steady = 0; ///< solutions accepted since contacts opened or closed
   };
 } // namespace squeal

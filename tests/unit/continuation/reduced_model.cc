@@ -92,9 +92,9 @@ TEST_CASE("reduced model: a contact with friction")
   const EigensolverOptions options = options_for_projection(0.3);
   ReducedModel reduced(options);
   const QuadraticEigenproblem problem = chain.problem(0.1);
-  reduced.anchor(problem, chain.terms(0.1),
-                 make_eigensolver("block_krylov")->solve(problem, options).reuse);
-  REQUIRE(reduced.is_anchored());
+  reduced.set_expansion_point(problem, chain.terms(0.1),
+                              make_eigensolver("block_krylov")->solve(problem, options).reuse);
+  REQUIRE(reduced.has_expansion_point());
   for (const double mu : {0.1, 0.11, 0.12, 0.14, 0.17})
   {
     CAPTURE(mu);
@@ -120,8 +120,8 @@ TEST_CASE("reduced model: a contact opens")
   const EigensolverOptions options = options_for_projection(0.3);
   ReducedModel reduced(options);
   const QuadraticEigenproblem problem = chain.problem(0.1);
-  reduced.anchor(problem, chain.terms(0.1),
-                 make_eigensolver("block_krylov")->solve(problem, options).reuse);
+  reduced.set_expansion_point(problem, chain.terms(0.1),
+                              make_eigensolver("block_krylov")->solve(problem, options).reuse);
   REQUIRE(reduced.solve(chain.terms(0.1)));
   if (const auto modes = reduced.solve(chain.terms(0.1, true)))
   {
@@ -148,15 +148,17 @@ TEST_CASE("reduced model: coordinates and whole vectors")
   };
   const std::vector<Term> first = terms_at(0.1);
   ReducedModel reduced(options);
-  reduced.anchor(model->problem(), first,
-                 make_eigensolver("block_krylov")->solve(model->problem(), options).reuse);
+  reduced.set_expansion_point(
+      model->problem(), first,
+      make_eigensolver("block_krylov")->solve(model->problem(), options).reuse);
   // p varies: the first attempt finds out, and the next expansion point keeps the matrix apart.
   reduced.solve(first);
   CHECK(!reduced.solve(terms_at(0.11)));
   CHECK(reduced.varying_terms() == std::vector<double>{2});
   terms_at(0.1);
-  reduced.anchor(model->problem(), model->terms(),
-                 make_eigensolver("block_krylov")->solve(model->problem(), options).reuse);
+  reduced.set_expansion_point(
+      model->problem(), model->terms(),
+      make_eigensolver("block_krylov")->solve(model->problem(), options).reuse);
   std::optional<EigenPairs> modes;
   for (const double p : {0.1, 0.12, 0.14})
     modes = reduced.solve(terms_at(p));
@@ -183,7 +185,8 @@ TEST_CASE("reduced model: a small problem is not projected")
   model.assemble({});
   const EigensolverOptions options = options_for_projection(1.2);
   ReducedModel reduced(options);
-  reduced.anchor(model.problem(), model.terms(),
-                 make_eigensolver("block_krylov")->solve(model.problem(), options).reuse);
-  CHECK(!reduced.is_anchored());
+  reduced.set_expansion_point(
+      model.problem(), model.terms(),
+      make_eigensolver("block_krylov")->solve(model.problem(), options).reuse);
+  CHECK(!reduced.has_expansion_point());
 }

@@ -1,4 +1,4 @@
-#include <squeal/continuation/reduced_halves.h>
+#include <squeal/continuation/reduced_sectors.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/linalg/reduced_tools.h>
 
@@ -47,15 +47,16 @@ namespace squeal
         {&EigenPairs::right, &EigenPairs::left}};
   } // namespace
 
-  void ReducedHalves::anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
-                             const EigenSolution::Reuse &solution,
-                             const std::optional<MirrorSymmetry> &of_halves)
+  void ReducedSectors::set_expansion_point(const QuadraticEigenproblem &problem,
+                                           const std::vector<Term> &terms,
+                                           const EigenSolution::Reuse &solution,
+                                           const std::optional<MirrorSymmetry> &of_sectors)
   {
     std::vector<Part> before = std::move(parts);
     parts.clear();
     sizes.clear();
     inverse_factors.clear();
-    symmetry = of_halves;
+    symmetry = of_sectors;
     for (unsigned int order = 0; order < 3; ++order)
       norms[order] = (order == 0 ? problem.Q : order == 1 ? problem.P : problem.M).infinity_norm();
 
@@ -80,35 +81,35 @@ namespace squeal
     {
       Part &part                        = parts[h];
       const EigenSolution::Reuse &found = n_parts == 1 ? solution : solution.sectors[h]->reuse;
-      QuadraticEigenproblem half;
+      QuadraticEigenproblem of_sector;
       if (part.space)
       {
-        half.rows                = part.space->row_range();
-        half.M                   = sum_of(half.rows, part.terms, 2);
-        half.Q                   = sum_of(half.rows, part.terms, 0);
-        half.n_constraints       = problem.n_constraints / 2;
-        half.n_local_constraints = part.space->n_local_pressures();
-        half.compliant           = problem.compliant;
+        of_sector.rows                = part.space->row_range();
+        of_sector.M                   = sum_of(of_sector.rows, part.terms, 2);
+        of_sector.Q                   = sum_of(of_sector.rows, part.terms, 0);
+        of_sector.n_constraints       = problem.n_constraints / 2;
+        of_sector.n_local_constraints = part.space->n_local_pressures();
+        of_sector.compliant           = problem.compliant;
       }
-      const QuadraticEigenproblem &own = part.space ? half : problem;
+      const QuadraticEigenproblem &own = part.space ? of_sector : problem;
       part.n_modes                     = found.disc_right.n_columns() / 2;
-      part.anchor_count                = found.n_reference;
+      part.expansion_count             = found.n_reference;
       if (part.n_modes > 0)
-        part.reduced.anchor(own, part.terms, found);
+        part.reduced.set_expansion_point(own, part.terms, found);
       else
         part.reduced = ReducedModel(options);
       if (!part.reference)
         part.reference = std::make_shared<InertiaCount>(own.rows, own.n_local_constraints,
                                                         search_radius(options.max_imaginary));
     }
-    if (!is_anchored())
+    if (!has_expansion_point())
       return;
     for (unsigned int h = 0; h < n_parts; ++h)
       inverse_factors.push_back(n_parts == 1 ? solution.factorization
                                              : solution.sectors[h]->reuse.factorization);
   }
 
-  MultiVector ReducedHalves::apply_inverse(const MultiVector &b) const
+  MultiVector ReducedSectors::apply_inverse(const MultiVector &b) const
   {
     ++n_inverse_;
     if (parts.size() == 1)
@@ -126,9 +127,9 @@ namespace squeal
     return x;
   }
 
-  void ReducedHalves::renew_inverse(const std::vector<Term> &terms)
+  void ReducedSectors::renew_inverse(const std::vector<Term> &terms)
   {
-    if (!is_anchored() || !restrict(terms))
+    if (!has_expansion_point() || !restrict(terms))
       return;
     const Part &part = parts.front();
     try
@@ -142,28 +143,28 @@ namespace squeal
     }
   }
 
-  std::vector<double> ReducedHalves::varying_terms() const
+  std::vector<double> ReducedSectors::varying_terms() const
   {
     return parts.empty() ? std::vector<double>() : parts.front().reduced.varying_terms();
   }
 
-  void ReducedHalves::keep_apart(const std::vector<double> &varying_terms)
+  void ReducedSectors::keep_apart(const std::vector<double> &varying_terms)
   {
     for (Part &part : parts)
       part.reduced.keep_apart(varying_terms);
   }
 
-  bool ReducedHalves::is_anchored() const
+  bool ReducedSectors::has_expansion_point() const
   {
     return !parts.empty() &&
            std::all_of(parts.begin(), parts.end(),
                        [](const Part &part)
-                       { return part.n_modes == 0 || part.reduced.is_anchored(); }) &&
+                       { return part.n_modes == 0 || part.reduced.has_expansion_point(); }) &&
            std::any_of(parts.begin(), parts.end(),
                        [](const Part &part) { return part.n_modes > 0; });
   }
 
-  unsigned int ReducedHalves::dimension() const
+  unsigned int ReducedSectors::dimension() const
   {
     unsigned int n = 0;
     for (const Part &part : parts)
@@ -173,8 +174,9 @@ namespace squeal
 
   // Terms.
 
-  /// The largest entry of S A S x - A x, for some scattered x, against the norms of the anchor.
-  bool ReducedHalves::are_symmetric(const std::vector<Term> &terms) const
+  /// The largest entry of S A S x - A x, for some scattered x, against the norms of the expansion
+  /// point.
+  bool ReducedSectors::are_symmetric(const std::vector<Term> &terms) const
   {
     // A hundredth of the backward error that projected modes may have
     const double rounding = 1e-3 * options.tolerance;
@@ -189,7 +191,7 @@ namespace squeal
     return true;
   }
 
-  bool ReducedHalves::restrict(const std::vector<Term> &terms)
+  bool ReducedSectors::restrict(const std::vector<Term> &terms)
   {
     if (parts.size() == 1)
     {
@@ -211,38 +213,38 @@ namespace squeal
         alone.push_back({{term.origin, 0, 1., term.matrix}});
     for (Part &part : parts)
     {
-      std::vector<Matrix> halves = part.space->restrict(alone);
+      std::vector<Matrix> restricted = part.space->restrict(alone);
       std::map<std::shared_ptr<const Matrix>, std::shared_ptr<const Matrix>> present;
       for (unsigned int k = 0; k < alone.size(); ++k)
-        present[alone[k].front().matrix] = std::make_shared<const Matrix>(std::move(halves[k]));
+        present[alone[k].front().matrix] = std::make_shared<const Matrix>(std::move(restricted[k]));
       part.terms.clear();
       for (const Term &term : terms)
       {
         if (!term.matrix || !*term.matrix)
           continue;
-        std::shared_ptr<const Matrix> &half = present[term.matrix];
-        if (!half)
-          half = part.restricted.at(term.matrix);
-        part.terms.push_back({term.origin, term.order, term.coefficient, half});
+        std::shared_ptr<const Matrix> &of_sector = present[term.matrix];
+        if (!of_sector)
+          of_sector = part.restricted.at(term.matrix);
+        part.terms.push_back({term.origin, term.order, term.coefficient, of_sector});
       }
       part.restricted = std::move(present);
     }
     return true;
   }
 
-  bool ReducedHalves::has_count_of_anchor(const std::vector<Term> &terms)
+  bool ReducedSectors::has_count_of_expansion_point(const std::vector<Term> &terms)
   {
     if (!restrict(terms))
       return false;
     for (Part &part : parts)
-      if (part.reference->count(part.terms) != part.anchor_count)
+      if (part.reference->count(part.terms) != part.expansion_count)
         return false;
     return true;
   }
 
   // Modes.
 
-  std::optional<EigenPairs> ReducedHalves::solve(const std::vector<Term> &terms)
+  std::optional<EigenPairs> ReducedSectors::solve(const std::vector<Term> &terms)
   {
     if (!restrict(terms))
       return std::nullopt;
@@ -281,16 +283,16 @@ namespace squeal
       firsts.push_back(firsts.back() + part.reduced.dimension());
     for (unsigned int k = 0; k < order.size(); ++k)
     {
-      const auto [h, j]      = order[k];
-      const EigenPairs &half = found[h];
-      modes.lambda.push_back(half.lambda[j]);
-      // Components and norms of a half and of the whole differ by up to sqrt(2).
-      modes.backward_error.push_back(2 * half.backward_error[j]);
-      modes.left_backward_error.push_back(half.left_backward_error[j]);
-      modes.condition.push_back(half.condition[j]);
+      const auto [h, j]           = order[k];
+      const EigenPairs &of_sector = found[h];
+      modes.lambda.push_back(of_sector.lambda[j]);
+      // Components and norms of a sector and of the whole differ by up to sqrt(2).
+      modes.backward_error.push_back(2 * of_sector.backward_error[j]);
+      modes.left_backward_error.push_back(of_sector.left_backward_error[j]);
+      modes.condition.push_back(of_sector.condition[j]);
       modes.parity.push_back(parts[h].parity);
       for (const auto side : both_sides)
-        insert((half.*side).columns({j}), firsts[h], k, modes.*side);
+        insert((of_sector.*side).columns({j}), firsts[h], k, modes.*side);
     }
     std::vector<unsigned int> &now = sizes[dimension()];
     now.clear();
@@ -299,13 +301,13 @@ namespace squeal
     return modes;
   }
 
-  bool ReducedHalves::is_crowded() const
+  bool ReducedSectors::is_crowded() const
   {
     return std::any_of(parts.begin(), parts.end(),
                        [](const Part &part) { return part.reduced.is_crowded(); });
   }
 
-  EigenPairs ReducedHalves::restart(const EigenPairs &modes)
+  EigenPairs ReducedSectors::restart(const EigenPairs &modes)
   {
     if (parts.size() == 1)
     {
@@ -314,17 +316,17 @@ namespace squeal
       return parts.front().reduced.coordinates(whole);
     }
     const std::vector<unsigned int> before = sizes_of(modes);
-    std::vector<EigenPairs> halves;
+    std::vector<EigenPairs> of_sectors;
     std::vector<unsigned int> now, firsts = {0};
     for (unsigned int h = 0; h < parts.size(); ++h)
     {
       ReducedModel &reduced = parts[h].reduced;
-      halves.push_back(extract(modes, h, before));
+      of_sectors.push_back(extract(modes, h, before));
       if (reduced.is_crowded())
       {
-        const EigenPairs whole = reduced.expand(halves[h]);
+        const EigenPairs whole = reduced.expand(of_sectors[h]);
         reduced.restart();
-        halves[h] = reduced.coordinates(whole);
+        of_sectors[h] = reduced.coordinates(whole);
       }
       now.push_back(reduced.dimension());
       firsts.push_back(firsts.back() + now.back());
@@ -339,13 +341,13 @@ namespace squeal
       {
         const std::vector<unsigned int> numbers = modes_of(modes, parts[h]);
         for (unsigned int k = 0; k < numbers.size(); ++k)
-          insert((halves[h].*side).columns({k}), firsts[h], numbers[k], result.*side);
+          insert((of_sectors[h].*side).columns({k}), firsts[h], numbers[k], result.*side);
       }
     }
     return result;
   }
 
-  QuadraticEigenproblem ReducedHalves::problem() const
+  QuadraticEigenproblem ReducedSectors::problem() const
   {
     if (parts.size() == 1)
       return parts.front().reduced.problem();
@@ -369,7 +371,8 @@ namespace squeal
     return result;
   }
 
-  std::vector<unsigned int> ReducedHalves::modes_of(const EigenPairs &modes, const Part &part) const
+  std::vector<unsigned int> ReducedSectors::modes_of(const EigenPairs &modes,
+                                                     const Part &part) const
   {
     std::vector<unsigned int> numbers;
     for (unsigned int k = 0; k < modes.lambda.size(); ++k)
@@ -378,13 +381,13 @@ namespace squeal
     return numbers;
   }
 
-  const std::vector<unsigned int> &ReducedHalves::sizes_of(const EigenPairs &modes) const
+  const std::vector<unsigned int> &ReducedSectors::sizes_of(const EigenPairs &modes) const
   {
     return sizes.at(modes.right.row_range().size);
   }
 
-  EigenPairs ReducedHalves::extract(const EigenPairs &modes, const unsigned int h,
-                                    const std::vector<unsigned int> &n) const
+  EigenPairs ReducedSectors::extract(const EigenPairs &modes, const unsigned int h,
+                                     const std::vector<unsigned int> &n) const
   {
     const std::vector<unsigned int> numbers = modes_of(modes, parts[h]);
     const unsigned int first                = std::accumulate(n.begin(), n.begin() + h, 0u);
@@ -402,7 +405,7 @@ namespace squeal
     return result;
   }
 
-  ReducedModel::RayleighForms ReducedHalves::rayleigh_forms(const EigenPairs &modes) const
+  ReducedModel::RayleighForms ReducedSectors::rayleigh_forms(const EigenPairs &modes) const
   {
     if (parts.size() == 1)
       return parts.front().reduced.rayleigh_forms(modes);
@@ -424,8 +427,8 @@ namespace squeal
     return result;
   }
 
-  /// z^H dA x of a mode of a half needs V_h^T dA V_h only, whatever the symmetry of dA.
-  std::vector<Term> ReducedHalves::project(const std::vector<Term> &terms) const
+  /// z^H dA x of a mode of a sector needs V_h^T dA V_h only, whatever the symmetry of dA.
+  std::vector<Term> ReducedSectors::project(const std::vector<Term> &terms) const
   {
     if (parts.size() == 1)
       return parts.front().reduced.project(terms);
@@ -438,12 +441,13 @@ namespace squeal
     {
       if (parts[h].n_modes == 0)
         continue;
-      std::vector<Term> halves;
+      std::vector<Term> restricted;
       for (const Term &term : terms)
         if (term.matrix && *term.matrix)
-          halves.push_back({term.origin, term.order, term.coefficient,
-                            std::make_shared<const Matrix>(parts[h].space->restrict(term.matrix))});
-      for (Term &term : parts[h].reduced.project(halves))
+          restricted.push_back(
+              {term.origin, term.order, term.coefficient,
+               std::make_shared<const Matrix>(parts[h].space->restrict(term.matrix))});
+      for (Term &term : parts[h].reduced.project(restricted))
       {
         std::vector<const Matrix *> blocks(parts.size(), &empty);
         blocks[h]   = term.matrix.get();
@@ -454,7 +458,7 @@ namespace squeal
     return result;
   }
 
-  EigenPairs ReducedHalves::expand(const EigenPairs &modes) const
+  EigenPairs ReducedSectors::expand(const EigenPairs &modes) const
   {
     if (parts.size() == 1)
       return parts.front().reduced.expand(modes);
@@ -466,11 +470,11 @@ namespace squeal
       const std::vector<unsigned int> numbers = modes_of(modes, parts[h]);
       if (numbers.empty())
         continue;
-      const EigenPairs half = parts[h].reduced.expand(extract(modes, h, sizes_of(modes)));
+      const EigenPairs of_sector = parts[h].reduced.expand(extract(modes, h, sizes_of(modes)));
       for (const auto side : both_sides)
       {
-        const ComplexMultiVector whole(parts[h].space->expand((half.*side).re),
-                                       parts[h].space->expand((half.*side).im));
+        const ComplexMultiVector whole(parts[h].space->expand((of_sector.*side).re),
+                                       parts[h].space->expand((of_sector.*side).im));
         for (unsigned int k = 0; k < numbers.size(); ++k)
           insert(whole.columns({k}), 0, numbers[k], result.*side);
       }
@@ -478,7 +482,7 @@ namespace squeal
     return result;
   }
 
-  EigenPairs ReducedHalves::pad(const EigenPairs &modes) const
+  EigenPairs ReducedSectors::pad(const EigenPairs &modes) const
   {
     if (parts.size() == 1)
       return parts.front().reduced.pad(modes);

@@ -12,26 +12,27 @@
 
 namespace squeal
 {
-  /// The reduced model of a problem or, where its full solution came by symmetric and antisymmetric
-  /// halves, a reduced model of each,
-  ///     V_h^T (l^2 M + l P + Q) V_h y = 0,   x = V_h y,   h = s, a:
+  /// The reduced models of the sectors in which a full solution was found, the parity sectors of a
+  /// mirror-symmetric problem or the whole as the only one,
+  ///     V_h^T (l^2 M + l P + Q) V_h y = 0,   x = V_h y:
   /// bases, factors and residuals of half the size, which makes what is of the second and the third
-  /// order in them a quarter and an eighth. Coordinates of a mode are those of its half, with zeros
-  /// for the other one: first the symmetric ones, then the antisymmetric ones.
-  class ReducedHalves
+  /// order in them a quarter and an eighth. Coordinates of a mode are those of its sector, with
+  /// zeros for the others, sector after sector.
+  class ReducedSectors
   {
   public:
-    explicit ReducedHalves(const EigensolverOptions &options) : options(options) {}
+    explicit ReducedSectors(const EigensolverOptions &options) : options(options) {}
 
-    /// Begins anew, as ReducedModel::anchor(). @p symmetry is that of the modes' halves.
-    void anchor(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
-                const EigenSolution::Reuse &found, const std::optional<MirrorSymmetry> &symmetry);
+    /// Begins anew, as ReducedModel::set_expansion_point(). @p symmetry is that of the sectors.
+    void set_expansion_point(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
+                             const EigenSolution::Reuse &found,
+                             const std::optional<MirrorSymmetry> &symmetry);
     std::vector<double> varying_terms() const;
     void keep_apart(const std::vector<double> &varying_terms);
 
-    bool is_anchored() const;
-    /// x = Q^{-1} b of the anchor, or of the terms of renew_inverse() for a symmetric b; empty
-    /// without. To be used before the next anchor.
+    bool has_expansion_point() const;
+    /// x = Q^{-1} b of the expansion point, or of the terms of renew_inverse() for a symmetric b;
+    /// empty without. To be used before the next expansion point.
     LinearOperator inverse() const
     {
       if (inverse_factors.empty())
@@ -43,13 +44,13 @@ namespace squeal
     {
       return n_inverse_;
     }
-    /// Factorises for inverse() the Q of the terms, of symmetric vectors if there are halves:
-    /// static states are symmetric. Without an effect if it is singular.
+    /// Factorises for inverse() the Q of the terms, of symmetric vectors if there are parity
+    /// sectors: static states are symmetric. Without an effect if it is singular.
     void renew_inverse(const std::vector<Term> &terms);
 
     /// Whether the reference problems of these terms have as many modes in the disc as those of the
-    /// anchor. False also if the terms have lost the symmetry.
-    bool has_count_of_anchor(const std::vector<Term> &terms);
+    /// expansion point. False also if the terms have lost the symmetry.
+    bool has_count_of_expansion_point(const std::vector<Term> &terms);
 
     /// As those of ReducedModel.
     std::optional<EigenPairs> solve(const std::vector<Term> &terms);
@@ -73,8 +74,8 @@ namespace squeal
       Parity parity;                    ///< of its modes
       ReducedModel reduced;
       std::shared_ptr<InertiaCount> reference;
-      unsigned int n_modes      = 0; ///< of the anchor in the disc
-      unsigned int anchor_count = 0;
+      unsigned int n_modes         = 0; ///< of the expansion point in the disc
+      unsigned int expansion_count = 0;
       /// V_h^T A V_h by A
       std::map<std::shared_ptr<const Matrix>, std::shared_ptr<const Matrix>> restricted;
       std::vector<Term> terms; ///< the last ones
@@ -95,7 +96,7 @@ namespace squeal
     EigensolverOptions options;
     std::optional<MirrorSymmetry> symmetry;
     std::vector<Part> parts;
-    std::array<double, 3> norms{}; ///< of the anchor's matrices by order
+    std::array<double, 3> norms{}; ///< of the expansion point's matrices by order
     mutable unsigned int n_inverse_ = 0;
     std::vector<std::shared_ptr<const Factorization>> inverse_factors; ///< by part
     /// Coordinates by part, by the sum of them: bases only grow.

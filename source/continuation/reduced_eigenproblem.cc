@@ -1,0 +1,251 @@
+#include <squeal/continuation/reduced_eigenproblem.h>
+#include <squeal/linalg/reduced_tools.h>
+
+#include <algorithm>
+#include <cmath>
+
+// LAPACK in complex arithmetic, which PETSc's interface for real numbers does not have.
+extern "C"
+{
+  void zgetrf_(const int *m, const int *n, std::complex<double> *a, const int *lda, int *pivots,
+               int *info);
+  void zgetrs_(const char *trans, const int *n, const int *n_rhs, const std::complex<double> *a,
+               const int *lda, const int *pivots, std::complex<double> *b, const int *ldb,
+               int *info);
+}
+
+namespace squeal
+{
+  using namespace reduced;
+
+  ReducedPairs ReducedPairs::select(const std::vector<unsigned int> &which) const
+  {
+    ReducedPairs result;
+    result.re = result.im = DenseMatrix(re.n_rows, which.size());
+    for (unsigned int k = 0; k < which.size(); ++k)
+    {
+      result.lambda.push_back(lambda[which[k]]);
+      for (unsigned int i = 0; i < re.n_rows; ++i)
+      {
+        result.re(i, k) = re(i, which[k]);
+        result.im(i, k) = im(i, which[k]);
+      }
+    }
+    return result;
+  }
+
+  namespace
+  {
+    /// Solves A x = b and A^T y = c in place; false if A is exactly singular.
+    bool solve_both(std::vector<std::complex<double>> &a, std::vector<std::complex<double>> &b,
+                    std::vector<std::complex<double>> &c, const int n)
+    {
+      std::vector<int> pivots(n);
+      int info      = 0;
+      const int one = 1;
+      zgetrf_(&n, &n, a.data(), &n, pivots.data(), &info);
+      if (info != 0)
+        return false;
+      zgetrs_("N", &n, &one, a.data(), &n, pivots.data(), b.data(), &n, &info);
+      zgetrs_("T", &n, &one, a.data(), &n, pivots.data(), c.data(), &n, &info);
+      return true;
+    }
+
+    using Complex = std::complex<double>;
+
+    /// y^T A x for real A.
+    Complex form(const std::vector<Complex> &y, const DenseMatrix &a, const std::vector<Complex> &x)
+    {
+      Complex sum = 0;
+      for (unsigned int j = 0; j < a.n_columns; ++j)
+      {
+        double re = 0, im = 0;
+        const double *column = &a.values[std::size_t(j) * a.n_rows];
+        for (unsigned int i = 0; i < a.n_rows; ++i)
+        {
+          re += column[i] * y[i].real();
+          im += column[i] * y[i].imag();
+        }
+        sum += Complex(re, im) * x[j];
+      }
+      return sum;
+    }
+  } // namespace
+
+  void ReducedEigenproblem::set_violations(const DenseMatrix &violations)
+  {
+    constexpr double closed = 1e-6; // of unit vectors
+    kernel                  = DenseMatrix();
+    double largest          = 0;
+    for (const double value : violations.values)
+      largest = std::max(largest, std::abs(value));
+    if (largest <= closed)
+      return;
+    const unsigned int m            = violations.n_rows;
+    DenseMatrix vectors             = outer_product(violations, violations);
+    const std::vector<double> sizes = symmetric_eigen(vectors); // ascending
+    unsigned int n                  = 0;
+    while (n < m && sizes[n] <= closed * closed)
+      ++n;
+    kernel = DenseMatrix(m, n);
+    std::copy_n(vectors.values.data(), std::size_t(m) * n, kernel.values.data());
+    // The squares leave gaps of the root of rounding: Z -= R S^{-1} R^T G G^T Z, R the others.
+    DenseMatrix range(m, m - n), gaps(n, violations.n_columns), c(m - n, n);
+    std::copy_n(vectors.values.data() + std::size_t(m) * n, range.values.size(),
+                range.values.data());
+    gemm(true, 1, kernel, violations, 0, gaps);
+    gemm(true, 1, range, outer_product(violations, gaps), 0, c);
+    for (unsigned int j = 0; j < n; ++j)
+      for (unsigned int i = 0; i < m - n; ++i)
+        c(i, j) /= sizes[n + i];
+    gemm(false, -1, range, c, 1, kernel);
+  }
+
+  DenseMatrix ReducedEigenproblem::in_kernel(const DenseMatrix &a) const
+  {
+    if (kernel.values.empty() || a.values.empty())
+      return a;
+    DenseMatrix image(a.n_rows, kernel.n_columns), result(kernel.n_columns, kernel.n_columns);
+    gemm(false, 1, a, kernel, 0, image);
+    gemm(true, 1, kernel, image, 0, result);
+    return result;
+  }
+
+  void ReducedEigenproblem::set_terms(const unsigned int order, const DenseMatrix &projected)
+  {
+    if (order == 0)
+      dimension = projected.n_rows;
+    small_problem[order] = in_kernel(projected);
+  }
+
+  void ReducedEigenproblem::solve_densely(ReducedPairs &x, ReducedPairs &y) const
+  {
+    std::vector<DensePair> pairs =
+        quadratic_eigenpairs(small_problem[2], small_problem[1], small_problem[0], 0, radius, true);
+    pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                               [&](const DensePair &pair)
+                               {
+                                 const double size = std::abs(pair.lambda);
+                                 return size > radius || size <= rigid_body_limit(max_imaginary);
+                               }),
+                pairs.end());
+    const auto solutions_of = [&](std::vector<Complex> DensePair::*vector)
+    {
+      ReducedPairs result;
+      result.re = result.im = DenseMatrix(dimension, pairs.size());
+      for (unsigned int k = 0; k < pairs.size(); ++k)
+      {
+        result.lambda.push_back(pairs[k].lambda);
+        set_column(result, k, pairs[k].*vector);
+      }
+      return result;
+    };
+    x = solutions_of(&DensePair::vector);
+    y = solutions_of(&DensePair::left);
+  }
+
+  void ReducedEigenproblem::set_column(ReducedPairs &solutions, const unsigned int k,
+                                       const std::vector<Complex> &vector) const
+  {
+    double square = 0;
+    for (const Complex c : vector)
+      square += std::norm(c);
+    for (unsigned int i = 0; i < dimension; ++i)
+    {
+      Complex sum = kernel.values.empty() ? vector[i] : 0.;
+      for (unsigned int j = 0; j < kernel.n_columns; ++j)
+        sum += kernel(i, j) * vector[j];
+      solutions.re(i, k) = sum.real() / std::sqrt(square);
+      solutions.im(i, k) = sum.imag() / std::sqrt(square);
+    }
+  }
+
+  bool ReducedEigenproblem::improve(ReducedPairs &x, ReducedPairs &y) const
+  {
+    const bool is_whole  = kernel.values.empty();
+    const unsigned int m = is_whole ? dimension : kernel.n_columns, n = x.lambda.size();
+    const auto start = [&](const DenseMatrix &part)
+    {
+      const DenseMatrix padded = with_rows(part, dimension);
+      if (is_whole)
+        return padded;
+      DenseMatrix result(m, n);
+      gemm(true, 1, kernel, padded, 0, result);
+      return result;
+    };
+    const DenseMatrix x_re = start(x.re), x_im = start(x.im), y_re = start(y.re),
+                      y_im = start(y.im);
+    for (ReducedPairs *solutions : {&x, &y})
+      solutions->re = solutions->im = DenseMatrix(dimension, n);
+    const DenseMatrix &q = small_problem[0], &p = small_problem[1], &mass = small_problem[2];
+    const bool damped = !p.values.empty();
+    std::vector<Complex> at(std::size_t(m) * m);
+    constexpr unsigned int max_iterations = 5;
+    for (unsigned int k = 0; k < n; ++k)
+    {
+      std::vector<Complex> right_vector(m), left_vector(m);
+      for (unsigned int i = 0; i < m; ++i)
+      {
+        right_vector[i] = {x_re(i, k), x_im(i, k)};
+        left_vector[i]  = {y_re(i, k), y_im(i, k)};
+      }
+      // The two-sided Rayleigh functional: y^T (l^2 M + l P + Q) x = 0
+      const auto rayleigh_functional = [&](const Complex l)
+      {
+        return nearest_root(form(left_vector, mass, right_vector),
+                            damped ? form(left_vector, p, right_vector) : 0.,
+                            form(left_vector, q, right_vector), l);
+      };
+      Complex l      = rayleigh_functional(x.lambda[k]);
+      bool converged = false;
+      for (unsigned int iteration = 0; iteration < max_iterations && !converged; ++iteration)
+      {
+        // x := Q(l)^{-1} Q'(l) x, y := Q(l)^{-T} Q'(l)^T y
+        std::vector<Complex> of_right(m), of_left(m);
+        for (unsigned int j = 0; j < m; ++j)
+        {
+          const std::size_t first = std::size_t(j) * m;
+          for (unsigned int i = 0; i < m; ++i)
+          {
+            const double p_e    = damped ? p.values[first + i] : 0.;
+            const Complex l_m   = l * mass.values[first + i];
+            at[first + i]       = q.values[first + i] + l * (p_e + l_m);
+            const Complex slope = p_e + 2. * l_m;
+            of_right[i] += slope * right_vector[j];
+            of_left[j] += slope * left_vector[i];
+          }
+        }
+        if (!solve_both(at, of_right, of_left, m))
+          return false;
+        const auto normalise = [](std::vector<Complex> &vector)
+        {
+          double size = 0;
+          for (const Complex &c : vector)
+            size += std::norm(c);
+          for (Complex &c : vector)
+            c /= std::sqrt(size);
+        };
+        right_vector = std::move(of_right);
+        left_vector  = std::move(of_left);
+        normalise(right_vector);
+        normalise(left_vector);
+        const Complex before = l;
+        l                    = rayleigh_functional(before);
+        // Of the third order: the next change is the cube. What has not become accurate fails to
+        // be certified.
+        converged = std::abs(l - before) <= 1e-7 * std::abs(l);
+      }
+      if (!converged || std::abs(l) > radius)
+        return false;
+      x.lambda[k] = y.lambda[k] = l;
+      set_column(x, k, right_vector);
+      set_column(y, k, left_vector);
+    }
+    // Two that have become one?
+    for (unsigned int k = 0; k < n; ++k)
+      for (unsigned int j = 0; j < k; ++j)
+        if (std::abs(x.lambda[k] - x.lambda[j]) <= 1e-9 * std::abs(x.lambda[k]))
+          return false;
+    return true;
+  }
+} // namespace squeal
