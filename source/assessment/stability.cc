@@ -17,17 +17,17 @@ namespace squeal
     return std::abs(lambda) * condition * std::max(backward_error, rounding);
   }
 
-  std::string verdict(const std::complex<double> lambda, const double tolerance,
-                      const double growth_rate_error)
+  Verdict verdict(const std::complex<double> lambda, const double tolerance,
+                  const double growth_rate_error)
   {
     const double rounding = tolerance * std::abs(lambda);
     if (std::abs(lambda.real()) <= rounding && growth_rate_error <= rounding)
-      return "marginal";
+      return Verdict::marginal;
     if (std::abs(lambda.real()) <= growth_rate_error)
-      return "undecided";
+      return Verdict::undecided;
     if (lambda.real() < 0)
-      return "stable";
-    return lambda.imag() == 0 ? "divergence" : "flutter";
+      return Verdict::stable;
+    return lambda.imag() == 0 ? Verdict::divergence : Verdict::flutter;
   }
 
   std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const EigenPairs &modes,
@@ -83,36 +83,6 @@ namespace squeal
     // Without cancellation: the larger root first, the other from their product.
     const Complex larger = (std::abs(b + root) > std::abs(b - root) ? -b - root : -b + root) / 2.;
     return {{larger, larger == 0. ? Complex() : c / larger}};
-  }
-
-  const char *name_of(const Origin origin)
-  {
-    switch (origin)
-    {
-    case Origin::inertia:
-      return "inertia";
-    case Origin::elasticity:
-      return "elasticity";
-    case Origin::material_damping:
-      return "material damping";
-    case Origin::transport:
-      return "transport";
-    case Origin::contact:
-      return "contact";
-    case Origin::friction:
-      return "friction";
-    case Origin::friction_damping:
-      return "friction damping";
-    case Origin::falling_friction:
-      return "falling friction";
-    case Origin::prestress:
-      return "prestress";
-    case Origin::turning_friction:
-      return "turning friction";
-    case Origin::velocity:
-      return "velocity matrix";
-    }
-    return "";
   }
 
   RayleighParts rayleigh_parts(const Model &model, const EigenPairs &modes)

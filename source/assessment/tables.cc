@@ -218,7 +218,7 @@ namespace squeal
           std::snprintf(field, sizeof(field), "   %20s", "-");
         else
           std::snprintf(field, sizeof(field), "   %10.3f %9s", rows[s][partner].growth_rate(),
-                        rows[s][partner].verdict.c_str());
+                        name_of(rows[s][partner].verdict).c_str());
         text += field;
       }
       text += "\n";
@@ -233,7 +233,7 @@ namespace squeal
             number(row.growth_rate()),
             number(row.frequency()),
             number(row.damping_ratio()),
-            row.verdict,
+            name_of(row.verdict),
             number(row.growth_rate_error),
             number(row.frequency_error),
             number(row.backward_error),
@@ -280,7 +280,7 @@ namespace squeal
                "condition   verdict\n";
     for (const ModeRow &row : rows)
     {
-      const bool unstable = row.verdict == "flutter" || row.verdict == "divergence";
+      const bool unstable = row.is_unstable();
       char line[240];
       std::snprintf(line, sizeof(line),
                     bars ? "%s %4u   %s   %s   %13.3e   %12.1e   %9.2e   %s\n"
@@ -289,7 +289,7 @@ namespace squeal
                     with_bar(row.frequency(), 4, bars ? 11 : 13, row.frequency_error).c_str(),
                     with_bar(row.growth_rate(), 5, bars ? 14 : 16, row.growth_rate_error).c_str(),
                     row.damping_ratio(), row.backward_error, row.condition_number.value_or(0),
-                    row.verdict.c_str());
+                    name_of(row.verdict).c_str());
       text += line;
     }
     return text;

@@ -38,6 +38,7 @@ namespace squeal
     };
     int outcome = done;
     std::string message;
+    std::vector<Failure> kinds;
     const auto note = [&](const Outcome how, const std::exception &error)
     {
       outcome = how;
@@ -58,10 +59,12 @@ namespace squeal
     catch (const SingularMatrix &error)
     {
       note(singular, error);
+      kinds = error.kinds;
     }
     catch (const SolverError &error)
     {
       note(solver_failed, error);
+      kinds = error.kinds;
     }
     catch (const std::exception &error)
     {
@@ -76,10 +79,15 @@ namespace squeal
     if (first == n_ranks)
       return;
     MPI_Bcast(&outcome, 1, MPI_INT, first, all);
-    unsigned int length = message.size();
-    MPI_Bcast(&length, 1, MPI_UNSIGNED, first, all);
-    message.resize(length);
-    MPI_Bcast(message.data(), length, MPI_CHAR, first, all);
+    const auto broadcast = [&](auto &list)
+    {
+      unsigned int length = list.size();
+      MPI_Bcast(&length, 1, MPI_UNSIGNED, first, all);
+      list.resize(length);
+      MPI_Bcast(list.data(), length * sizeof(list[0]), MPI_BYTE, first, all);
+    };
+    broadcast(message);
+    broadcast(kinds);
     switch (outcome)
     {
     case interrupted:
@@ -87,9 +95,9 @@ namespace squeal
     case wrong_input:
       throw InputError(message);
     case singular:
-      throw SingularMatrix(message);
+      throw SingularMatrix(message, kinds);
     case solver_failed:
-      throw SolverError(message);
+      throw SolverError(message, kinds);
     default:
       throw std::runtime_error(message);
     }

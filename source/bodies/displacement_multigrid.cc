@@ -32,7 +32,7 @@ namespace squeal
   DisplacementMultigrid<dim>::DisplacementMultigrid(const FiniteElementSpace<dim> &spaces,
                                                     const std::vector<MaterialOperator> &bodies,
                                                     const DisplacementOperator<dim> &stiffness,
-                                                    const std::string &algebraic)
+                                                    const Multigrid algebraic)
       : spaces(spaces), algebraic(algebraic), coarse(spaces, 1), fine{stiffness, nullptr, {}, 0}
   {
     coarse.distribute();
@@ -256,13 +256,15 @@ namespace squeal
   {
     SQUEAL_PETSC(PCSetOperators(pc, with_contact, with_contact));
     SQUEAL_PETSC(PCSetOptionsPrefix(pc, "static_"));
-    SQUEAL_PETSC(PCSetType(pc, algebraic == "gamg" ? PCGAMG : algebraic == "ml" ? PCML : PCHYPRE));
+    SQUEAL_PETSC(PCSetType(pc, algebraic == Multigrid::gamg ? PCGAMG
+                               : algebraic == Multigrid::ml ? PCML
+                                                            : PCHYPRE));
     const auto set = [](const std::string &key, const char *value)
     { SQUEAL_PETSC(PetscOptionsSetValue(nullptr, ("-static_" + key).c_str(), value)); };
-    if (algebraic == "gamg")
+    if (algebraic == Multigrid::gamg)
       // Bodies are a few cells thick: aggregates of neighbours, not of neighbours' neighbours.
       set("pc_gamg_aggressive_coarsening", "0");
-    else if (algebraic == "boomeramg")
+    else if (algebraic == Multigrid::boomeramg)
     {
       // Interpolation that knows the rotations (Baker, Kolev, Yang 2010).
       SQUEAL_PETSC(PCHYPRESetType(pc, "boomeramg"));

@@ -8,8 +8,8 @@
 
 namespace squeal
 {
-  ModeTracker::ModeTracker(const EigensolverOptions &given, const std::string &solver_name)
-      : options(given), solver(make_eigensolver(solver_name)), reduced(given)
+  ModeTracker::ModeTracker(const EigensolverOptions &given, const ModeSolver mode_solver)
+      : options(given), solver(make_eigensolver(mode_solver)), reduced(given)
   {
     options.keep_factors = true;
   }

@@ -36,7 +36,7 @@ namespace squeal
   {
     for (const ModeRow &row : rows)
     {
-      n_unstable += row.verdict == "flutter" || row.verdict == "divergence";
+      n_unstable += row.is_unstable();
       if (!worst || row.growth_rate() > worst->growth_rate())
         worst = row;
     }

@@ -141,7 +141,7 @@ namespace squeal
     const auto &worst = summary.worst;
     map_csv->add({number(parameter_at(0, at[0]), 15), number(parameter_at(1, at[1]), 15),
                   std::to_string(summary.n_unstable), worst ? number(worst->growth_rate()) : "",
-                  worst ? number(worst->frequency()) : "", worst ? worst->verdict : ""});
+                  worst ? number(worst->frequency()) : "", worst ? name_of(worst->verdict) : ""});
     log.progress("  " + study.parameters[0] + " = " + number(parameter_at(0, at[0])) + ", " +
                  study.parameters[1] + " = " + number(parameter_at(1, at[1])) + ": " +
                  std::to_string(summary.n_unstable) + " unstable");

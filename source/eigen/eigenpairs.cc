@@ -8,12 +8,6 @@ namespace squeal
 {
   using Complex = std::complex<double>;
 
-  const char *name_of(const Parity parity)
-  {
-    constexpr const char *names[] = {"", "symmetric", "antisymmetric"};
-    return names[static_cast<unsigned int>(parity)];
-  }
-
   EigenPairs EigenPairs::select(const std::vector<unsigned int> &numbers) const
   {
     EigenPairs result;

@@ -450,15 +450,19 @@ namespace squeal
     };
   } // namespace
 
-  std::unique_ptr<Eigensolver> make_eigensolver(const std::string &name)
+  std::unique_ptr<Eigensolver> make_eigensolver(const ModeSolver solver)
   {
-    if (name == "block_krylov")
+    switch (solver)
+    {
+    case ModeSolver::block_krylov:
       return std::make_unique<BlockKrylov>();
-    if (name == "krylov")
+    case ModeSolver::krylov:
       return std::make_unique<Krylov>();
-    if (name == "dense")
+    case ModeSolver::dense:
       return std::make_unique<Dense>();
-    throw InputError("Eigenproblem/Solver = " + name +
-                     ": allowed are block_krylov, krylov and dense.");
+    default:
+      throw InputError("Eigenproblem/Solver = " + name_of(solver) +
+                       ": allowed are block_krylov, krylov and dense.");
+    }
   }
 } // namespace squeal

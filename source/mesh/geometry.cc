@@ -129,14 +129,14 @@ namespace squeal
                                const Parameters::Discretization &mesh,
                                const std::vector<double> &pad_edges)
     {
-      unsigned int layers    = rotor.clamped == "none" ? 0 : mesh.clamp_layers;
+      unsigned int layers    = rotor.clamped == Clamped::none ? 0 : mesh.clamp_layers;
       const unsigned int n_r = mesh.rotor_cells[0], n_z = mesh.rotor_cells[2];
       const double width = rotor.outer_radius - rotor.inner_radius, h = rotor.thickness;
       // s, the distance from the clamp, in place of r
       std::vector<double> lines;
       for (const double edge : pad_edges)
-        lines.push_back(rotor.clamped == "outer" ? rotor.outer_radius - edge
-                                                 : edge - rotor.inner_radius);
+        lines.push_back(rotor.clamped == Clamped::outer ? rotor.outer_radius - edge
+                                                        : edge - rotor.inner_radius);
       std::sort(lines.begin(), lines.end());
       const std::vector<double> s = aligned_points(0, width, n_r, lines),
                                 z = aligned_points(-h / 2, h / 2, n_z, {});
@@ -172,7 +172,7 @@ namespace squeal
       }
       grade_corner(section, lower, 0, layers, mesh.layer_ratio);
       grade_corner(section, upper, 2, layers, mesh.layer_ratio);
-      const bool outwards = rotor.clamped != "outer";
+      const bool outwards = rotor.clamped != Clamped::outer;
       for (auto &point : section.points)
         point[0] = outwards ? rotor.inner_radius + point[0] : rotor.outer_radius - point[0];
       for (auto &cell : section.cells)
@@ -239,9 +239,9 @@ namespace squeal
       geometry.rules.push_back({body, 1, -half_angle, side_id});
       geometry.rules.push_back({body, 1, half_angle, side_id});
 
-      if (pads.back_face == "guided")
+      if (pads.back_face == BackFace::guided)
         geometry.supports.push_back({back_id, {{true, true, false}}});
-      else if (pads.back_face == "fixed")
+      else if (pads.back_face == BackFace::fixed)
         geometry.supports.push_back({back_id, {{true, true, true}}});
       const auto profile    = position_expression<3>(pads.profile, "Pads/Pressure profile");
       const double pressure = pads.pressure;
@@ -276,17 +276,18 @@ namespace squeal
     append_sector(geometry, rotor_body, rotor_section(rotor, mesh, radii),
                   aligned_points(begin, begin + 2 * numbers::PI, mesh.rotor_cells[1], angles),
                   true);
-    if (rotor.clamped != "none")
+    if (rotor.clamped != Clamped::none)
       geometry.supports.push_back(
-          {geometry.boundaries["rotor." + rotor.clamped], {{true, true, true}}});
+          {geometry.boundaries["rotor." + name_of(rotor.clamped)], {{true, true, true}}});
 
     if (parameters.pads.upper())
       append_pad(geometry, parameters, upper_pad_body);
     if (parameters.pads.lower())
       append_pad(geometry, parameters, lower_pad_body);
     // A guided pad is held by the contact.
-    geometry.may_move_rigidly = rotor.clamped == "none" || (parameters.pads.n_pads() > 0 &&
-                                                            parameters.pads.back_face == "free");
+    geometry.may_move_rigidly =
+        rotor.clamped == Clamped::none ||
+        (parameters.pads.n_pads() > 0 && parameters.pads.back_face == BackFace::free);
     return geometry;
   }
 
@@ -327,7 +328,7 @@ namespace squeal
            graded_points(-strip.length / 2, strip.length / 2, mesh.rotor_cells[1], 0, 0,
                          mesh.layer_ratio),
            graded_points(-strip.thickness, 0, mesh.rotor_cells[2], 0, 0, mesh.layer_ratio));
-    if (pads.arrangement == "none")
+    if (pads.arrangement == Arrangement::none)
       return geometry;
 
     const unsigned int layers = mesh.pad_edge_layers;
@@ -342,11 +343,11 @@ namespace squeal
     geometry.rules.push_back({upper_pad_body, 1, strip.block_thickness, 6});
     geometry.rules.push_back({upper_pad_body, 0, -strip.block_length / 2, 7});
     geometry.rules.push_back({upper_pad_body, 0, strip.block_length / 2, 7});
-    if (pads.back_face == "guided")
+    if (pads.back_face == BackFace::guided)
       geometry.supports.push_back({6, {{true, false}}});
-    else if (pads.back_face == "fixed")
+    else if (pads.back_face == BackFace::fixed)
       geometry.supports.push_back({6, {{true, true}}});
-    geometry.may_move_rigidly = pads.back_face == "free";
+    geometry.may_move_rigidly = pads.back_face == BackFace::free;
     const auto profile        = position_expression<2>(pads.profile, "Pads/Pressure profile");
     const double pressure     = pads.pressure;
     geometry.loads.push_back({6, [=](const Point<2> &x) { return pressure * profile(x); }});

@@ -73,7 +73,7 @@ namespace squeal
       void place_nodes()
       {
         const std::array<double, 3> origin = mesh.origin();
-        const unsigned int axis            = mesh.axis[0] - 'x';
+        const unsigned int axis            = static_cast<unsigned int>(mesh.axis);
         for (Point<3> &x : file.nodes)
         {
           Point<3> placed;
@@ -285,7 +285,8 @@ namespace squeal
           if (is_new)
             geometry.parts.push_back(
                 {body, material,
-                 mesh.curved == "all" || (mesh.curved == "rotor" && body == rotor_body)});
+                 mesh.curved == CurvedBodies::all ||
+                     (mesh.curved == CurvedBodies::rotor && body == rotor_body)});
           part_of_cell.push_back(id->second);
         }
       }
@@ -444,7 +445,7 @@ namespace squeal
         const std::string ways =
             " With transport the rotor must be a body of revolution about z. Without, it needs "
             "Stage = elastic or Operation/Angular velocity = 0.";
-        if (mesh.curved == "none")
+        if (mesh.curved == CurvedBodies::none)
           fail("Curved bodies",
                "with straight edges the rotor is not a body of revolution." + ways);
         for (const auto &[face, cells] : faces)
@@ -499,7 +500,7 @@ namespace squeal
           if (n_free == 0)
             continue;
           geometry.may_move_rigidly = true;
-          if (prm.n_pads() > 0 && prm.contact.steady_pressure == "computed")
+          if (prm.n_pads() > 0 && prm.contact.steady_pressure == SteadyPressure::computed)
             fail("Clamped", "the body '" + facts.bodies[body] + "' can move rigidly in " +
                                 std::to_string(n_free) +
                                 " ways, so that there is no static equilibrium. It needs supports "
@@ -556,7 +557,7 @@ namespace squeal
       /// A uniform contact pressure is that of the load only where both act on the same area.
       void check_uniform_pressure() const
       {
-        if (prm.contact.steady_pressure != "uniform" || facts.pairs.empty())
+        if (prm.contact.steady_pressure != SteadyPressure::uniform || facts.pairs.empty())
           return;
         double contact = 0, loaded = 0;
         for (const ContactPairMeasures &pair : facts.pairs)

@@ -72,14 +72,28 @@ namespace squeal
       return result;
     }
 
+    enum class Kind
+    {
+      mesh,
+      body,
+      volume,
+      surface,
+      pair
+    };
+    auto names_of(Kind)
+    {
+      return make_names("mesh", "body", "volume", "surface", "pair");
+    }
+
     /// One line of mesh.csv. Negative: unknown, an empty field.
     struct Row
     {
-      Row(const std::string &kind, const std::string &name, const std::string &use = "")
+      Row(const Kind kind, const std::string &name, const std::string &use = "")
           : kind(kind), name(name), use(use)
       {
       }
-      std::string kind, name, use;
+      Kind kind;
+      std::string name, use;
       unsigned int count = 0;
       double volume = -1, mass = -1, area = -1, jacobian = -1;
       Box box;
@@ -112,10 +126,10 @@ namespace squeal
       const auto known = [](const double value) { return value < 0 ? "" : digits(value); };
       for (const Row &row : rows)
       {
-        text += row.kind + "," + csv_text(row.name) + "," + csv_text(row.use) + "," +
+        text += name_of(row.kind) + "," + csv_text(row.name) + "," + csv_text(row.use) + "," +
                 std::to_string(row.count) + "," + known(row.volume) + "," + known(row.mass) + "," +
                 known(row.area) + ",";
-        text += row.pair || row.kind == "surface" ? "" : digits(row.jacobian);
+        text += row.pair || row.kind == Kind::surface ? "" : digits(row.jacobian);
         for (unsigned int d = 0; d < 3; ++d)
           text += "," + digits(row.box.low[d]) + "," + digits(row.box.high[d]);
         text += row.pair ? "," + digits(row.pair->gap) + "," + digits(row.pair->overlap) + "," +
@@ -146,10 +160,10 @@ namespace squeal
           continue;
         std::snprintf(line, sizeof(line),
                       "  %-8s %-24s %6u %11s %9s %9s %10s   %.4g..%.4g, %.4g..%.4g, %.4g..%.4g%s\n",
-                      row.kind.c_str(), row.name.c_str(), row.count,
+                      name_of(row.kind).c_str(), row.name.c_str(), row.count,
                       known(row.volume, 1e-6, "%.6g").c_str(), known(row.mass, 1, "%.4g").c_str(),
                       known(row.area, 1e-4, "%.5g").c_str(),
-                      row.kind == "surface" ? "-" : known(row.jacobian, 1, "%.3f").c_str(),
+                      row.kind == Kind::surface ? "-" : known(row.jacobian, 1, "%.3f").c_str(),
                       1e3 * row.box.low[0], 1e3 * row.box.high[0], 1e3 * row.box.low[1],
                       1e3 * row.box.high[1], 1e3 * row.box.low[2], 1e3 * row.box.high[2],
                       row.use.empty() ? "" : ("   " + row.use).c_str());
@@ -188,9 +202,10 @@ namespace squeal
     const Measures measures = measure(geometry, wanted, prm.discretization.degree);
     for (unsigned int c = 0; c < measures.cells.size(); ++c)
       if (!(measures.cells[c].jacobian > 0))
-        throw InputError("Mesh/Curved bodies = " + prm.mesh.curved + ": " + facts.file.name +
-                         ": element " + std::to_string(facts.file.cells[c].number) +
-                         " has the scaled Jacobian " + digits(measures.cells[c].jacobian) +
+        throw InputError("Mesh/Curved bodies = " + name_of(prm.mesh.curved) + ": " +
+                         facts.file.name + ": element " +
+                         std::to_string(facts.file.cells[c].number) + " has the scaled Jacobian " +
+                         digits(measures.cells[c].jacobian) +
                          " where its edges follow circles about the axis. It needs a smaller angle "
                          "or no curvature (none).");
 
@@ -206,9 +221,9 @@ namespace squeal
       add_cell(row, geometry, c, measures.cells[c],
                materials[part_of(c).material].material.density);
     };
-    std::vector<Row> rows = {{"mesh", facts.file.name}};
+    std::vector<Row> rows = {{Kind::mesh, facts.file.name}};
     for (unsigned int body = 0; body < facts.bodies.size(); ++body)
-      rows.emplace_back("body", body == rotor_body ? "rotor" : "pad " + facts.bodies[body]);
+      rows.emplace_back(Kind::body, body == rotor_body ? "rotor" : "pad " + facts.bodies[body]);
     for (unsigned int c = 0; c < geometry.cells.size(); ++c)
     {
       add(rows[0], c);
@@ -216,13 +231,13 @@ namespace squeal
     }
     for (const auto &[name, cells] : facts.file.volumes)
     {
-      rows.emplace_back("volume", name, use_of(name));
+      rows.emplace_back(Kind::volume, name, use_of(name));
       for (const unsigned int c : cells)
         add(rows.back(), c);
     }
     for (const auto &[name, surface] : facts.file.surfaces)
     {
-      Row row("surface", name, use_of(name));
+      Row row(Kind::surface, name, use_of(name));
       row.area = 0;
       for (const MeshFile::Face &face : surface)
         if (const auto area = measures.areas.find(face); area != measures.areas.end())
@@ -238,10 +253,10 @@ namespace squeal
     for (const ContactPairMeasures &pair : facts.pairs)
     {
       const std::string pad = pair.name.substr(0, pair.name.find(" : "));
-      const auto surface =
-          std::find_if(rows.begin(), rows.end(),
-                       [&](const Row &row) { return row.kind == "surface" && row.name == pad; });
-      Row row("pair", pair.name);
+      const auto surface    = std::find_if(rows.begin(), rows.end(),
+                                           [&](const Row &row)
+                                           { return row.kind == Kind::surface && row.name == pad; });
+      Row row(Kind::pair, pair.name);
       row.pair = &pair;
       row.area = pair.pad_area;
       if (surface != rows.end())

@@ -11,18 +11,11 @@ namespace squeal
 {
   namespace
   {
-    const std::array<std::string, 5> moduli = {{"Young modulus", "Poisson ratio",
-                                                "Axial Young modulus", "Axial Poisson ratio",
-                                                "Axial shear modulus"}};
-
-    /// The elastic constant of a key, or null.
-    double *modulus_of(Material &material, const std::string &key)
+    /// Gives a constant of the material of a section another value.
+    auto setter(const std::string &section, double Material::*constant)
     {
-      const std::array<double *, 5> values = {
-          {&material.young_modulus, &material.poisson_ratio, &material.axial_young_modulus,
-           &material.axial_poisson_ratio, &material.axial_shear_modulus}};
-      const auto at = std::find(moduli.begin(), moduli.end(), key);
-      return at == moduli.end() ? nullptr : values[at - moduli.begin()];
+      return [=](Parameters::All &all, const double value)
+      { all.material(section).*constant = value; };
     }
   } // namespace
 
@@ -32,11 +25,14 @@ namespace squeal
   void BrakeModel<dim>::add_moduli(const unsigned int m, const Parameters::BodyMaterial &body,
                                    const double beta, std::vector<Parameter> &parameters) const
   {
-    for (const std::string &key : moduli)
+    for (const Material::Constant &constant : Material::elastic_constants())
     {
       Material material = body.material;
-      double &modulus   = *modulus_of(material, key);
-      Parameter parameter{body.section + "/Material/" + key, modulus, {}};
+      double &modulus   = material.*constant.value;
+      Parameter parameter{body.section + "/Material/" + constant.key,
+                          modulus,
+                          {},
+                          setter(body.section, constant.value)};
       const double h = step(parameter);
       for (const double sign : {1., -1.})
       {
@@ -58,7 +54,10 @@ namespace squeal
     const bool moves = stage.transport && omega != 0, has_pads = !geometry.interfaces.empty();
     const std::vector<Parameters::BodyMaterial> materials = prm.materials();
     std::vector<Parameter> result;
-    Parameter speed{"Operation/Angular velocity", omega, {}};
+    Parameter speed{
+        "Operation/Angular velocity", omega, {}, [](Parameters::All &all, const double value) {
+          all.operation.angular_velocity = value;
+        }};
     for (unsigned int m = 0; m < materials.size(); ++m)
     {
       if (geometry.bodies_of(m).empty())
@@ -66,82 +65,82 @@ namespace squeal
       const std::string section    = materials[m].section + "/Material/";
       const Material &material     = materials[m].material;
       const BodyMatrices &matrices = bodies[m].matrices;
-      const double alpha           = stage.material_damping ? material.mass_damping : 0,
-                   beta            = stage.material_damping ? material.stiffness_damping : 0,
-                   per_E           = 1 / bodies[m].material.young_modulus,
+      const Material::Damping damping =
+          stage.material_damping ? material.damping() : Material::Damping();
+      const double per_E   = 1 / bodies[m].material.young_modulus,
                    per_rho = 1 / bodies[m].material.density, E = material.young_modulus * per_E,
                    rho = material.density * per_rho;
-      Parameter density{section + "Density", material.density, {}};
-      density.terms = {{Origin::inertia, 2, per_rho, matrices.M},
-                       {Origin::material_damping, 1, alpha * per_rho, matrices.M}};
-      Parameter mass_damping{section + "Mass proportional damping", material.mass_damping, {}};
-      mass_damping.terms = {{Origin::material_damping, 1, rho, matrices.M}};
-      if (materials[m].of_rotor && moves)
+      const bool turns = materials[m].of_rotor && moves;
+      Parameter density{section + "Density",
+                        material.density,
+                        {{Origin::inertia, 2, per_rho, matrices.M},
+                         {Origin::material_damping, 1, damping.alpha * per_rho, matrices.M}},
+                        setter(materials[m].section, &Material::density)};
+      if (turns)
       {
         speed.terms.push_back({Origin::transport, 1, 2 * rho, matrices.G});
         speed.terms.push_back({Origin::transport, 0, -2 * omega * rho, matrices.M_star});
-        speed.terms.push_back({Origin::material_damping, 0, alpha * rho, matrices.G});
+        speed.terms.push_back({Origin::material_damping, 0, damping.alpha * rho, matrices.G});
         density.terms.push_back({Origin::transport, 1, 2 * omega * per_rho, matrices.G});
         density.terms.push_back({Origin::transport, 0, -omega * omega * per_rho, matrices.M_star});
-        density.terms.push_back({Origin::material_damping, 0, alpha * omega * per_rho, matrices.G});
-        mass_damping.terms.push_back({Origin::material_damping, 0, omega * rho, matrices.G});
+        density.terms.push_back(
+            {Origin::material_damping, 0, damping.alpha * omega * per_rho, matrices.G});
       }
       if (material.transversely_isotropic)
-        add_moduli(m, materials[m], beta, result);
+        add_moduli(m, materials[m], damping.beta, result);
       else
         result.push_back({section + "Young modulus",
                           material.young_modulus,
                           {{Origin::elasticity, 0, per_E, matrices.K},
-                           {Origin::material_damping, 1, beta * per_E, matrices.K}}});
+                           {Origin::material_damping, 1, damping.beta * per_E, matrices.K}},
+                          setter(materials[m].section, &Material::young_modulus)});
       result.push_back(density);
       if (stage.material_damping)
-      {
-        result.push_back(mass_damping);
-        result.push_back({section + "Stiffness proportional damping",
-                          material.stiffness_damping,
-                          {{Origin::material_damping, 1, E, matrices.K}}});
-      }
+        for (const Material::Constant &constant : Material::damping_constants())
+        {
+          const auto &[alpha, beta] = constant.damping;
+          result.push_back({section + constant.key,
+                            material.*constant.value,
+                            {{Origin::material_damping, 1, alpha * rho, matrices.M},
+                             {Origin::material_damping, 1, beta * E, matrices.K}},
+                            {}});
+          if (turns)
+            result.back().terms.push_back(
+                {Origin::material_damping, 0, alpha * omega * rho, matrices.G});
+        }
     }
     if (moves)
       result.insert(result.begin(), speed);
     if (has_pads)
     {
-      if (prm.contact.formulation != "mortar")
-        result.push_back({"Contact/Penalty stiffness", prm.contact.penalty_stiffness, {}});
-      if (stage.friction && prm.contact.friction_law != "expression")
-        result.push_back({"Contact/Friction/Coefficient", prm.contact.friction_coefficient, {}});
-      if (stage.friction && prm.contact.friction_law == "falling")
-        result.push_back(
-            {"Contact/Friction/Coefficient at speed", prm.contact.friction_coefficient_moving, {}});
-      result.push_back({"Pads/Pressure", prm.pads.pressure, {}});
+      if (prm.contact.formulation != Formulation::mortar)
+        result.push_back({"Contact/Penalty stiffness",
+                          prm.contact.penalty_stiffness,
+                          {},
+                          [](Parameters::All &all, const double value)
+                          { all.contact.penalty_stiffness = value; }});
+      if (stage.friction)
+        for (const auto &[key, constant] : prm.contact.friction.constants())
+          result.push_back({"Contact/Friction/" + key,
+                            prm.contact.friction.*constant,
+                            {},
+                            [constant = constant](Parameters::All &all, const double value)
+                            { all.contact.friction.*constant = value; }});
+      result.push_back(
+          {"Pads/Pressure", prm.pads.pressure, {}, [](Parameters::All &all, const double value) {
+             all.pads.pressure = value;
+           }});
     }
     return result;
   }
 
   template <int dim>
-  Parameters::All BrakeModel<dim>::varied(const std::string &parameter, const double value) const
+  Parameters::All BrakeModel<dim>::varied(const Parameter &parameter, const double value) const
   {
     Parameters::All result = prm;
-    if (parameter == "Operation/Angular velocity")
-      result.operation.angular_velocity = value;
-    else if (parameter == "Contact/Penalty stiffness")
-      result.contact.penalty_stiffness = value;
-    else if (parameter == "Contact/Friction/Coefficient")
-      result.contact.friction_coefficient = value;
-    else if (parameter == "Contact/Friction/Coefficient at speed")
-      result.contact.friction_coefficient_moving = value;
-    else if (parameter == "Pads/Pressure")
-      result.pads.pressure = value;
-    else if (const std::size_t end = parameter.find("/Material/"); end != std::string::npos)
-    {
-      Material &material    = result.material(parameter.substr(0, end));
-      const std::string key = parameter.substr(parameter.rfind('/') + 1);
-      if (key == "Density")
-        material.density = value;
-      else if (double *modulus = modulus_of(material, key))
-        *modulus = value;
-    }
-    return result; // the others do not enter here
+    if (parameter.set)
+      parameter.set(result, value);
+    return result;
   }
 
   template <int dim>
@@ -171,7 +170,7 @@ namespace squeal
       const double h             = step(parameter);
       const auto residual        = [&](const double value)
       {
-        const Parameters::All p = varied(parameter.path, value);
+        const Parameters::All p = varied(parameter, value);
         Contact<dim> contact    = *steady.contact;
         contact.set_model(contact_model(p));
         return static_residual(p, contact);
@@ -245,7 +244,7 @@ namespace squeal
       const double h = step(parameter);
       for (const double sign : {1., -1.})
       {
-        const Parameters::All p = varied(parameter.path, parameter.value + sign * h);
+        const Parameters::All p = varied(parameter, parameter.value + sign * h);
         MultiVector state;
         if (state_matters)
         {
@@ -265,7 +264,7 @@ namespace squeal
                                 : steady.equilibrium ? steady.pressure
                                                      : contact.uniform_pressure(p.pads.pressure);
           for (Term &term : contact_terms(contact, pressure, p))
-            if (term.origin != Origin::contact || prm.contact.formulation != "mortar")
+            if (term.origin != Origin::contact || prm.contact.formulation != Formulation::mortar)
               add(std::move(term));
         }
         if (prm.prestress.needs_state())

@@ -18,7 +18,7 @@ namespace squeal
     using Kind             = BodyTerm::Kind;
     const StageTerms stage = prm.terms();
     const double omega     = body.of_rotor && stage.transport ? prm.operation.angular_velocity : 0,
-                 alpha = body.material.mass_damping, beta = body.material.stiffness_damping;
+                 alpha = body.material.damping().alpha, beta = body.material.damping().beta;
     std::vector<BodyTerm> terms = {{Origin::inertia, 2, Kind::M, 1},
                                    {Origin::elasticity, 0, Kind::K, 1}};
     const auto add = [&](const Origin origin, const unsigned int order, const Kind matrix,
@@ -146,11 +146,12 @@ namespace squeal
   template <int dim>
   bool BrakeModel<dim>::solves_iteratively() const
   {
-    const std::string &name = prm.static_equilibrium.linear_solver;
+    const LinearSolver solver = prm.static_equilibrium.linear_solver;
     if (prm.eigenproblem.is_matrix_free())
       return true;
-    if (name != "auto" || prm.eigenproblem.is_solved() || prm.contact.self_locking_check)
-      return name == "iterative";
+    if (solver != LinearSolver::automatic || prm.eigenproblem.is_solved() ||
+        prm.contact.self_locking_check)
+      return solver == LinearSolver::iterative;
     int n_ranks = 0;
     MPI_Comm_size(comm, &n_ranks);
     return memory_load(expected_factor_mib(spaces_.rows.size) / n_ranks, comm) > 1;
@@ -206,9 +207,9 @@ namespace squeal
                is_matrix_free = prm.eigenproblem.is_matrix_free();
     if (!has_pads && !prm.prestress.needs_state() && !is_matrix_free)
       return found;
-    const bool computed =
-        has_pads ? prm.contact.steady_pressure == "computed" : prm.prestress.needs_state();
-    const bool follows = nearby && (before.equilibrium || !computed);
+    const bool computed = has_pads ? prm.contact.steady_pressure == SteadyPressure::computed
+                                   : prm.prestress.needs_state();
+    const bool follows  = nearby && (before.equilibrium || !computed);
     const bool needs_edge =
         prm.eigenproblem.error_bars && prm.eigenproblem.is_solved() && !prm.sweep.active();
     {
@@ -265,9 +266,10 @@ namespace squeal
     model.mortar            = parameters.contact.mortar();
     model.penalty_stiffness = parameters.contact.penalty_stiffness;
     model.compliance        = parameters.contact.compliance();
-    model.friction          = parameters.contact.law();
+    model.friction          = parameters.contact.friction;
     model.angular_velocity  = parameters.operation.angular_velocity;
-    if (parameters.contact.steady_pressure == "computed" && parameters.contact.initial_gap != "0")
+    if (parameters.contact.steady_pressure == SteadyPressure::computed &&
+        parameters.contact.initial_gap != "0")
       model.initial_gap =
           position_expression<dim>(parameters.contact.initial_gap, "Contact/Initial gap");
     return model;

@@ -63,9 +63,9 @@ namespace squeal
     {
       Parameters::All parameters = model.parameters();
       --parameters.discretization.degree;
-      parameters.eigenproblem.solver              = "block_krylov";
+      parameters.eigenproblem.solver              = ModeSolver::block_krylov;
       parameters.eigenproblem.error_bars          = false;
-      parameters.static_equilibrium.linear_solver = "direct";
+      parameters.static_equilibrium.linear_solver = LinearSolver::direct;
       PhaseTimer timer; // all of it belongs to the phase of the caller
       BrakeModel<dim> lower(model, parameters, timer);
       lower.distribute();

@@ -1,38 +1,32 @@
-#include <squeal/base/errors.h>
+#include <squeal/parameters/declare.h>
 #include <squeal/parameters/parameters.h>
-
-#include <limits>
-#include <sstream>
 
 namespace squeal
 {
   namespace Parameters
   {
-    using dealii::ParameterHandler;
-    namespace Patterns = dealii::Patterns;
 
     void Eigenproblem::declare(ParameterHandler &prm)
     {
-      prm.enter_subsection("Eigenproblem");
+      const Subsection section(prm, "Eigenproblem");
       prm.add_parameter("Maximum frequency", maximum_frequency,
                         "Every mode with 0 < |Im l|/(2 pi) up to this frequency is wanted, Hz.",
-                        Patterns::Double(std::numeric_limits<double>::min()));
+                        Patterns::Double(smallest));
       prm.add_parameter("Minimum frequency", minimum_frequency,
                         "0, or the lower end of the window: only modes from this frequency up to "
                         "Maximum frequency are wanted, Hz. A window far from zero, from 3/4 of "
                         "Maximum frequency on, does not pay for the modes below it (solver "
                         "block_krylov). It says nothing about divergence. Not in sweeps.",
                         Patterns::Double(0));
-      prm.add_parameter(
-          "Solver", solver,
+      add_choice(
+          prm, "Solver", solver,
           "block_krylov: block second-order Arnoldi, shift-invert with MUMPS on blocks of "
           "right-hand sides. krylov: SLEPc's PEP (TOAR) with the same factorisation, one vector at "
           "a time: slower, an independent check. dense: LAPACK, for small problems. "
           "block_davidson: "
           "without factors, for models whose factors do not fit: modes of elements of one degree "
           "less, found by block_krylov, are corrected with multigrid. none: the run ends with the "
-          "static equilibrium.",
-          Patterns::Selection("block_krylov|krylov|dense|block_davidson|none"));
+          "static equilibrium.");
       prm.add_parameter("Tolerance", tolerance,
                         "Backward error that every reported mode reaches, -; with block_davidson "
                         "the estimated relative error of every eigenvalue.",
@@ -54,39 +48,33 @@ namespace squeal
           "symmetric half of the static equilibrium: faster, and less memory. Other brakes are "
           "solved as a whole.",
           Patterns::Bool());
-      prm.leave_subsection();
     }
 
     void StaticEquilibrium::declare(ParameterHandler &prm)
     {
-      prm.enter_subsection("Static equilibrium");
-      prm.add_parameter(
-          "Linear solver", linear_solver,
+      const Subsection section(prm, "Static equilibrium");
+      add_choice(
+          prm, "Linear solver", linear_solver,
           "How the steady sliding state is solved for. direct: LU by MUMPS. iterative: GMRES with "
           "multigrid, for models whose factors do not fit. auto: iterative with "
           "Eigenproblem/Solver = block_davidson, and where modes are not asked for and the "
           "expected "
-          "factors do not fit, else direct.",
-          Patterns::Selection("auto|direct|iterative"));
-      prm.add_parameter(
-          "Multigrid", multigrid,
+          "factors do not fit, else direct.");
+      add_choice(
+          prm, "Multigrid", multigrid,
           "Algebraic multigrid of the iterative solver, on the displacements of degree 1. gamg: of "
-          "PETSc. ml: of Trilinos. boomeramg: of hypre.",
-          Patterns::Selection("gamg|ml|boomeramg"));
+          "PETSc. ml: of Trilinos. boomeramg: of hypre.");
       prm.add_parameter("Maximum iterations", maximum_iterations,
                         "Steps of GMRES for one linear problem of the iterative solver, -; more "
                         "are an error.",
                         Patterns::Integer(1, 10000));
-      prm.leave_subsection();
     }
 
     void Eigenproblem::check() const
     {
-      std::ostringstream message;
-      message << "Eigenproblem/Minimum frequency = " << minimum_frequency
-              << ": it must be below Maximum frequency.";
       if (minimum_frequency >= maximum_frequency)
-        throw InputError(message.str());
+        fail("Eigenproblem/Minimum frequency", minimum_frequency,
+             "it must be below Maximum frequency.");
     }
 
     void All::check_matrix_free() const
@@ -96,7 +84,7 @@ namespace squeal
         if (given)
           throw InputError("Eigenproblem/Solver = block_davidson: " + why);
       };
-      refuse(scene == "matrices" || sweep.active() || stage_name == "ladder",
+      refuse(scene == Scene::matrices || sweep.active() || stage == Stage::ladder,
              "Scene = matrices, sweeps and Stage = ladder need block_krylov, krylov or dense.");
       refuse(discretization.degree < 2,
              "it begins with one degree less; allowed for Discretization/Degree are 2 and more.");
@@ -104,7 +92,7 @@ namespace squeal
              "it finds all from zero on; allowed for Eigenproblem/Minimum frequency is 0.");
       refuse(output.sensitivities || contact.self_locking_check,
              "Output/Sensitivities and Contact/Self-locking check need factors; allowed is false.");
-      refuse(static_equilibrium.linear_solver == "direct",
+      refuse(static_equilibrium.linear_solver == LinearSolver::direct,
              "without matrices allowed for Static equilibrium/Linear solver are iterative and "
              "auto.");
     }

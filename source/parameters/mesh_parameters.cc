@@ -1,48 +1,43 @@
-#include <squeal/base/errors.h>
+#include <squeal/parameters/declare.h>
 #include <squeal/parameters/parameters.h>
 
 #include <deal.II/base/utilities.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace squeal
 {
   namespace Parameters
   {
-    namespace Patterns = dealii::Patterns;
     using dealii::Utilities::split_string_list;
 
-    void MeshPart::declare(dealii::ParameterHandler &prm)
+    void MeshPart::declare(ParameterHandler &prm)
     {
       prm.add_parameter("Volumes", volumes,
                         "Names of the volume groups that are made of this section's material; "
                         "empty: the section is not used.");
-      prm.add_parameter("Body", body, "Whether the volumes belong to the rotor or to pads.",
-                        Patterns::Selection("rotor|pads"));
+      add_choice(prm, "Body", body, "Whether the volumes belong to the rotor or to pads.");
       material.declare(prm);
     }
 
-    void Mesh::declare(dealii::ParameterHandler &prm)
+    void Mesh::declare(ParameterHandler &prm)
     {
-      prm.enter_subsection("Mesh");
+      const Subsection section(prm, "Mesh");
       prm.add_parameter("File", file,
                         "Mesh of linear hexahedra: Gmsh (.msh, version 2.2 or 4.1, text) or Abaqus "
                         "and CalculiX (.inp; C3D8, C3D8R, C3D8I).");
       prm.add_parameter("Scale", scale, "Metres per unit of length of the file; 1e-3 for mm.",
-                        Patterns::Double(std::numeric_limits<double>::min()));
-      prm.add_parameter("Axis", axis,
-                        "The file's coordinate along the rotor's axis. It becomes z: x y z are "
-                        "exchanged cyclically.",
-                        Patterns::Selection("x|y|z"));
+                        Patterns::Double(smallest));
+      add_choice(prm, "Axis", axis,
+                 "The file's coordinate along the rotor's axis. It becomes z: x y z are "
+                 "exchanged cyclically.");
       prm.add_parameter("Origin", origin_text,
                         "A point of the rotor's axis, coordinates of the file: where z = 0.",
                         Patterns::List(Patterns::Double(), 3, 3, ","));
-      prm.add_parameter(
-          "Curved bodies", curved,
+      add_choice(
+          prm, "Curved bodies", curved,
           "Bodies whose cells between the nodes follow circles about the axis. The others have "
-          "straight edges. Transport needs a rotor that does.",
-          Patterns::Selection("none|rotor|all"));
+          "straight edges. Transport needs a rotor that does.");
       prm.add_parameter("Rotor", rotor,
                         "Names of the rotor's volume groups, of the material Rotor/Material.");
       prm.add_parameter("Pads", pads,
@@ -64,11 +59,9 @@ namespace squeal
                               " (after Axis) is zero.");
       for (unsigned int k = 0; k < parts.size(); ++k)
       {
-        prm.enter_subsection("Part " + std::to_string(k + 1));
+        const Subsection section(prm, "Part " + std::to_string(k + 1));
         parts[k].declare(prm);
-        prm.leave_subsection();
       }
-      prm.leave_subsection();
     }
 
     std::vector<std::pair<std::string, std::string>> Mesh::pairs() const
@@ -105,8 +98,9 @@ namespace squeal
         throw InputError("Mesh/Rotor: the scene mesh needs the names of the rotor's volumes.");
       const bool has_pads =
           !pads.empty() || std::any_of(parts.begin(), parts.end(),
-                                       [](const MeshPart &part)
-                                       { return !part.volumes.empty() && part.body == "pads"; });
+                                       [](const MeshPart &part) {
+                                         return !part.volumes.empty() && part.body == PartOf::pads;
+                                       });
       if (has_pads && pairs().empty())
         throw InputError("Mesh/Contact pairs: pads need them, as pad surface : rotor surface.");
       if (!has_pads && !pairs().empty())

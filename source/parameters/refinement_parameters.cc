@@ -1,4 +1,4 @@
-#include <squeal/base/errors.h>
+#include <squeal/parameters/declare.h>
 #include <squeal/parameters/parameters.h>
 
 #include <deal.II/base/utilities.h>
@@ -11,19 +11,15 @@ namespace squeal
 {
   namespace Parameters
   {
-    using dealii::ParameterHandler;
-    namespace Patterns = dealii::Patterns;
 
     void Refinement::declare(ParameterHandler &prm)
     {
-      prm.enter_subsection("Refinement");
-      prm.add_parameter(
-          "Strategy", strategy,
-          "none: one mesh. uniform: every cell is refined from cycle to cycle. "
-          "adaptive: the cells that contribute most to the estimated errors of modes "
-          "whose error bar exceeds Tolerance (or whose verdict is undecided). A sweep "
-          "or map begins on the last mesh, made for the parameters as they stand.",
-          Patterns::Selection("none|uniform|adaptive"));
+      const Subsection section(prm, "Refinement");
+      add_choice(prm, "Strategy", strategy,
+                 "none: one mesh. uniform: every cell is refined from cycle to cycle. "
+                 "adaptive: the cells that contribute most to the estimated errors of modes "
+                 "whose error bar exceeds Tolerance (or whose verdict is undecided). A sweep "
+                 "or map begins on the last mesh, made for the parameters as they stand.");
       prm.add_parameter("Cycles", cycles, "At most so many meshes.", Patterns::Integer(1, 100));
       prm.add_parameter(
           "Tolerance", tolerance,
@@ -43,7 +39,6 @@ namespace squeal
       prm.add_parameter("Reference", reference,
                         "CSV file with the columns frequency_hz and growth_rate_1_per_s, one line "
                         "per mode: convergence.csv then has the true errors. Empty: none.");
-      prm.leave_subsection();
     }
 
     void Refinement::check() const

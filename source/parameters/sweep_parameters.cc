@@ -1,4 +1,4 @@
-#include <squeal/base/errors.h>
+#include <squeal/parameters/declare.h>
 #include <squeal/parameters/parameters.h>
 
 #include <deal.II/base/utilities.h>
@@ -12,9 +12,9 @@ namespace squeal
 {
   namespace Parameters
   {
-    void Sweep::declare(dealii::ParameterHandler &prm)
+    void Sweep::declare(ParameterHandler &prm)
     {
-      prm.enter_subsection("Sweep");
+      const Subsection section(prm, "Sweep");
       prm.add_parameter(
           "Parameter", parameter,
           "Number to vary, for example Contact/Friction/Coefficient; none: no sweep.");
@@ -28,7 +28,6 @@ namespace squeal
                         "none: a sweep over one parameter.");
       prm.add_parameter("Second values", second_values,
                         "Values of the second parameter, written as Values.");
-      prm.leave_subsection();
     }
 
     namespace

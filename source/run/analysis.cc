@@ -97,8 +97,10 @@ namespace squeal
   {
     Table ladder_csv(directory + "/ladder.csv", std::string("stage,") + modes_header, comm);
     std::vector<std::vector<ModeRow>> rows;
-    for (const std::string &stage : Parameters::stage_names)
+    std::vector<std::string> stages;
+    for (Stage s = Stage::elastic; s < Stage::ladder; s = Stage(int(s) + 1))
     {
+      const std::string &stage = stages.emplace_back(name_of(s));
       file.choose("Stage", stage);
       model.assemble(prm);
       PhaseTimer::Scope scope(timer, "eigenproblem");
@@ -118,7 +120,7 @@ namespace squeal
     file.choose("Stage", "ladder");
     log.print(
         "\nGrowth rates, 1/s, and verdicts of the stages; modes are paired by their eigenvalues\n" +
-        ladder_table(Parameters::stage_names, rows) +
+        ladder_table(stages, rows) +
         "\nOnly the stage full supports a verdict on a real brake: without damping every "
         "circulatory\ngyroscopic system is unstable, and damping of one kind alone settles "
         "nothing.\n");
@@ -166,10 +168,10 @@ namespace squeal
                " rigid-body modes at zero frequency.");
     log.print("\n" + modes_table(rows));
     const unsigned int n_unstable = std::count_if(
-        rows.begin(), rows.end(),
-        [](const ModeRow &row) { return row.verdict == "flutter" || row.verdict == "divergence"; });
-    const unsigned int n_undecided = std::count_if(
-        rows.begin(), rows.end(), [](const ModeRow &row) { return row.verdict == "undecided"; });
+        rows.begin(), rows.end(), [](const ModeRow &row) { return row.is_unstable(); });
+    const unsigned int n_undecided =
+        std::count_if(rows.begin(), rows.end(),
+                      [](const ModeRow &row) { return row.verdict == Verdict::undecided; });
     log.line("\n" + std::to_string(rows.size()) + " modes " + window_of(prm.eigenproblem) + ", " +
              std::to_string(n_unstable) + " unstable (marked >), " + std::to_string(n_undecided) +
              " undecided.");
@@ -194,7 +196,7 @@ namespace squeal
     unsigned int least_stable = 0;
     for (unsigned int j = 0; j < rows.size(); ++j)
     {
-      if (rows[j].verdict == "flutter" || rows[j].verdict == "divergence")
+      if (rows[j].is_unstable())
         numbers.push_back(rows[j].mode);
       if (rows[j].growth_rate() > rows[least_stable].growth_rate())
         least_stable = j;
@@ -284,40 +286,40 @@ namespace squeal
   std::string describe(const Parameters::All &prm, const std::string &directory)
   {
     std::ostringstream text;
-    text << "Scene " << prm.scene;
-    if (prm.scene != "matrices")
+    text << "Scene " << name_of(prm.scene);
+    if (prm.scene != Scene::matrices)
     {
-      text << ", stage " << prm.stage_name << ", " << prm.n_pads() << " pads";
+      text << ", stage " << name_of(prm.stage) << ", " << prm.n_pads() << " pads";
       if (prm.n_pads() > 0)
       {
-        text << ", contact by " << prm.contact.formulation
-             << (prm.contact.formulation == "mortar"
+        text << ", contact by " << name_of(prm.contact.formulation)
+             << (prm.contact.formulation == Formulation::mortar
                      ? ""
                      : " " + number(prm.contact.penalty_stiffness) + " N/m^3");
         if (prm.terms().friction)
-          text << ", friction " << prm.contact.friction_law << " "
-               << prm.contact.friction_coefficient << ", steady pressure "
-               << prm.contact.steady_pressure;
+          text << ", friction " << name_of(prm.contact.friction.kind) << " "
+               << prm.contact.friction.coefficient << ", steady pressure "
+               << name_of(prm.contact.steady_pressure);
       }
       text << ", " << prm.operation.angular_velocity << " rad/s";
       const auto &d = prm.discretization;
       text << "\nCoarse mesh: "
-           << (prm.scene == "mesh"
+           << (prm.scene == Scene::mesh
                    ? prm.mesh.file
                    : "rotor " + d.rotor_cells_text + ", each pad " + d.pad_cells_text + " cells")
            << "; degree " << d.degree << "; " << prm.refinement.n_cycles() << " mesh(es), "
-           << prm.refinement.strategy;
+           << name_of(prm.refinement.strategy);
     }
     if (prm.eigenproblem.is_solved())
       text << "\nEvery mode " << window_of(prm.eigenproblem) << " by the solver "
-           << prm.eigenproblem.solver << ", tolerance " << prm.eigenproblem.tolerance;
+           << name_of(prm.eigenproblem.solver) << ", tolerance " << prm.eigenproblem.tolerance;
     else
       text << "\nThe static equilibrium only, linear solver "
-           << prm.static_equilibrium.linear_solver;
+           << name_of(prm.static_equilibrium.linear_solver);
     text << "\nResults go to " << directory << "\n";
     constexpr double nearly_incompressible = 0.49;
     constexpr unsigned int free_of_locking = 4;
-    if (prm.scene != "matrices" && prm.discretization.degree < free_of_locking)
+    if (prm.scene != Scene::matrices && prm.discretization.degree < free_of_locking)
       for (const Parameters::BodyMaterial &body : prm.materials())
         if (body.material.poisson_ratio > nearly_incompressible)
           text << "Warning, nearly incompressible: " << body.section
@@ -329,7 +331,7 @@ namespace squeal
     const double length        = (prm.rotor.outer_radius - prm.rotor.inner_radius) /
                           prm.discretization.rotor_cells[0],
                  thickness = prm.rotor.thickness / prm.discretization.rotor_cells[2];
-    if (prm.scene == "brake" && length > long_cell * thickness)
+    if (prm.scene == Scene::brake && length > long_cell * thickness)
       text
           << "Warning, thin rotor: its cells are " << number(std::round(length / thickness))
           << " times as long as thick. Error bars may be several times too short. Take more radial "

@@ -9,10 +9,8 @@ namespace squeal
 {
   namespace
   {
-    const std::vector<std::string> tables   = {"modes.csv", "cycles.csv", "contributions.csv",
-                                               "sensitivities.csv", "static.csv"};
-    const std::vector<std::string> verdicts = {"stable", "flutter", "divergence", "marginal",
-                                               "undecided"};
+    const std::vector<std::string> tables = {"modes.csv", "cycles.csv", "contributions.csv",
+                                             "sensitivities.csv", "static.csv"};
 
     std::string state_file(const std::string &directory)
     {
@@ -50,16 +48,15 @@ namespace squeal
       row.cycle = cycle;
       row.mode  = mode;
       visit_complex(row.lambda);
-      const auto visit_name = [&](const std::vector<std::string> &names, std::string &name)
+      const auto visit_choice = [&](auto &value)
       {
-        double number = std::find(names.begin(), names.end(), name) - names.begin();
+        double number = static_cast<unsigned int>(value);
         visit(number);
-        name = number < names.size() ? names[std::size_t(number)] : "";
+        using Choice = std::decay_t<decltype(value)>;
+        value        = number < names_of(value).size() ? Choice(int(number)) : Choice();
       };
-      visit_name(verdicts, row.verdict);
-      double parity = static_cast<unsigned int>(row.parity);
-      visit(parity);
-      row.parity = static_cast<Parity>(parity <= 2 ? int(parity) : 0);
+      visit_choice(row.verdict);
+      visit_choice(row.parity);
       visit_optional(row.growth_rate_error);
       visit_optional(row.frequency_error);
       visit_optional(row.corrected);

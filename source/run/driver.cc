@@ -46,7 +46,7 @@ namespace squeal
         const bool refines = prm.refinement.n_cycles() > 1;
         unsigned int cycle = replay();
         // A sweep without refinement, and the ladder, need no modes of this mesh beforehand.
-        while (!record.finished && (refines || (!prm.sweep.active() && prm.stage_name != "ladder")))
+        while (!record.finished && (refines || (!prm.sweep.active() && prm.stage != Stage::ladder)))
         {
           model.assemble(prm);
           report_static(cycle);
@@ -62,7 +62,7 @@ namespace squeal
             make_mesh(cycle);
         }
         report_convergence();
-        if (prm.sweep.active() || prm.stage_name == "ladder")
+        if (prm.sweep.active() || prm.stage == Stage::ladder)
         {
           found = EigenSolution();
           prm.sweep.active() ? sweep(model, make_model()) : climb(model);
@@ -153,7 +153,7 @@ namespace squeal
       auto &mesh                      = spaces.triangulation;
       // Every unknown of a volume becomes 2^dim, roughly.
       const double growth = std::pow(2., dim);
-      if (prm.refinement.strategy == "uniform")
+      if (prm.refinement.strategy == Strategy::uniform)
       {
         if (!is_affordable(growth * spaces.rows.size))
           return false;
@@ -285,7 +285,7 @@ namespace squeal
     void Driver<dim>::write_fields(const unsigned int cycle)
     {
       PhaseTimer::Scope scope(timer, "output");
-      if (prm.output.fields == "none")
+      if (prm.output.fields == FieldOutput::none)
         return;
       const FiniteElementSpace<dim> &spaces = model.spaces();
       const bool has_pads                   = prm.n_pads() > 0;
@@ -302,8 +302,8 @@ namespace squeal
       unsigned int least_stable = 0;
       for (unsigned int j = 0; j < rows.size(); ++j)
       {
-        if (prm.output.fields == "all" || rows[j].verdict == "flutter" ||
-            rows[j].verdict == "divergence" || rows[j].verdict == "undecided")
+        if (prm.output.fields == FieldOutput::all || rows[j].is_unstable() ||
+            rows[j].verdict == Verdict::undecided)
           wanted.push_back(j);
         if (rows[j].growth_rate() > rows[least_stable].growth_rate())
           least_stable = j;
@@ -333,8 +333,9 @@ namespace squeal
       for (const Checkpoint::Cycle &done : record.cycles)
       {
         // Adaptive meshes have no one size of cells: what counts is the number of unknowns.
-        sizes.push_back(prm.refinement.strategy == "adaptive" ? std::pow(done.n_unknowns, -1. / dim)
-                                                              : std::pow(0.5, sizes.size()));
+        sizes.push_back(prm.refinement.strategy == Strategy::adaptive
+                            ? std::pow(done.n_unknowns, -1. / dim)
+                            : std::pow(0.5, sizes.size()));
         rows_of_cycle.push_back(done.rows);
         dofs_of_cycle.push_back(done.n_unknowns);
       }
@@ -383,9 +384,9 @@ namespace squeal
                                           const MPI_Comm comm)
   {
     const Parameters::All &prm = file.parameters();
-    if (prm.scene == "matrices")
+    if (prm.scene == Scene::matrices)
       return std::make_unique<MatrixAnalysis>(file, directory, comm);
-    if (prm.scene == "strip")
+    if (prm.scene == Scene::strip)
       return std::make_unique<Driver<2>>(make_strip(prm), file, directory, comm);
     return std::make_unique<Driver<3>>(make_bodies(prm), file, directory, comm);
   }

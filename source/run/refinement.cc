@@ -19,7 +19,7 @@ namespace squeal
         weight = std::hypot(errors.bounds.growth_rate[j], errors.bounds.imaginary[j]) > allowed
                      ? 1 / allowed
                      : 0;
-      else if (rows[j].verdict == "undecided")
+      else if (rows[j].verdict == Verdict::undecided)
         weight = 1 / std::max(std::abs(rows[j].lambda.real()), 1e-6 * size);
       weights.push_back(weight);
       is_open |= weight > 0;

@@ -30,7 +30,7 @@ namespace squeal
     DisplacementMultigrid<dim> multigrid;
 
     Bodies(const FiniteElementSpace<dim> &spaces, const std::vector<MaterialOperator> &bodies,
-           const std::string &algebraic)
+           const Multigrid algebraic)
         : stiffness(spaces, bodies), multigrid(spaces, bodies, stiffness, algebraic)
     {
     }
@@ -229,7 +229,7 @@ namespace squeal
   std::string IterativeStatics<dim>::description() const
   {
     const std::string on = std::to_string(bodies->multigrid.n_coarse()) +
-                           " unknowns of degree 1 by " + options.multigrid;
+                           " unknowns of degree 1 by " + name_of(options.multigrid);
     return spaces.fe.degree == 1
                ? on
                : "Chebyshev smoothing on degree " + std::to_string(spaces.fe.degree) + ", " + on;

@@ -46,7 +46,7 @@ namespace squeal
   {
     bool is_nonlinear(const FrictionLaw &friction)
     {
-      return friction.kind == FrictionLaw::Kind::expression;
+      return friction.depends_on_pressure();
     }
 
     /// The given load and that of the contact.

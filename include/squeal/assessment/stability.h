@@ -9,12 +9,25 @@
 
 namespace squeal
 {
+  enum class Verdict
+  {
+    stable,
+    flutter,
+    divergence,
+    marginal, ///< neither grows nor decays, up to rounding
+    undecided ///< the error bar straddles zero
+  };
+  inline auto names_of(Verdict)
+  {
+    return make_names("stable", "flutter", "divergence", "marginal", "undecided");
+  }
+
   /// One line of modes.csv. A value that was not computed is empty.
   struct ModeRow
   {
     unsigned int cycle = 0, mode = 0;
     std::complex<double> lambda;
-    std::string verdict; ///< stable, flutter, divergence, marginal, undecided
+    Verdict verdict = Verdict::stable;
     std::optional<double> growth_rate_error, frequency_error;
     /// The eigenvalue with the estimated discretisation error taken off.
     std::optional<std::complex<double>> corrected;
@@ -29,6 +42,10 @@ namespace squeal
     double criterion = 0;
     Parity parity    = Parity::none;
 
+    bool is_unstable() const
+    {
+      return verdict == Verdict::flutter || verdict == Verdict::divergence;
+    }
     double growth_rate() const
     {
       return lambda.real();
@@ -50,7 +67,7 @@ namespace squeal
   /// The verdict on an eigenvalue that the solver knows to the relative error @p tolerance and
   /// whose growth rate discretisation or conditioning bound to @p growth_rate_error, 1/s: undecided
   /// where that straddles zero, marginal where both errors are rounding.
-  std::string verdict(std::complex<double> lambda, double tolerance, double growth_rate_error = 0);
+  Verdict verdict(std::complex<double> lambda, double tolerance, double growth_rate_error = 0);
 
   /// Verdicts and Rayleigh coefficients of all modes: with u^H M u = 1,
   ///     d + j g = x^H P x,   k + j n = x^H Q x,
@@ -104,8 +121,6 @@ namespace squeal
     /// Work per cycle on the mode of unit modal mass, -pi (d w + n), J: positive feeds energy in.
     double energy = 0;
   };
-
-  const char *name_of(Origin origin);
 
   /// The Rayleigh coefficients split by origin and body: why a mode grows or decays.
   std::vector<Contribution> contributions(const RayleighParts &parts, const EigenPairs &modes,

@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace squeal
 {
@@ -11,10 +13,41 @@ namespace squeal
     using std::runtime_error::runtime_error;
   };
 
-  /// A solver failed: exit status 3. The message says which, how far it came, and what to try.
+  /// What kind of failure a solver reports. The driver knows the keys that help (run/advice.h).
+  enum class Failure
+  {
+    singular_matrix,
+    singular_factors,
+    numbers_too_large,
+    factors_too_large,
+    pairs_not_refined,
+    multigrid_indefinite,
+    davidson_too_large,
+    davidson_stalled,
+    degree_too_low,
+    pep_stalled,
+    window_too_wide,
+    krylov_space_full,
+    modes_missing,
+    modes_inaccurate,
+    left_vectors_missing,
+    interval_stalled,
+    interval_left_vectors_missing,
+    too_large_for_dense,
+    dense_inaccurate,
+    contact_lost,
+    gmres_stalled,
+    iterative_statics_failed
+  };
+
+  /// A solver failed: exit status 3. The message says which and how far it came.
   struct SolverError : std::runtime_error
   {
-    using std::runtime_error::runtime_error;
+    explicit SolverError(const std::string &message, std::vector<Failure> kinds = {})
+        : std::runtime_error(message), kinds(std::move(kinds))
+    {
+    }
+    std::vector<Failure> kinds;
   };
 
   /// A matrix that had to be factorised is singular.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/bodies/displacement_operator.h>
+#include <squeal/parameters/choices.h>
 
 #include <petscpc.h>
 
@@ -21,11 +22,10 @@ namespace squeal
   class DisplacementMultigrid
   {
   public:
-    /// @p algebraic is the name of the algebraic multigrid: gamg, ml or boomeramg. @p spaces and
-    /// @p stiffness must outlive it unchanged.
+    /// @p spaces and @p stiffness must outlive it unchanged.
     DisplacementMultigrid(const FiniteElementSpace<dim> &spaces,
                           const std::vector<MaterialOperator> &bodies,
-                          const DisplacementOperator<dim> &stiffness, const std::string &algebraic);
+                          const DisplacementOperator<dim> &stiffness, Multigrid algebraic);
     ~DisplacementMultigrid();
     DisplacementMultigrid(const DisplacementMultigrid &)            = delete;
     DisplacementMultigrid &operator=(const DisplacementMultigrid &) = delete;
@@ -65,7 +65,7 @@ namespace squeal
     void destroy();
 
     const FiniteElementSpace<dim> &spaces;
-    const std::string algebraic;
+    const Multigrid algebraic;
     FiniteElementSpace<dim> coarse;
     RowRange coarse_rows;
     Matrix interpolation; ///< degree p from degree 1

@@ -15,7 +15,7 @@ namespace squeal
   class ModeTracker
   {
   public:
-    ModeTracker(const EigensolverOptions &options, const std::string &solver);
+    ModeTracker(const EigensolverOptions &options, ModeSolver solver);
 
     /// Another model with a mesh of its own. The old expansion point is forgotten.
     void set_model(Model &model);

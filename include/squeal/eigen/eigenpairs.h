@@ -19,8 +19,10 @@ namespace squeal
     symmetric,
     antisymmetric
   };
-  /// Empty for Parity::none.
-  const char *name_of(Parity parity);
+  inline auto names_of(Parity)
+  {
+    return make_names("", "symmetric", "antisymmetric");
+  }
 
   /// Eigenvalues with Im l >= 0, their vectors, and how accurate they are. What a solver does not
   /// compute is empty.

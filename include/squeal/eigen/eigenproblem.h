@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/base/names.h>
 #include <squeal/linalg/linear_algebra.h>
 
 #include <functional>
@@ -24,6 +25,12 @@ namespace squeal
     turning_friction, ///< geometric stiffness of the friction traction, circulatory
     velocity          ///< a given velocity matrix (scene matrices)
   };
+  inline auto names_of(Origin)
+  {
+    return make_names("inertia", "elasticity", "material damping", "transport", "contact",
+                      "friction", "friction damping", "falling friction", "prestress",
+                      "turning friction", "velocity matrix");
+  }
 
   /// Whether a term belongs to the conservative reference problem, by which modes are counted.
   inline bool is_conservative(const Origin origin)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/eigen/eigenpairs.h>
+#include <squeal/parameters/choices.h>
 
 #include <memory>
 #include <string>
@@ -34,5 +35,5 @@ namespace squeal
 
   /// The solver of that name: block_krylov, krylov or dense. To add one: a class and a row in the
   /// table.
-  std::unique_ptr<Eigensolver> make_eigensolver(const std::string &name);
+  std::unique_ptr<Eigensolver> make_eigensolver(ModeSolver solver);
 } // namespace squeal

@@ -18,7 +18,7 @@ namespace squeal
   /// The bodies of the three-dimensional scenes, brake or mesh. Throws InputError.
   inline Geometry<3> make_bodies(const Parameters::All &parameters)
   {
-    return parameters.scene == "mesh" ? make_mesh_scene(parameters) : make_brake(parameters);
+    return parameters.scene == Scene::mesh ? make_mesh_scene(parameters) : make_brake(parameters);
   }
 
   /// What is known of a mesh besides its geometry.

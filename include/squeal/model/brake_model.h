@@ -154,6 +154,8 @@ namespace squeal
       std::string path;
       double value;
       std::vector<Term> terms; ///< d/dp of the bodies' terms
+      /// Gives it another value, if contact, loads or prestress depend on it.
+      std::function<void(Parameters::All &, double)> set;
     };
     std::vector<Parameter> differentiable_parameters() const;
     void add_moduli(unsigned int m, const Parameters::BodyMaterial &body, double beta,
@@ -163,8 +165,7 @@ namespace squeal
     {
       return 1e-4 * (parameter.value != 0 ? std::abs(parameter.value) : 1.);
     }
-    /// The parameters with another value of one that contact, loads or prestress depend on.
-    Parameters::All varied(const std::string &parameter, double value) const;
+    Parameters::All varied(const Parameter &parameter, double value) const;
     /// The contact's and the loads' part of the static residual at the static state.
     MultiVector static_residual(const Parameters::All &parameters,
                                 const Contact<dim> &contact) const;

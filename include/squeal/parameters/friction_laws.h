@@ -1,11 +1,17 @@
 #pragma once
 
+#include <squeal/base/names.h>
+
+#include <deal.II/base/parameter_handler.h>
+
 #include <Sacado.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace squeal
 {
@@ -20,23 +26,45 @@ namespace squeal
 
   /// Coulomb friction in full sliding, tau(v, p) = mu(v, p) p v / sqrt(v^2 + v_s^2), with sliding
   /// speed v >= 0, m/s, and contact pressure p, Pa. The smoothing speed v_s regularises the
-  /// direction of slow sliding; 0: none. To add a law: one branch in coefficient_of() and its name
-  /// in the pattern of Contact/Friction/Law.
+  /// direction of slow sliding; 0: none. To add a law: its kind and name, a branch in
+  /// coefficient_of(), and for each constant a key in declare() and a row in constants().
   struct FrictionLaw
   {
     enum class Kind
     {
       constant,  ///< mu
       falling,   ///< mu_k + (mu_s - mu_k) exp(-v / v_d)
+      smoothed,  ///< mu, with a smoothing speed
       expression ///< a function of v and p that the user gives
     };
+    friend auto names_of(Kind)
+    {
+      return make_names("constant", "falling", "smoothed", "expression");
+    }
 
     Kind kind                 = Kind::constant;
     double coefficient        = 0;                    ///< mu; for the falling law mu_s, at rest
     double coefficient_moving = 0;                    ///< mu_k, at high speed (falling law)
     double decay_speed        = 1;                    ///< v_d, m/s (falling law)
     double smoothing_speed    = 0;                    ///< v_s, m/s
-    std::function<double(double, double)> expression; ///< mu(v, p)
+    std::string text          = "";                   ///< of the expression
+    std::function<double(double, double)> expression; ///< mu(v, p), from the text
+
+    /// Makes every constant a key of the section Contact/Friction.
+    void declare(dealii::ParameterHandler &prm);
+    /// Checks the constants and reads the expression. Throws InputError.
+    void check();
+
+    /// The constants by which eigenvalues are differentiated: their keys in Contact/Friction.
+    std::vector<std::pair<std::string, double FrictionLaw::*>> constants() const
+    {
+      if (kind == Kind::expression)
+        return {};
+      if (kind == Kind::falling)
+        return {{"Coefficient", &FrictionLaw::coefficient},
+                {"Coefficient at speed", &FrictionLaw::coefficient_moving}};
+      return {{"Coefficient", &FrictionLaw::coefficient}};
+    }
 
     /// mu(v). The number type is a template so that Sacado differentiates the law itself.
     template <typename Number>
@@ -54,10 +82,15 @@ namespace squeal
       return kind == Kind::expression ? expression(v, p) : coefficient_of(v);
     }
 
+    bool depends_on_pressure() const
+    {
+      return kind == Kind::expression;
+    }
+
     /// Whether the derivative with respect to the speed vanishes identically.
     bool is_flat() const
     {
-      return kind == Kind::constant && smoothing_speed == 0;
+      return (kind == Kind::constant || kind == Kind::smoothed) && smoothing_speed == 0;
     }
 
     /// The traction and its derivatives: by automatic differentiation, except for an expression,

@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace squeal
 {
-  /// Linear elastic material with Rayleigh damping D = alpha M + beta K. SI units.
+  /// Linear elastic material with the damping D = alpha M + beta K. SI units.
   ///
   /// Isotropic, or transversely isotropic about the last coordinate axis n (the normal of the
   /// pads), with t any direction of the plane across it:
@@ -24,6 +26,39 @@ namespace squeal
     double axial_young_modulus  = 0; ///< E_n, Pa
     double axial_poisson_ratio  = 0; ///< nu_tn
     double axial_shear_modulus  = 0; ///< G_tn, Pa
+
+    /// The factors of D = alpha M + beta K.
+    struct Damping
+    {
+      double alpha = 0; ///< 1/s
+      double beta  = 0; ///< s
+    };
+    Damping damping() const
+    {
+      return {mass_damping, stiffness_damping};
+    }
+
+    /// A constant that eigenvalues are differentiated by: its key in the section Material.
+    struct Constant
+    {
+      std::string key;
+      double Material::*value;
+      Damping damping; ///< d(alpha, beta)/d value; zero for elastic constants
+    };
+    static std::vector<Constant> damping_constants()
+    {
+      return {{"Mass proportional damping", &Material::mass_damping, {1, 0}},
+              {"Stiffness proportional damping", &Material::stiffness_damping, {0, 1}}};
+    }
+    /// The elastic constants of the law transversely_isotropic.
+    static std::vector<Constant> elastic_constants()
+    {
+      return {{"Young modulus", &Material::young_modulus, {}},
+              {"Poisson ratio", &Material::poisson_ratio, {}},
+              {"Axial Young modulus", &Material::axial_young_modulus, {}},
+              {"Axial Poisson ratio", &Material::axial_poisson_ratio, {}},
+              {"Axial shear modulus", &Material::axial_shear_modulus, {}}};
+    }
 
     /// Whether the stiffness is that of @p other times the quotient of the Young's moduli.
     bool is_proportional(const Material &other) const

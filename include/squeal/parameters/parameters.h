@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/parameters/choices.h>
 #include <squeal/parameters/friction_laws.h>
 #include <squeal/parameters/materials.h>
 
@@ -13,16 +14,6 @@
 
 namespace squeal
 {
-  /// The paper's modelling ladder (theory.md, section 5).
-  enum class Stage
-  {
-    elastic,
-    transport,
-    friction,
-    friction_damping,
-    full
-  };
-
   /// What a stage brings into the equations of motion.
   struct StageTerms
   {
@@ -35,9 +26,10 @@ namespace squeal
 
   namespace Parameters
   {
-    // One struct per section of the parameter file: defaults are the member initialisers, every
-    // text carries its unit, and check() holds the rules that no pattern of a single key can
-    // express. check() throws InputError with the path of the key.
+    // One struct per section of the parameter file: defaults are the member initialisers,
+    // declare() makes the members keys, every text carries its unit, and check() holds the rules
+    // that no pattern of a single key can express. check() throws InputError with the path of the
+    // key.
 
     struct MaterialSection : Material
     {
@@ -51,7 +43,7 @@ namespace squeal
       double inner_radius = 0.05;
       double outer_radius = 0.15;
       double thickness    = 0.012;
-      std::string clamped = "inner";
+      Clamped clamped     = Clamped::inner;
       MaterialSection material{Material{1.25e11, 0.25, 7200, 0, 1e-7}};
 
       void declare(dealii::ParameterHandler &prm);
@@ -60,23 +52,23 @@ namespace squeal
 
     struct Pads
     {
-      std::string arrangement = "both";
+      Arrangement arrangement = Arrangement::both;
       double inner_radius     = 0.09;
       double outer_radius     = 0.14;
       double sector_angle     = 50;
       double thickness        = 0.012;
-      std::string back_face   = "guided";
+      BackFace back_face      = BackFace::guided;
       double pressure         = 1e6;
       std::string profile     = "1";
       MaterialSection material{Material{1e10, 0.3, 2500, 0, 2e-6}};
 
       bool upper() const
       {
-        return arrangement == "both" || arrangement == "upper";
+        return arrangement != Arrangement::none;
       }
       bool lower() const
       {
-        return arrangement == "both";
+        return arrangement == Arrangement::both;
       }
       int n_pads() const
       {
@@ -95,32 +87,26 @@ namespace squeal
 
     struct Contact
     {
-      std::string formulation            = "mortar";
-      double penalty_stiffness           = 1e12;
-      std::string steady_pressure        = "computed";
-      std::string friction_law           = "constant";
-      double friction_coefficient        = 0.6;
-      double friction_coefficient_moving = 0.3;
-      double friction_decay_speed        = 1;
-      std::string friction_expression    = "";
-      double smoothing_speed             = 0;
-      std::string initial_gap            = "0";
-      bool self_locking_check            = false;
+      Formulation formulation        = Formulation::mortar;
+      double penalty_stiffness       = 1e12;
+      SteadyPressure steady_pressure = SteadyPressure::computed;
+      FrictionLaw friction{FrictionLaw::Kind::constant, 0.6, 0.3, 1};
+      std::string initial_gap = "0";
+      bool self_locking_check = false;
 
       /// Whether the pressure is a multiplier, with or without compliance.
       bool mortar() const
       {
-        return formulation != "penalty";
+        return formulation != Formulation::penalty;
       }
       /// 1/k_C where it acts on the multiplier, m^3/N.
       double compliance() const
       {
-        return formulation == "mortar_penalty" ? 1 / penalty_stiffness : 0;
+        return formulation == Formulation::mortar_penalty ? 1 / penalty_stiffness : 0;
       }
-      FrictionLaw law() const;
 
       void declare(dealii::ParameterHandler &prm);
-      void check(Stage stage, double angular_velocity) const;
+      void check(Stage stage, double angular_velocity);
     };
 
     /// The two-dimensional scene: an elastic layer, periodic in x, under a block. Materials,
@@ -140,7 +126,7 @@ namespace squeal
     struct MeshPart
     {
       std::string volumes = "";
-      std::string body    = "pads";
+      PartOf body         = PartOf::pads;
       MaterialSection material{Material{2.1e11, 0.3, 7850, 0, 1e-7}};
 
       void declare(dealii::ParameterHandler &prm);
@@ -149,8 +135,10 @@ namespace squeal
     /// The scene of a mesh file: what its groups are.
     struct Mesh
     {
-      std::string file = "", axis = "z", origin_text = "0, 0, 0", curved = "rotor";
-      double scale      = 1;
+      std::string file = "", origin_text = "0, 0, 0";
+      Axis axis           = Axis::z;
+      CurvedBodies curved = CurvedBodies::rotor;
+      double scale        = 1;
       std::string rotor = "rotor", pads = "", contact_pairs = "", pressure_on = "";
       std::string clamped = "", guided = "";
       std::array<std::string, 3> fixed = {{"", "", ""}};
@@ -182,7 +170,7 @@ namespace squeal
 
     struct Refinement
     {
-      std::string strategy          = "none";
+      Strategy strategy             = Strategy::none;
       unsigned int cycles           = 1;
       double tolerance              = 1e-3;
       unsigned int maximum_unknowns = 500000;
@@ -193,7 +181,7 @@ namespace squeal
       /// The number of meshes a run may use.
       unsigned int n_cycles() const
       {
-        return strategy == "none" ? 1 : cycles;
+        return strategy == Strategy::none ? 1 : cycles;
       }
       /// The eigenvalues of the file @p reference; none if there is no file. Throws InputError.
       std::vector<std::complex<double>> reference_eigenvalues() const;
@@ -203,8 +191,8 @@ namespace squeal
 
     struct StaticEquilibrium
     {
-      std::string linear_solver       = "auto";
-      std::string multigrid           = "gamg";
+      LinearSolver linear_solver      = LinearSolver::automatic;
+      Multigrid multigrid             = Multigrid::gamg;
       unsigned int maximum_iterations = 300;
 
       void declare(dealii::ParameterHandler &prm);
@@ -214,7 +202,7 @@ namespace squeal
     {
       double minimum_frequency = 0;
       double maximum_frequency = 6000;
-      std::string solver       = "block_krylov";
+      ModeSolver solver        = ModeSolver::block_krylov;
       double tolerance         = 1e-9;
       double shift             = 0;
       bool error_bars          = true;
@@ -223,12 +211,12 @@ namespace squeal
       /// Whether modes are wanted, or the static equilibrium only.
       bool is_solved() const
       {
-        return solver != "none";
+        return solver != ModeSolver::none;
       }
       /// Whether they are found without factors and without the bodies' matrices.
       bool is_matrix_free() const
       {
-        return solver == "block_davidson";
+        return solver == ModeSolver::block_davidson;
       }
       void declare(dealii::ParameterHandler &prm);
       void check() const;
@@ -251,20 +239,22 @@ namespace squeal
 
     struct Sweep
     {
-      std::string parameter        = "none";
+      static constexpr const char *nothing = "none"; ///< in place of the path of a key
+
+      std::string parameter        = nothing;
       std::string values           = "";
-      std::string second_parameter = "none";
+      std::string second_parameter = nothing;
       std::string second_values    = "";
       bool critical_values         = false;
 
       bool active() const
       {
-        return parameter != "none";
+        return parameter != nothing;
       }
       /// Whether two parameters span a stability map.
       bool is_map() const
       {
-        return second_parameter != "none";
+        return second_parameter != nothing;
       }
       /// Whether the mesh stays as it is when a parameter changes.
       static bool keeps_mesh(const std::string &parameter);
@@ -288,7 +278,7 @@ namespace squeal
     struct Output
     {
       std::string directory         = "";
-      std::string fields            = "unstable";
+      FieldOutput fields            = FieldOutput::unstable;
       unsigned int animation_frames = 16;
       bool sensitivities            = false;
       void declare(dealii::ParameterHandler &prm);
@@ -304,14 +294,11 @@ namespace squeal
       std::string volumes;
     };
 
-    /// The names of the stages in their order.
-    extern const std::vector<std::string> stage_names;
-
     /// Everything a run needs to know.
     struct All
     {
-      std::string scene      = "brake";
-      std::string stage_name = "full";
+      Scene scene = Scene::brake;
+      Stage stage = Stage::full;
       Rotor rotor;
       Pads pads;
       Strip strip;
@@ -327,10 +314,9 @@ namespace squeal
       Matrices matrices;
       Output output;
 
-      Stage stage() const;
       StageTerms terms() const
       {
-        return terms_of(stage());
+        return terms_of(stage);
       }
       /// The materials of the scene: the rotor's, the pads', those of the parts of a mesh file.
       std::vector<BodyMaterial> materials() const;
@@ -339,9 +325,9 @@ namespace squeal
       /// The number of contact pairs.
       int n_pads() const
       {
-        return scene == "mesh"    ? int(mesh.pairs().size())
-               : scene == "strip" ? int(pads.arrangement != "none")
-                                  : pads.n_pads();
+        return scene == Scene::mesh    ? int(mesh.pairs().size())
+               : scene == Scene::strip ? int(pads.upper())
+                                       : pads.n_pads();
       }
 
       /// Makes every member an entry of @p prm; parsing @p prm then fills the members.

@@ -3,6 +3,7 @@
 #include <squeal/bodies/material_operator.h>
 #include <squeal/contact/contact.h>
 #include <squeal/linalg/gmres.h>
+#include <squeal/parameters/choices.h>
 
 #include <memory>
 #include <string>
@@ -16,8 +17,8 @@ namespace squeal
   /// How the static equilibrium is solved for iteratively.
   struct IterativeOptions
   {
-    std::string multigrid   = "gamg"; ///< gamg, ml or boomeramg
-    unsigned int iterations = 300;    ///< of GMRES, for one linear problem
+    Multigrid multigrid     = Multigrid::gamg;
+    unsigned int iterations = 300; ///< of GMRES, for one linear problem
   };
 
   /// Linear problems of the static equilibrium without factors and without the bodies' matrices,

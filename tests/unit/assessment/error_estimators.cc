@@ -43,7 +43,7 @@ namespace
         model.distribute();
       }
       model.assemble(prm);
-      modes = make_eigensolver("krylov")->solve(model.problem(), options_for(prm)).modes;
+      modes = make_eigensolver(ModeSolver::krylov)->solve(model.problem(), options_for(prm)).modes;
       if (estimated)
         errors = estimate_errors(model, modes);
     }
@@ -84,13 +84,13 @@ namespace
   Parameters::All strip()
   {
     Parameters::All prm;
-    prm.scene                          = "strip";
+    prm.scene                          = Scene::strip;
     prm.operation.angular_velocity     = 2;
-    prm.contact.friction_coefficient   = 0.3;
+    prm.contact.friction.coefficient   = 0.3;
     prm.contact.penalty_stiffness      = 1e12;
     prm.discretization.rotor_cells     = {{1, 16, 2}};
     prm.discretization.pad_cells       = {{1, 5, 2}};
-    prm.contact.steady_pressure        = "uniform";
+    prm.contact.steady_pressure        = SteadyPressure::uniform;
     prm.eigenproblem.maximum_frequency = 40000;
     return prm;
   }
@@ -106,8 +106,8 @@ TEST_CASE("error estimators: the correction is what one degree more changes, str
         CAPTURE(degree);
         CAPTURE(stage);
         Parameters::All prm     = strip();
-        prm.stage_name          = stage;
-        prm.contact.formulation = formulation;
+        prm.stage               = value_named<Stage>(stage);
+        prm.contact.formulation = value_named<Formulation>(formulation);
         CHECK(worst_correction(make_strip(prm), prm, degree) <= (degree == 1 ? 0.4 : 0.2));
       }
 }
@@ -140,12 +140,12 @@ TEST_CASE("error estimators: the correction is what one degree more changes, bra
   Parameters::All prm;
   prm.discretization.rotor_cells     = {{5, 30, 1}};
   prm.discretization.pad_cells       = {{1, 3, 1}};
-  prm.pads.arrangement               = "upper";
-  prm.contact.steady_pressure        = "uniform";
+  prm.pads.arrangement               = Arrangement::upper;
+  prm.contact.steady_pressure        = SteadyPressure::uniform;
   prm.eigenproblem.maximum_frequency = 1500;
   for (const std::string formulation : {"mortar", "penalty"})
   {
-    prm.contact.formulation = formulation;
+    prm.contact.formulation = value_named<Formulation>(formulation);
     CHECK(worst_correction(make_brake(prm), prm, 2) <= 0.35);
   }
 }
@@ -154,7 +154,7 @@ TEST_CASE("error estimators: no bars where there is no error, none of a conserva
 {
   // Conservative: T is Hermitian up to the friction, so growth rates have no error at all.
   Parameters::All prm = strip();
-  prm.stage_name      = "transport";
+  prm.stage           = Stage::transport;
   const Solution<2> solution(make_strip(prm), prm, 2, {}, true);
   for (unsigned int j = 0; j < solution.modes.lambda.size(); ++j)
     CHECK(solution.errors.bounds.growth_rate[j] <= 1e-9 * std::abs(solution.modes.lambda[j]));

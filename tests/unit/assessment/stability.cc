@@ -59,8 +59,9 @@ namespace
   {
     EigensolverOptions options;
     options.max_imaginary = 0.8;
-    return analyse(problem, make_eigensolver(solver)->solve(problem, options).modes, 3,
-                   options.tolerance);
+    const EigenSolution found =
+        make_eigensolver(value_named<ModeSolver>(solver))->solve(problem, options);
+    return analyse(problem, found.modes, 3, options.tolerance);
   }
 } // namespace
 
@@ -68,16 +69,16 @@ TEST_CASE("stability: verdicts")
 {
   // |Re l| <= tolerance |l| is marginal; else the sign of Re l decides, and growth without
   // oscillation is divergence.
-  CHECK(verdict({-1, 100}, 1e-9) == "stable");
-  CHECK(verdict({-1, 0}, 1e-9) == "stable");
-  CHECK(verdict({1, 100}, 1e-9) == "flutter");
-  CHECK(verdict({1e-6, 100}, 1e-9) == "flutter");
-  CHECK(verdict({2, 0}, 1e-9) == "divergence");
-  CHECK(verdict({0, 100}, 1e-9) == "marginal");
-  CHECK(verdict({1e-8, 100}, 1e-9) == "marginal");
-  CHECK(verdict({-1e-8, 100}, 1e-9) == "marginal");
-  CHECK(verdict({-1e-8, 100}, 1e-12) == "stable");
-  CHECK(verdict({0, 0}, 1e-9) == "marginal");
+  CHECK(verdict({-1, 100}, 1e-9) == Verdict::stable);
+  CHECK(verdict({-1, 0}, 1e-9) == Verdict::stable);
+  CHECK(verdict({1, 100}, 1e-9) == Verdict::flutter);
+  CHECK(verdict({1e-6, 100}, 1e-9) == Verdict::flutter);
+  CHECK(verdict({2, 0}, 1e-9) == Verdict::divergence);
+  CHECK(verdict({0, 100}, 1e-9) == Verdict::marginal);
+  CHECK(verdict({1e-8, 100}, 1e-9) == Verdict::marginal);
+  CHECK(verdict({-1e-8, 100}, 1e-9) == Verdict::marginal);
+  CHECK(verdict({-1e-8, 100}, 1e-12) == Verdict::stable);
+  CHECK(verdict({0, 0}, 1e-9) == Verdict::marginal);
 }
 
 TEST_CASE("stability: numbers of a row")
@@ -145,8 +146,8 @@ TEST_CASE("stability: with damping, (34) decides as the eigenvalue does")
       const bool stable =
           row.d > 0 && row.k * row.d * row.d + row.n * row.d * row.g - row.n * row.n > 0;
       if (stable)
-        CHECK(row.verdict == "stable");
-      n_unstable += row.verdict == "flutter";
+        CHECK(row.verdict == Verdict::stable);
+      n_unstable += row.verdict == Verdict::flutter;
     }
   CHECK(n_unstable > 0);
 }

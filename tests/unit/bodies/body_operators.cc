@@ -18,9 +18,9 @@ namespace
   Geometry<3> free_ring(const std::array<unsigned int, 3> &cells)
   {
     Parameters::All p;
-    p.rotor.clamped              = "none";
+    p.rotor.clamped              = Clamped::none;
     p.rotor.thickness            = 0.03;
-    p.pads.arrangement           = "none";
+    p.pads.arrangement           = Arrangement::none;
     p.discretization.rotor_cells = cells;
     return make_brake(p);
   }
@@ -229,7 +229,7 @@ TEST_CASE("body_operators: matrices of one body do not touch another")
   Parameters::All p;
   p.discretization.rotor_cells = {{1, 6, 1}};
   p.discretization.pad_cells   = {{1, 2, 1}};
-  p.rotor.clamped              = "none";
+  p.rotor.clamped              = Clamped::none;
   const Geometry<3> geometry   = make_brake(p);
   FiniteElementSpace<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
   spaces.distribute();
@@ -260,7 +260,7 @@ TEST_CASE("body_operators: resultants of the pressure load")
   p.discretization.rotor_cells = {{1, 6, 1}};
   p.discretization.pad_cells   = {{1, 3, 1}};
   p.pads.pressure              = 3e5;
-  p.pads.back_face             = "free";
+  p.pads.back_face             = BackFace::free;
   for (const bool refined : {false, true})
   {
     CAPTURE(refined);

@@ -20,8 +20,8 @@ TEST_CASE("prestress: a spinning free rotor may tilt")
 {
   const double omega = 150;
   Parameters::All p;
-  p.rotor.clamped              = "none";
-  p.pads.arrangement           = "none";
+  p.rotor.clamped              = Clamped::none;
+  p.pads.arrangement           = Arrangement::none;
   p.discretization.rotor_cells = {{2, 36, 1}};
   for (const unsigned int degree : {1u, 2u, 3u})
   {
@@ -101,7 +101,7 @@ TEST_CASE("prestress: a spinning free rotor may tilt")
 TEST_CASE("prestress: the second derivative of the energy of a held stress")
 {
   Parameters::All p;
-  p.scene                      = "strip";
+  p.scene                      = Scene::strip;
   p.discretization.rotor_cells = {{1, 10, 1}};
   p.discretization.pad_cells   = {{1, 4, 2}};
   Geometry<2> geometry         = make_strip(p);

@@ -32,9 +32,9 @@ namespace
     static Parameters::All parameters(const std::string &arrangement)
     {
       Parameters::All p;
-      p.rotor.clamped              = "none";
-      p.pads.arrangement           = arrangement;
-      p.pads.back_face             = "free";
+      p.rotor.clamped              = Clamped::none;
+      p.pads.arrangement           = value_named<Arrangement>(arrangement);
+      p.pads.back_face             = BackFace::free;
       p.discretization.rotor_cells = {{2, 16, 1}};
       p.discretization.pad_cells   = {{1, 3, 1}};
       return p;

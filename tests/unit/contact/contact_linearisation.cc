@@ -19,8 +19,8 @@ namespace
   Geometry<dim> make_scene()
   {
     Parameters::All p;
-    p.rotor.clamped              = "none";
-    p.pads.back_face             = "free";
+    p.rotor.clamped              = Clamped::none;
+    p.pads.back_face             = BackFace::free;
     p.discretization.rotor_cells = {{1, 10, 1}};
     p.discretization.pad_cells   = {{1, 3, 1}};
     Geometry<dim> geometry;

@@ -19,9 +19,9 @@ namespace
     Parameters::All prm;
     prm.discretization.rotor_cells       = {{2, 12, 1}};
     prm.discretization.pad_cells         = {{2, 2, 1}};
-    prm.contact.formulation              = formulation;
-    prm.contact.friction_law             = "falling";
-    prm.contact.friction_coefficient     = 0.5;
+    prm.contact.formulation              = value_named<Formulation>(formulation);
+    prm.contact.friction.kind            = FrictionLaw::Kind::falling;
+    prm.contact.friction.coefficient     = 0.5;
     prm.contact.initial_gap              = "5e-6 * (1 + tanh((y - 0.03) / 0.005))";
     prm.eigenproblem.maximum_frequency   = 2500;
     prm.rotor.material.stiffness_damping = 1e-7;
@@ -31,9 +31,9 @@ namespace
   Parameters::All small_strip()
   {
     Parameters::All prm;
-    prm.scene                          = "strip";
+    prm.scene                          = Scene::strip;
     prm.operation.angular_velocity     = 2;
-    prm.contact.friction_law           = "falling";
+    prm.contact.friction.kind          = FrictionLaw::Kind::falling;
     prm.discretization.rotor_cells     = {{1, 12, 1}};
     prm.discretization.pad_cells       = {{1, 5, 1}};
     prm.eigenproblem.maximum_frequency = 30000;
@@ -52,8 +52,8 @@ namespace
     model.assemble(prm);
     const QuadraticEigenproblem problem = model.problem();
     EigensolverOptions options;
-    options.max_imaginary       = 2 * M_PI * prm.eigenproblem.maximum_frequency;
-    const EigenPairs modes      = make_eigensolver("krylov")->solve(problem, options).modes;
+    options.max_imaginary  = 2 * M_PI * prm.eigenproblem.maximum_frequency;
+    const EigenPairs modes = make_eigensolver(ModeSolver::krylov)->solve(problem, options).modes;
     const RayleighParts d_g_k_n = rayleigh_parts(model, modes);
     const auto rows             = analyse(d_g_k_n, modes, 0, options.tolerance);
     const auto parts            = contributions(d_g_k_n, modes, rows);

@@ -24,11 +24,11 @@ namespace
     p.discretization.pad_cells     = {{2, 3, 1}};
     p.eigenproblem.error_bars      = false;
     p.eigenproblem.mirror_symmetry = false;
-    p.eigenproblem.solver          = "block_davidson";
+    p.eigenproblem.solver          = ModeSolver::block_davidson;
     p.rotor.material.mass_damping  = 20;
     p.operation.angular_velocity   = 50;
-    p.contact.friction_coefficient = 0.8;
-    p.static_equilibrium.multigrid = "ml";
+    p.contact.friction.coefficient = 0.8;
+    p.static_equilibrium.multigrid = Multigrid::ml;
     p.eigenproblem.tolerance       = 1e-10;
     return p;
   }
@@ -177,8 +177,8 @@ TEST_CASE("block_davidson: modes without factors are those of the assembled equa
   {
     static Log log(MPI_COMM_WORLD);
     static PhaseTimer timer;
-    p.eigenproblem.solver              = solver;
-    p.static_equilibrium.linear_solver = "auto";
+    p.eigenproblem.solver              = value_named<ModeSolver>(solver);
+    p.static_equilibrium.linear_solver = LinearSolver::automatic;
     auto model = std::make_unique<BrakeModel<3>>(geometry, p, MPI_COMM_WORLD, log, timer);
     model->distribute();
     refine_where(model->spaces(), [](const Point<3> &centre, const types::material_id)
@@ -189,10 +189,11 @@ TEST_CASE("block_davidson: modes without factors are those of the assembled equa
   };
   const auto assembled                = make("krylov");
   const QuadraticEigenproblem problem = assembled->problem();
-  const EigenPairs expected = make_eigensolver("krylov")->solve(problem, options_of(p)).modes;
-  const auto matrix_free    = make("block_davidson");
-  EigenSolution solution    = find_modes_without_factors(*matrix_free, options_of(p));
-  EigenPairs &found         = solution.modes;
+  const EigenPairs expected =
+      make_eigensolver(ModeSolver::krylov)->solve(problem, options_of(p)).modes;
+  const auto matrix_free = make("block_davidson");
+  EigenSolution solution = find_modes_without_factors(*matrix_free, options_of(p));
+  EigenPairs &found      = solution.modes;
   REQUIRE(found.size() == expected.size());
   REQUIRE(found.size() >= 8);
   for (unsigned int j = 0; j < found.size(); ++j)

@@ -138,7 +138,7 @@ namespace
   {
     try
     {
-      return make_eigensolver(name)->solve(problem, options);
+      return make_eigensolver(value_named<ModeSolver>(name))->solve(problem, options);
     }
     catch (const SolverError &error)
     {
@@ -558,7 +558,7 @@ TEST_CASE("eigensolvers: projected modes are those of the problem itself")
   auto problem             = constrained_chain(0.1);
   problem.may_move_rigidly = false;
   reduced.set_expansion_point(problem, terms_of(0.1),
-                              make_eigensolver("block_krylov")->solve(problem, options).reuse);
+                              make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
   REQUIRE(reduced.has_expansion_point());
   for (const double mu : {0.1001, 0.1002, 0.1003})
   {
@@ -597,10 +597,10 @@ TEST_CASE("eigensolvers: the backward error")
 
 TEST_CASE("eigensolvers: errors")
 {
-  CHECK(contains(message_of<InputError>([]() { make_eigensolver("magic"); }), "krylov"));
+  CHECK(contains(message_of<InputError>([]() { value_named<ModeSolver>("magic"); }), "krylov"));
   // LAPACK on 3001 unknowns is refused at once.
   const auto problem = problem_of(3001, diagonal(3001, 1), {}, chain(3001, true));
-  CHECK(contains(
-      message_of<SolverError>([&]() { make_eigensolver("dense")->solve(problem, window(0.1)); }),
-      "3001"));
+  CHECK(contains(message_of<SolverError>(
+                     [&]() { make_eigensolver(ModeSolver::dense)->solve(problem, window(0.1)); }),
+                 "3001"));
 }

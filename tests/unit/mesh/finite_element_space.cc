@@ -25,7 +25,7 @@ TEST_CASE("spaces: numbers of displacements and multipliers")
         prm.discretization.rotor_cells  = {{2, 5, 1}};
         prm.discretization.pad_cells    = {{1, 3, 2}};
         prm.discretization.clamp_layers = 0;
-        prm.pads.back_face              = back_face;
+        prm.pads.back_face              = value_named<BackFace>(back_face);
         const Geometry<3> geometry      = make_brake(prm);
         FiniteElementSpace<3> spaces(geometry, p, with_multipliers, MPI_COMM_WORLD);
         spaces.distribute();
@@ -45,7 +45,7 @@ TEST_CASE("spaces: every equation belongs to one component of one node, ranks ow
   Parameters::All prm;
   prm.discretization.rotor_cells = {{1, 6, 1}};
   prm.discretization.pad_cells   = {{2, 2, 1}};
-  prm.pads.arrangement           = "upper";
+  prm.pads.arrangement           = Arrangement::upper;
   const Geometry<3> geometry     = make_brake(prm);
   FiniteElementSpace<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
   spaces.distribute();
@@ -145,7 +145,7 @@ TEST_CASE("spaces: distribute forgets the mesh before")
   prm.discretization.rotor_cells  = {{1, 6, 1}};
   prm.discretization.pad_cells    = {{1, 2, 1}};
   prm.discretization.clamp_layers = 0;
-  prm.pads.arrangement            = "upper";
+  prm.pads.arrangement            = Arrangement::upper;
   const Geometry<3> geometry      = make_brake(prm);
   FiniteElementSpace<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
   spaces.distribute();
@@ -199,7 +199,7 @@ TEST_CASE("spaces: curved faces with hanging nodes fit together")
 {
   Parameters::All prm;
   prm.discretization.rotor_cells = {{2, 8, 1}};
-  prm.pads.arrangement           = "none";
+  prm.pads.arrangement           = Arrangement::none;
   const Geometry<3> geometry     = make_brake(prm);
   for (const unsigned int p : {1u, 2u, 3u})
   {
@@ -239,7 +239,7 @@ TEST_CASE("spaces: hanging nodes must not turn a thin cell inside out")
   // radius 0.12, nodes hang on chords, at radius 0.12 cos 30 = 0.1039, which is less than the 0.105
   // in the middle of the inner ring.
   Parameters::All prm;
-  prm.pads.arrangement           = "none";
+  prm.pads.arrangement           = Arrangement::none;
   prm.rotor.inner_radius         = 0.09;
   prm.rotor.outer_radius         = 0.15;
   prm.discretization.rotor_cells = {{2, 6, 1}};
@@ -259,8 +259,8 @@ TEST_CASE("spaces: chains of hanging nodes end at free nodes on every rank")
   // A free ring, where every node that does not hang has an equation, refined at scattered places.
   Parameters::All prm;
   prm.discretization.rotor_cells = {{2, 6, 2}};
-  prm.rotor.clamped              = "none";
-  prm.pads.arrangement           = "none";
+  prm.rotor.clamped              = Clamped::none;
+  prm.pads.arrangement           = Arrangement::none;
   const Geometry<3> geometry     = make_brake(prm);
   for (const unsigned int seed : {1u, 2u, 3u})
   {

@@ -126,11 +126,11 @@ TEST_CASE("geometry: other arrangements and a graded mesh")
   p.discretization.pad_cells       = {{1, 8, 1}};
   p.discretization.clamp_layers    = 2;
   p.discretization.pad_edge_layers = 1;
-  p.pads.arrangement               = "upper";
-  p.rotor.clamped                  = "outer";
+  p.pads.arrangement               = Arrangement::upper;
+  p.rotor.clamped                  = Clamped::outer;
   check_brake(p, 0, 1e-7);
-  p.pads.arrangement = "none";
-  p.rotor.clamped    = "none";
+  p.pads.arrangement = Arrangement::none;
+  p.rotor.clamped    = Clamped::none;
   check_brake(p, 0, 1e-7);
 }
 
@@ -195,8 +195,8 @@ TEST_CASE("geometry: supports")
   const auto supports = [](const std::string &back_face, const std::string &clamped)
   {
     Parameters::All p;
-    p.pads.back_face = back_face;
-    p.rotor.clamped  = clamped;
+    p.pads.back_face = value_named<BackFace>(back_face);
+    p.rotor.clamped  = value_named<Clamped>(clamped);
     return make_brake(p);
   };
   const Geometry<3> guided = supports("guided", "inner");
@@ -266,8 +266,8 @@ TEST_CASE("geometry: layers at the clamp add two cells each and edge, nothing el
         CAPTURE(n_z);
         CAPTURE(layers);
         Parameters::All p;
-        p.pads.arrangement            = "none";
-        p.rotor.clamped               = outer ? "outer" : "inner";
+        p.pads.arrangement            = Arrangement::none;
+        p.rotor.clamped               = outer ? Clamped::outer : Clamped::inner;
         p.discretization.rotor_cells  = {{2, 6, n_z}};
         p.discretization.clamp_layers = layers;
         const Geometry<3> geometry    = make_brake(p);

@@ -74,23 +74,23 @@ namespace
 TEST_CASE("parameter_file: the defaults are those that interface.md promises")
 {
   const Parameters::All p = ParameterFile().parameters();
-  CHECK(p.scene == "brake");
-  CHECK(p.stage_name == "full");
+  CHECK(p.scene == Scene::brake);
+  CHECK(p.stage == Stage::full);
   CHECK(p.rotor.inner_radius == 0.05);
   CHECK(p.rotor.outer_radius == 0.15);
   CHECK(p.rotor.thickness == 0.012);
-  CHECK(p.rotor.clamped == "inner");
+  CHECK(p.rotor.clamped == Clamped::inner);
   CHECK(p.rotor.material.young_modulus == 1.25e11);
   CHECK(p.rotor.material.poisson_ratio == 0.25);
   CHECK(p.rotor.material.density == 7200);
   CHECK(p.rotor.material.mass_damping == 0);
   CHECK(p.rotor.material.stiffness_damping == 1e-7);
-  CHECK(p.pads.arrangement == "both");
+  CHECK(p.pads.arrangement == Arrangement::both);
   CHECK(p.pads.inner_radius == 0.09);
   CHECK(p.pads.outer_radius == 0.14);
   CHECK(p.pads.sector_angle == 50);
   CHECK(p.pads.thickness == 0.012);
-  CHECK(p.pads.back_face == "guided");
+  CHECK(p.pads.back_face == BackFace::guided);
   CHECK(p.pads.pressure == 1e6);
   CHECK(p.pads.material.young_modulus == 1e10);
   CHECK(p.pads.material.poisson_ratio == 0.3);
@@ -98,20 +98,20 @@ TEST_CASE("parameter_file: the defaults are those that interface.md promises")
   CHECK(p.pads.material.mass_damping == 0);
   CHECK(p.pads.material.stiffness_damping == 2e-6);
   CHECK(p.operation.angular_velocity == 20);
-  CHECK(p.contact.formulation == "mortar");
+  CHECK(p.contact.formulation == Formulation::mortar);
   CHECK(p.contact.penalty_stiffness == 1e12);
-  CHECK(p.contact.steady_pressure == "computed");
-  CHECK(p.contact.friction_law == "constant");
-  CHECK(p.contact.friction_coefficient == 0.6);
+  CHECK(p.contact.steady_pressure == SteadyPressure::computed);
+  CHECK(p.contact.friction.kind == FrictionLaw::Kind::constant);
+  CHECK(p.contact.friction.coefficient == 0.6);
   CHECK(p.discretization.degree == 2);
   CHECK(p.discretization.rotor_cells == std::array<unsigned int, 3>{{5, 36, 1}});
   CHECK(p.discretization.pad_cells == std::array<unsigned int, 3>{{3, 6, 1}});
-  CHECK(p.refinement.strategy == "none");
+  CHECK(p.refinement.strategy == Strategy::none);
   CHECK(p.refinement.cycles == 1);
   CHECK(p.refinement.tolerance == 1e-3);
   CHECK(p.refinement.maximum_unknowns == 500000);
   CHECK(p.eigenproblem.maximum_frequency == 6000);
-  CHECK(p.eigenproblem.solver == "block_krylov");
+  CHECK(p.eigenproblem.solver == ModeSolver::block_krylov);
   CHECK(p.eigenproblem.tolerance == 1e-9);
   CHECK(p.sweep.parameter == "none");
   CHECK(p.sweep.values == "");
@@ -142,13 +142,13 @@ TEST_CASE("parameter_file: values of a file, comments, nested sections")
            "end\n"
            "subsection Contact\n  subsection Friction\n    set Law = falling\n  end\nend\n");
   const Parameters::All &p = file->parameters();
-  CHECK(p.stage() == Stage::transport);
+  CHECK(p.stage == Stage::transport);
   CHECK(p.rotor.material.young_modulus == 2e11);
   CHECK(p.rotor.material.poisson_ratio == 0.25); // a neighbour keeps its default
   CHECK(p.pads.material.young_modulus == 1e10);  // and so does the key of that name elsewhere
   CHECK(p.rotor.thickness == 0.02);
   CHECK(p.discretization.rotor_cells == std::array<unsigned int, 3>{{2, 12, 3}});
-  CHECK(p.contact.law().kind == FrictionLaw::Kind::falling);
+  CHECK(p.contact.friction.kind == FrictionLaw::Kind::falling);
 }
 
 TEST_CASE("parameter_file: overrides come last and reach every section")
@@ -157,8 +157,8 @@ TEST_CASE("parameter_file: overrides come last and reach every section")
                                   {"Stage=friction", " Contact/Friction/Coefficient = 0.25",
                                    "Pads/Material/Density=1000", "Output/Directory=a=b"});
   const Parameters::All &p = file->parameters();
-  CHECK(p.stage() == Stage::friction);
-  CHECK(p.contact.friction_coefficient == 0.25);
+  CHECK(p.stage == Stage::friction);
+  CHECK(p.contact.friction.coefficient == 0.25);
   CHECK(p.pads.material.density == 1000);
   CHECK(p.pads.pressure == 3);
   CHECK(p.output.directory == "a=b"); // only the first = separates
@@ -270,7 +270,7 @@ TEST_CASE(
   file->print_used(used);
   const auto again = read(used.str());
   CHECK(again->parameters().rotor.thickness == 0.0123456789012345);
-  CHECK(again->parameters().contact.friction_coefficient == 0.1);
+  CHECK(again->parameters().contact.friction.coefficient == 0.1);
   CHECK(again->parameters().discretization.pad_cells == std::array<unsigned int, 3>{{1, 2, 3}});
   std::ostringstream used_again;
   again->print_used(used_again);

@@ -143,8 +143,9 @@ namespace
     std::vector<double> frequencies() const
     {
       EigensolverOptions options;
-      options.max_imaginary  = 2 * M_PI * 42000;
-      const EigenPairs modes = make_eigensolver("block_krylov")->solve(problem, options).modes;
+      options.max_imaginary = 2 * M_PI * 42000;
+      const EigenPairs modes =
+          make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).modes;
       std::vector<double> result;
       for (unsigned int i = 0; i < 8; ++i)
         result.push_back(modes.lambda.at(i).imag());

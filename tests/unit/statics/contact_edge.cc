@@ -19,8 +19,8 @@ namespace
     Parameters::All prm;
     prm.discretization.rotor_cells       = {{2, 12, 1}};
     prm.discretization.pad_cells         = {{2, 4, 1}};
-    prm.contact.steady_pressure          = "computed";
-    prm.contact.friction_coefficient     = 0.5;
+    prm.contact.steady_pressure          = SteadyPressure::computed;
+    prm.contact.friction.coefficient     = 0.5;
     prm.contact.initial_gap              = "5e-6 * (1 + tanh((y - 0.03) / 0.005))";
     prm.eigenproblem.maximum_frequency   = 1200; // beyond, opening changes a pair past first order
     prm.rotor.material.stiffness_damping = 1e-7;
@@ -31,7 +31,7 @@ namespace
   {
     EigensolverOptions options;
     options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
-    return make_eigensolver("krylov")->solve(problem, options).modes;
+    return make_eigensolver(ModeSolver::krylov)->solve(problem, options).modes;
   }
 } // namespace
 

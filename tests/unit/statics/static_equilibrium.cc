@@ -17,8 +17,8 @@ TEST_CASE("static_equilibrium: a pad on a rigid rotor, meshes that do not match"
       CAPTURE(mortar);
       CAPTURE(degree);
       Parameters::All prm;
-      prm.rotor.clamped              = "none";
-      prm.pads.arrangement           = "upper";
+      prm.rotor.clamped              = Clamped::none;
+      prm.pads.arrangement           = Arrangement::upper;
       prm.pads.pressure              = p;
       prm.discretization.rotor_cells = {{2, 16, 1}};
       prm.discretization.pad_cells   = {{3, 5, 2}};

@@ -19,7 +19,7 @@ namespace
   Parameters::All brake(const std::string &arrangement, const std::string &profile)
   {
     Parameters::All prm;
-    prm.pads.arrangement           = arrangement;
+    prm.pads.arrangement           = value_named<Arrangement>(arrangement);
     prm.pads.pressure              = p;
     prm.pads.profile               = profile;
     prm.discretization.rotor_cells = {{2, 20, 1}};
@@ -342,7 +342,7 @@ TEST_CASE("unilateral_contact: a pad that nothing presses onto the rotor is name
 {
   // The lower pad: held at its back, no pressure, a gap.
   Parameters::All prm  = brake("both", "1");
-  prm.pads.back_face   = "fixed";
+  prm.pads.back_face   = BackFace::fixed;
   Geometry<3> geometry = make_brake(prm);
   geometry.loads = {{geometry.boundaries.at("upper_pad.back"), [](const Point<3> &) { return p; }}};
   geometry.supports.pop_back();

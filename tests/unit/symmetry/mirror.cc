@@ -20,7 +20,7 @@ namespace
     Parameters::All prm;
     prm.discretization.rotor_cells = {{2, 9, 1}};
     prm.discretization.pad_cells   = {{1, 2, 1}};
-    prm.pads.arrangement           = arrangement;
+    prm.pads.arrangement           = value_named<Arrangement>(arrangement);
     return prm;
   }
 
@@ -228,7 +228,7 @@ namespace
   void check_modes(const Parameters::All &prm, const double frequency)
   {
     const Brake brake(prm);
-    const auto solver            = make_eigensolver("block_krylov");
+    const auto solver            = make_eigensolver(ModeSolver::block_krylov);
     const auto options           = window(frequency);
     const EigenSolution of_whole = solve_by_symmetry(*solver, brake.equations, options, {}),
                         of_halves =
@@ -280,9 +280,9 @@ TEST_CASE("mirror: both spectra are the whole one, mortar")
 TEST_CASE("mirror: both spectra are the whole one, penalty and free bodies")
 {
   Parameters::All prm         = small_brake();
-  prm.contact.formulation     = "penalty";
-  prm.contact.steady_pressure = "uniform";
-  prm.pads.back_face          = "free";
+  prm.contact.formulation     = Formulation::penalty;
+  prm.contact.steady_pressure = SteadyPressure::uniform;
+  prm.pads.back_face          = BackFace::free;
   check_modes(prm, 6000);
 }
 
@@ -290,15 +290,15 @@ TEST_CASE("mirror: double eigenvalues of a conservative problem stay imaginary")
 {
   // A disc's waves with nodal diameters come in pairs; its halves are symmetric matrices too.
   Parameters::All prm = small_brake("none");
-  prm.stage_name      = "elastic";
+  prm.stage           = Stage::elastic;
   const Brake brake(prm);
   REQUIRE(brake.symmetry);
   REQUIRE_FALSE(brake.problem.has_reference());
   const QuadraticEigenproblem half = ParitySpace(*brake.symmetry, false).restrict(brake.equations);
   CHECK(asymmetry(half.rows, half.M) == 0);
   CHECK(asymmetry(half.rows, half.Q) == 0);
-  const EigenPairs modes = solve_by_symmetry(*make_eigensolver("block_krylov"), brake.equations,
-                                             window(6000), brake.symmetry)
+  const EigenPairs modes = solve_by_symmetry(*make_eigensolver(ModeSolver::block_krylov),
+                                             brake.equations, window(6000), brake.symmetry)
                                .modes;
   CHECK(modes.parity.size() > 8);
   for (const Complex &l : modes.lambda)
@@ -311,7 +311,7 @@ TEST_CASE(
   const Brake brake(small_brake());
   EigensolverOptions options = window(3000);
   options.keep_factors       = true;
-  const auto solver          = make_eigensolver("block_krylov");
+  const auto solver          = make_eigensolver(ModeSolver::block_krylov);
   const EigenSolution found  = solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
   CHECK_FALSE(found.reuse.factorization);
   REQUIRE(found.reuse.sectors.size() == 2);
@@ -428,7 +428,7 @@ TEST_CASE("mirror: the static equilibrium by halves is that of the whole")
   Parameters::All prm              = small_brake();
   prm.discretization.rotor_cells   = {{2, 12, 1}};
   prm.discretization.pad_cells     = {{2, 4, 1}};
-  prm.contact.friction_coefficient = 0.7;
+  prm.contact.friction.coefficient = 0.7;
   const Brake halves(prm);
   prm.eigenproblem.mirror_symmetry = false;
   const Brake whole(prm);

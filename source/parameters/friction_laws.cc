@@ -1,0 +1,48 @@
+#include <squeal/parameters/declare.h>
+#include <squeal/parameters/expressions.h>
+#include <squeal/parameters/friction_laws.h>
+
+namespace squeal
+{
+  using namespace Parameters;
+
+  void FrictionLaw::declare(ParameterHandler &prm)
+  {
+    const Subsection section(prm, "Friction");
+    add_choice(prm, "Law", kind,
+               "mu(v). constant: Coefficient. falling: mu_k + (mu_s - mu_k) exp(-v/v_d) with "
+               "mu_s = Coefficient, mu_k = Coefficient at speed, v_d = Decay speed. smoothed: "
+               "constant with Smoothing speed. expression: Expression.");
+    prm.add_parameter("Coefficient", coefficient, "Friction coefficient mu (falling: at rest), -.",
+                      not_negative());
+    prm.add_parameter("Coefficient at speed", coefficient_moving,
+                      "Friction coefficient at high sliding speed, -. Used by the law falling.",
+                      not_negative());
+    prm.add_parameter(
+        "Decay speed", decay_speed,
+        "Sliding speed over which the coefficient falls, m/s. Used by the law falling.",
+        positive());
+    prm.add_parameter(
+        "Expression", text,
+        "mu as an expression of the sliding speed v, m/s, and the contact pressure p, Pa. "
+        "Used by the law expression; for example 0.4*(p/1e6)^(-0.1).");
+    prm.add_parameter(
+        "Smoothing speed", smoothing_speed,
+        "v_s, m/s: the traction is mu p v/sqrt(v^2 + v_s^2), which has a value at rest. 0: not "
+        "smoothed. The law smoothed needs it, the others may have it.",
+        not_negative());
+  }
+
+  void FrictionLaw::check()
+  {
+    if (kind == Kind::smoothed && smoothing_speed == 0)
+      fail("Contact/Friction/Smoothing speed", smoothing_speed,
+           "the law smoothed needs a positive speed, m/s.");
+    if (kind != Kind::expression)
+      return;
+    const std::string key = "Contact/Friction/Expression";
+    if (text.empty())
+      throw InputError(key + ": the law expression needs mu as a function of v and p.");
+    expression = friction_expression(text, key);
+  }
+} // namespace squeal
