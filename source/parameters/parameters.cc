@@ -1,4 +1,4 @@
-#include <squeal/base/errors.h>
+#include <squeal/parameters/declare.h>
 #include <squeal/parameters/expressions.h>
 #include <squeal/parameters/parameters.h>
 

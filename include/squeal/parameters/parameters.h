@@ -90,7 +90,7 @@ namespace squeal
       Formulation formulation        = Formulation::mortar;
       double penalty_stiffness       = 1e12;
       SteadyPressure steady_pressure = SteadyPressure::computed;
-      FrictionLaw friction{FrictionLaw::Kind::constant, 0.6, 0.3, 1};
+      FrictionLaw friction{FrictionLaw::Kind::constant, 0.6, 0.3, 1, 0, "", {}};
       std::string initial_gap = "0";
       bool self_locking_check = false;
 
