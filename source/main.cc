@@ -1,6 +1,7 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/signals.h>
 #include <squeal/run/driver.h>
+#include <squeal/run/report.h>
 
 #include <deal.II/base/mpi.h>
 
@@ -124,7 +125,7 @@ namespace
       if (command.check)
         out << command.filename << ": valid\n" << squeal::describe(file.parameters(), directory);
       else
-        squeal::make_analysis(file, directory, comm)->run();
+        squeal::run(file, directory, comm);
     }
     out << std::flush;
   }

@@ -3,7 +3,6 @@
 #include <deal.II/base/convergence_table.h>
 
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 
 namespace squeal
@@ -57,13 +56,6 @@ namespace squeal
         for (const std::complex<double> &lambda : reference)
           costs[j].push_back(std::norm(rows[j].corrected.value_or(rows[j].lambda) - lambda));
       return assign(costs, reference.size());
-    }
-
-    std::string formatted(const char *format, const double value)
-    {
-      char text[64];
-      std::snprintf(text, sizeof(text), format, value);
-      return text;
     }
   } // namespace
 
@@ -143,42 +135,40 @@ namespace squeal
     return rows;
   }
 
-  const char *convergence_header =
-      "mode,cycle,dofs,frequency_hz,growth_rate_1_per_s,frequency_error_hz,"
-      "growth_rate_error_1_per_s,corrected_frequency_hz,corrected_growth_rate_1_per_s,change,rate,"
-      "extrapolated_frequency_hz,extrapolated_growth_rate_1_per_s,reference_frequency_hz,"
-      "reference_growth_rate_1_per_s,true_frequency_error_hz,true_growth_rate_error_1_per_s,"
-      "frequency_effectivity,growth_rate_effectivity";
-
-  std::vector<std::string> convergence_fields(const ConvergenceRow &row)
+  Fields convergence_fields(const ConvergenceRow &row)
   {
-    const ModeRow &mode             = row.mode;
-    std::vector<std::string> fields = {std::to_string(row.number),
-                                       std::to_string(mode.cycle),
-                                       std::to_string(row.dofs),
-                                       number(mode.frequency()),
-                                       number(mode.growth_rate()),
-                                       number(mode.frequency_error),
-                                       number(mode.growth_rate_error),
-                                       mode.corrected ? number(frequency(*mode.corrected)) : "",
-                                       mode.corrected ? number(mode.corrected->real()) : "",
-                                       number(row.change),
-                                       number(row.rate),
-                                       number(row.extrapolated_frequency),
-                                       number(row.extrapolated_growth_rate)};
-    if (!row.reference)
+    const ModeRow &mode = row.mode;
+    std::optional<double> f, g, f_error, g_error;
+    if (row.reference)
     {
-      fields.resize(fields.size() + 6);
-      return fields;
+      f       = frequency(*row.reference);
+      g       = row.reference->real();
+      f_error = std::abs(mode.frequency() - *f);
+      g_error = std::abs(mode.growth_rate() - *g);
     }
-    const double f = frequency(*row.reference), f_error = std::abs(mode.frequency() - f),
-                 g = row.reference->real(), g_error = std::abs(mode.growth_rate() - g);
-    for (const double value : {f, g, f_error, g_error})
-      fields.push_back(number(value));
-    // Bar / true error; number() leaves out x/0.
-    fields.push_back(mode.frequency_error ? number(*mode.frequency_error / f_error) : "");
-    fields.push_back(mode.growth_rate_error ? number(*mode.growth_rate_error / g_error) : "");
-    return fields;
+    // Bar / true error; x/0 is left out.
+    const auto effectivity =
+        [](const std::optional<double> &bar, const std::optional<double> &error)
+    { return bar && error ? std::optional<double>(*bar / *error) : std::nullopt; };
+    return {{"mode", row.number},
+            {"cycle", mode.cycle},
+            {"dofs", row.dofs},
+            {"frequency_hz", mode.frequency()},
+            {"growth_rate_1_per_s", mode.growth_rate()},
+            {"frequency_error_hz", mode.frequency_error},
+            {"growth_rate_error_1_per_s", mode.growth_rate_error},
+            {"corrected_frequency_hz", mode.corrected_frequency()},
+            {"corrected_growth_rate_1_per_s", mode.corrected_growth_rate()},
+            {"change", row.change},
+            {"rate", row.rate},
+            {"extrapolated_frequency_hz", row.extrapolated_frequency},
+            {"extrapolated_growth_rate_1_per_s", row.extrapolated_growth_rate},
+            {"reference_frequency_hz", f},
+            {"reference_growth_rate_1_per_s", g},
+            {"true_frequency_error_hz", f_error},
+            {"true_growth_rate_error_1_per_s", g_error},
+            {"frequency_effectivity", effectivity(mode.frequency_error, f_error)},
+            {"growth_rate_effectivity", effectivity(mode.growth_rate_error, g_error)}};
   }
 
   std::string convergence_table(const std::vector<ConvergenceRow> &rows)

@@ -175,6 +175,32 @@ namespace squeal
     return result;
   }
 
+  ModeTable assess_stability(const Model &model, const EigenPairs &modes, const unsigned int cycle,
+                             const double tolerance, const ErrorBounds &bars)
+  {
+    const RayleighParts parts = rayleigh_parts(model, modes);
+    ModeTable table;
+    table.rows = analyse(parts, modes, cycle, tolerance);
+    for (unsigned int j = 0; j < bars.growth_rate.size(); ++j)
+    {
+      ModeRow &row          = table.rows[j];
+      row.corrected         = row.lambda + bars.correction[j];
+      row.growth_rate_error = bars.growth_rate[j];
+      row.frequency_error   = bars.imaginary[j] / (2 * M_PI);
+      row.verdict           = verdict(row.lambda, tolerance, bars.growth_rate[j]);
+    }
+    table.contributions = contributions(parts, modes, table.rows);
+    return table;
+  }
+
+  unsigned int least_stable(const std::vector<ModeRow> &rows)
+  {
+    return std::max_element(rows.begin(), rows.end(),
+                            [](const ModeRow &a, const ModeRow &b)
+                            { return a.growth_rate() < b.growth_rate(); }) -
+           rows.begin();
+  }
+
   std::vector<std::complex<double>> sensitivities(const ParameterDerivative &derivative,
                                                   const EigenPairs &modes)
   {

@@ -6,34 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
 namespace squeal
 {
-  namespace
-  {
-    std::string formatted(const char *format, const double value)
-    {
-      char text[64];
-      std::snprintf(text, sizeof(text), format, value);
-      return text;
-    }
-  } // namespace
-
-  std::string number(const double value, const int n_digits)
-  {
-    return std::isfinite(value) ? formatted(("%." + std::to_string(n_digits) + "g").c_str(), value)
-                                : "";
-  }
-
-  std::string number(const std::optional<double> &value)
-  {
-    return value ? number(*value) : "";
-  }
-
   namespace
   {
     /// Results of an earlier run, which must not be taken for those of the next.
@@ -104,6 +82,39 @@ namespace squeal
     return dealii::Utilities::MPI::broadcast(comm, resumable);
   }
 
+  namespace
+  {
+    std::string line_of(const std::vector<std::string> &texts)
+    {
+      std::string line;
+      for (const std::string &text : texts)
+        line += (&text == &texts.front() ? "" : ",") + text;
+      return line + "\n";
+    }
+  } // namespace
+
+  Table::Table(const std::string &filename, const Fields &sample, const MPI_Comm comm,
+               const bool append)
+      : filename(filename), writes(is_rank_zero(comm))
+  {
+    if (!writes || (append && std::filesystem::exists(filename)))
+      return;
+    std::vector<std::string> names;
+    for (const Field &field : sample)
+      names.push_back(field.column);
+    write_file(filename, [&](std::ostream &out) { out << line_of(names); });
+  }
+
+  void Table::add(const Fields &fields)
+  {
+    if (!writes)
+      return;
+    std::vector<std::string> texts;
+    for (const Field &field : fields)
+      texts.push_back(field.text);
+    append_to_file(filename, line_of(texts));
+  }
+
   Table::Table(const std::string &filename, const std::string &header, const MPI_Comm comm,
                const bool append)
       : filename(filename), writes(is_rank_zero(comm))
@@ -114,51 +125,68 @@ namespace squeal
 
   void Table::add(const std::vector<std::string> &fields)
   {
-    if (!writes)
-      return;
-    std::string line;
-    for (const std::string &field : fields)
-      line += (line.empty() && &field == &fields.front() ? "" : ",") + field;
-    append_to_file(filename, line + "\n");
+    if (writes)
+      append_to_file(filename, line_of(fields));
   }
 
-  const char *modes_header =
-      "cycle,mode,growth_rate_1_per_s,frequency_hz,damping_ratio,verdict,"
-      "growth_rate_error_1_per_s,frequency_error_hz,backward_error,condition_number,"
-      "d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2,rayleigh_defect,criterion_1_per_s4,"
-      "left_backward_error,corrected_growth_rate_1_per_s,corrected_frequency_hz,mirror";
-
-  const char *contributions_header =
-      "cycle,mode,origin,body,d_1_per_s,g_1_per_s,k_1_per_s2,n_1_per_s2,growth_rate_1_per_s,"
-      "energy_per_cycle_j";
-
-  const char *sensitivities_header =
-      "cycle,mode,parameter,value,d_growth_rate_1_per_s,d_frequency_hz,"
-      "relative_d_growth_rate_1_per_s,relative_d_frequency_hz";
-
-  std::vector<std::string> contributions_fields(const unsigned int cycle, const Contribution &c)
+  Fields operator+(Fields fields, const Fields &more)
   {
-    return {std::to_string(cycle),
-            std::to_string(c.mode),
-            c.origin,
-            c.body,
-            number(c.d),
-            number(c.g),
-            number(c.k),
-            number(c.n),
-            number(c.growth_rate),
-            number(c.energy)};
+    fields.insert(fields.end(), more.begin(), more.end());
+    return fields;
   }
 
-  std::vector<std::string> sensitivities_fields(const unsigned int cycle, const unsigned int mode,
-                                                const ParameterDerivative &derivative,
-                                                const std::complex<double> d_lambda)
+  Fields modes_fields(const ModeRow &row)
+  {
+    return {{"cycle", row.cycle},
+            {"mode", row.mode},
+            {"growth_rate_1_per_s", row.growth_rate()},
+            {"frequency_hz", row.frequency()},
+            {"damping_ratio", row.damping_ratio()},
+            {"verdict", name_of(row.verdict)},
+            {"growth_rate_error_1_per_s", row.growth_rate_error},
+            {"frequency_error_hz", row.frequency_error},
+            {"backward_error", row.backward_error},
+            {"condition_number", row.condition_number},
+            {"d_1_per_s", row.d},
+            {"g_1_per_s", row.g},
+            {"k_1_per_s2", row.k},
+            {"n_1_per_s2", row.n},
+            {"rayleigh_defect", row.rayleigh_defect},
+            {"criterion_1_per_s4", row.criterion},
+            {"left_backward_error", row.left_backward_error},
+            {"corrected_growth_rate_1_per_s", row.corrected_growth_rate()},
+            {"corrected_frequency_hz", row.corrected_frequency()},
+            {"mirror", name_of(row.parity)}};
+  }
+
+  Fields contributions_fields(const unsigned int cycle, const Contribution &c)
+  {
+    return {{"cycle", cycle},
+            {"mode", c.mode},
+            {"origin", c.origin},
+            {"body", c.body},
+            {"d_1_per_s", c.d},
+            {"g_1_per_s", c.g},
+            {"k_1_per_s2", c.k},
+            {"n_1_per_s2", c.n},
+            {"growth_rate_1_per_s", c.growth_rate},
+            {"energy_per_cycle_j", c.energy}};
+  }
+
+  Fields sensitivities_fields(const unsigned int cycle, const unsigned int mode,
+                              const ParameterDerivative &derivative,
+                              const std::complex<double> d_lambda)
   {
     const double growth = d_lambda.real(), frequency = d_lambda.imag() / (2 * M_PI),
                  value = derivative.value;
-    return {std::to_string(cycle),  std::to_string(mode),     derivative.parameter,
-            number(value),          number(growth),           number(frequency),
-            number(value * growth), number(value * frequency)};
+    return {{"cycle", cycle},
+            {"mode", mode},
+            {"parameter", derivative.parameter},
+            {"value", value},
+            {"d_growth_rate_1_per_s", growth},
+            {"d_frequency_hz", frequency},
+            {"relative_d_growth_rate_1_per_s", value * growth},
+            {"relative_d_frequency_hz", value * frequency}};
   }
 
   std::string contributions_table(const std::vector<Contribution> &contributions,
@@ -196,58 +224,24 @@ namespace squeal
                            const std::vector<std::vector<ModeRow>> &rows)
   {
     std::string text = "  mode   frequency, Hz";
-    char field[80];
     for (const std::string &stage : stages)
-    {
-      std::snprintf(field, sizeof(field), "   %20s", stage.c_str());
-      text += field;
-    }
+      text += formatted("   %20s", stage.c_str());
     text += "\n";
     std::vector<std::vector<int>> partners;
     for (const auto &stage : rows)
       partners.push_back(match_modes(rows.back(), stage));
     for (unsigned int j = 0; j < rows.back().size(); ++j)
     {
-      std::snprintf(field, sizeof(field), "  %4u   %13.3f", rows.back()[j].mode,
-                    rows.back()[j].frequency());
-      text += field;
+      text += formatted("  %4u   %13.3f", rows.back()[j].mode, rows.back()[j].frequency());
       for (unsigned int s = 0; s < rows.size(); ++s)
-      {
-        const int partner = partners[s][j];
-        if (partner < 0)
-          std::snprintf(field, sizeof(field), "   %20s", "-");
+        if (const int partner = partners[s][j]; partner < 0)
+          text += formatted("   %20s", "-");
         else
-          std::snprintf(field, sizeof(field), "   %10.3f %9s", rows[s][partner].growth_rate(),
-                        name_of(rows[s][partner].verdict).c_str());
-        text += field;
-      }
+          text += formatted("   %10.3f %9s", rows[s][partner].growth_rate(),
+                            name_of(rows[s][partner].verdict).c_str());
       text += "\n";
     }
     return text;
-  }
-
-  std::vector<std::string> modes_fields(const ModeRow &row)
-  {
-    return {std::to_string(row.cycle),
-            std::to_string(row.mode),
-            number(row.growth_rate()),
-            number(row.frequency()),
-            number(row.damping_ratio()),
-            name_of(row.verdict),
-            number(row.growth_rate_error),
-            number(row.frequency_error),
-            number(row.backward_error),
-            number(row.condition_number),
-            number(row.d),
-            number(row.g),
-            number(row.k),
-            number(row.n),
-            number(row.rayleigh_defect),
-            number(row.criterion),
-            number(row.left_backward_error),
-            row.corrected ? number(row.corrected->real()) : "",
-            row.corrected ? number(std::abs(row.corrected->imag()) / (2 * M_PI)) : "",
-            name_of(row.parity)};
   }
 
   namespace
@@ -257,14 +251,10 @@ namespace squeal
     std::string with_bar(const double value, const int n_decimals, const int width,
                          const std::optional<double> &bar)
     {
-      char text[80];
-      std::snprintf(text, sizeof(text), "%*.*f", width, n_decimals, value);
-      std::string field = text;
-      if (!bar)
-        return field;
-      std::snprintf(text, sizeof(text), *bar >= 10 ? "%.0f" : "%.2g", *bar);
-      const std::string padded = std::string(text) + std::string(8, ' ');
-      return field + " +- " + padded.substr(0, std::max<std::size_t>(8, std::string(text).size()));
+      std::string field = formatted("%*.*f", width, n_decimals, value);
+      if (bar)
+        field += " +- " + formatted("%-8s", formatted(*bar >= 10 ? "%.0f" : "%.2g", *bar).c_str());
+      return field;
     }
   } // namespace
 
@@ -280,17 +270,14 @@ namespace squeal
                "condition   verdict\n";
     for (const ModeRow &row : rows)
     {
-      const bool unstable = row.is_unstable();
-      char line[240];
-      std::snprintf(line, sizeof(line),
-                    bars ? "%s %4u   %s   %s   %13.3e   %12.1e   %9.2e   %s\n"
+      text +=
+          formatted(bars ? "%s %4u   %s   %s   %13.3e   %12.1e   %9.2e   %s\n"
                          : "%s %4u   %s   %s   %13.3e   %14.1e   %9.2e   %s\n",
-                    unstable ? ">" : " ", row.mode,
+                    row.is_unstable() ? ">" : " ", row.mode,
                     with_bar(row.frequency(), 4, bars ? 11 : 13, row.frequency_error).c_str(),
                     with_bar(row.growth_rate(), 5, bars ? 14 : 16, row.growth_rate_error).c_str(),
                     row.damping_ratio(), row.backward_error, row.condition_number.value_or(0),
                     name_of(row.verdict).c_str());
-      text += line;
     }
     return text;
   }

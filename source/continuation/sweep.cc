@@ -20,6 +20,13 @@ namespace squeal
       const auto at = std::find(point.branches.begin(), point.branches.end(), branch);
       return at == point.branches.end() ? -1 : int(at - point.branches.begin());
     }
+
+    Fields sweep_fields(const double value, const unsigned int branch, const ModeRow &row,
+                        const double overlap)
+    {
+      return Fields{{"parameter", value}, {"branch", branch}} + modes_fields(row) +
+             Fields{{"overlap", overlap > 0 ? number(overlap) : ""}};
+    }
   } // namespace
 
   Sweep::Sweep(ParameterFile &file, Model &model, const ModelFactory &make_model,
@@ -125,11 +132,7 @@ namespace squeal
     const std::vector<ModeRow> &rows = point.rows;
     for (unsigned int j = 0; j < rows.size(); ++j)
     {
-      std::vector<std::string> fields = {number(point.value), std::to_string(point.branches[j])};
-      const auto of_mode              = modes_fields(rows[j]);
-      fields.insert(fields.end(), of_mode.begin(), of_mode.end());
-      fields.push_back(point.overlaps[j] > 0 ? number(point.overlaps[j]) : "");
-      sweep_csv->add(fields);
+      sweep_csv->add(sweep_fields(point.value, point.branches[j], rows[j], point.overlaps[j]));
     }
     const GrowthSummary summary(rows);
     char text[160];
@@ -200,9 +203,8 @@ namespace squeal
     BranchPoint last;
     unsigned int n_done = 0;
     const bool resumed  = resume(last, n_done);
-    sweep_csv           = std::make_unique<Table>(
-        study.directory + "/sweep.csv",
-        std::string("parameter,branch,") + modes_header + ",overlap", study.comm, resumed);
+    sweep_csv = std::make_unique<Table>(study.directory + "/sweep.csv", sweep_fields(0, 0, {}, 0),
+                                        study.comm, resumed);
     if (wants_critical_values && !keeps_mesh)
       log.line("\nCritical values are not located: " + parameter +
                " changes the mesh. The log says between which values a growth rate changes its "

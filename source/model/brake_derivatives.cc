@@ -2,7 +2,7 @@
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/gmres.h>
-#include <squeal/model/brake_model.h>
+#include <squeal/model/brake_derivatives.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,11 +19,17 @@ namespace squeal
     }
   } // namespace
 
-  /// The elastic constants of a transversely isotropic material: the stiffness is not linear in
-  /// them.
   template <int dim>
-  void BrakeModel<dim>::add_moduli(const unsigned int m, const Parameters::BodyMaterial &body,
-                                   const double beta, std::vector<Parameter> &parameters) const
+  BrakeDerivatives<dim>::BrakeDerivatives(const BrakeModel<dim> &model)
+      : model(model), spaces(model.spaces()), geometry(spaces.geometry), prm(model.parameters()),
+        steady(model.steady_state())
+  {
+  }
+
+  template <int dim>
+  void BrakeDerivatives<dim>::add_moduli(const unsigned int m, const Parameters::BodyMaterial &body,
+                                         const double beta,
+                                         std::vector<Parameter> &parameters) const
   {
     for (const Material::Constant &constant : Material::elastic_constants())
     {
@@ -33,11 +39,11 @@ namespace squeal
                           modulus,
                           {},
                           setter(body.section, constant.value)};
-      const double h = step(parameter);
+      const double h = parameter.step();
       for (const double sign : {1., -1.})
       {
         modulus      = parameter.value + sign * h;
-        const auto K = assemble_body(spaces_, geometry.bodies_of(m), material, false).K;
+        const auto K = assemble_body(spaces, geometry.bodies_of(m), material, false).K;
         parameter.terms.push_back({Origin::elasticity, 0, sign / (2 * h), K});
         parameter.terms.push_back({Origin::material_damping, 1, beta * sign / (2 * h), K});
       }
@@ -46,8 +52,8 @@ namespace squeal
   }
 
   template <int dim>
-  std::vector<typename BrakeModel<dim>::Parameter>
-  BrakeModel<dim>::differentiable_parameters() const
+  std::vector<typename BrakeDerivatives<dim>::Parameter>
+  BrakeDerivatives<dim>::differentiable_parameters() const
   {
     const StageTerms stage = prm.terms();
     const double omega     = prm.operation.angular_velocity;
@@ -64,11 +70,11 @@ namespace squeal
         continue;
       const std::string section    = materials[m].section + "/Material/";
       const Material &material     = materials[m].material;
-      const BodyMatrices &matrices = bodies[m].matrices;
+      const BodyMatrices &matrices = model.body(m).matrices;
       const Material::Damping damping =
           stage.material_damping ? material.damping() : Material::Damping();
-      const double per_E   = 1 / bodies[m].material.young_modulus,
-                   per_rho = 1 / bodies[m].material.density, E = material.young_modulus * per_E,
+      const double per_E   = 1 / model.body(m).material.young_modulus,
+                   per_rho = 1 / model.body(m).material.density, E = material.young_modulus * per_E,
                    rho = material.density * per_rho;
       const bool turns = materials[m].of_rotor && moves;
       Parameter density{section + "Density",
@@ -135,7 +141,8 @@ namespace squeal
   }
 
   template <int dim>
-  Parameters::All BrakeModel<dim>::varied(const Parameter &parameter, const double value) const
+  Parameters::All BrakeDerivatives<dim>::varied(const Parameter &parameter,
+                                                const double value) const
   {
     Parameters::All result = prm;
     if (parameter.set)
@@ -144,8 +151,8 @@ namespace squeal
   }
 
   template <int dim>
-  MultiVector BrakeModel<dim>::static_residual(const Parameters::All &parameters,
-                                               const Contact<dim> &contact) const
+  MultiVector BrakeDerivatives<dim>::static_residual(const Parameters::All &parameters,
+                                                     const Contact<dim> &contact) const
   {
     const MultiVector &x = steady.equilibrium->state;
     const bool slides    = parameters.terms().friction;
@@ -153,26 +160,26 @@ namespace squeal
     if (slides)
       residual += multiply(friction_matrix(contact, steady.pressure), x);
     residual -= contact_load(contact, steady.pressure, slides);
-    residual -= static_load(parameters, spaces_);
+    residual -= model.static_load(parameters, spaces);
     return residual;
   }
 
   template <int dim>
-  MultiVector BrakeModel<dim>::state_derivatives(const std::vector<Parameter> &parameters,
-                                                 const LinearOperator &nearby) const
+  MultiVector BrakeDerivatives<dim>::state_derivatives(const std::vector<Parameter> &parameters,
+                                                       const LinearOperator &nearby) const
   {
     // A x' = -(d/dp) r(x_0; p) at fixed active set, r the static residual, A = dr/dx.
-    const RowRange &rows = spaces_.rows;
+    const RowRange &rows = spaces.rows;
     MultiVector right(rows, parameters.size());
     for (unsigned int k = 0; k < parameters.size(); ++k)
     {
       const Parameter &parameter = parameters[k];
-      const double h             = step(parameter);
+      const double h             = parameter.step();
       const auto residual        = [&](const double value)
       {
         const Parameters::All p = varied(parameter, value);
         Contact<dim> contact    = *steady.contact;
-        contact.set_model(contact_model(p));
+        contact.set_model(BrakeModel<dim>::contact_model(p));
         return static_residual(p, contact);
       };
       const MultiVector plus = residual(parameter.value + h), minus = residual(parameter.value - h);
@@ -187,8 +194,8 @@ namespace squeal
         }
     }
     std::vector<Term> body_terms;
-    for (const Term &term : terms_)
-      if (is_body_term(term))
+    for (const Term &term : model.terms())
+      if (BrakeModel<dim>::is_body_term(term))
         body_terms.push_back(term);
     const Matrix A = sum_of_terms(
         rows, static_terms(body_terms, *steady.contact, steady.pressure, prm.terms().friction));
@@ -212,8 +219,8 @@ namespace squeal
   }
 
   template <int dim>
-  std::vector<ParameterDerivative> BrakeModel<dim>::derivatives(const std::string &only,
-                                                                const LinearOperator &nearby) const
+  std::vector<ParameterDerivative>
+  BrakeDerivatives<dim>::derivatives(const std::string &only, const LinearOperator &nearby) const
   {
     std::vector<Parameter> parameters = differentiable_parameters();
     parameters.erase(std::remove_if(parameters.begin(), parameters.end(),
@@ -228,7 +235,7 @@ namespace squeal
         steady.equilibrium &&
         (stage.friction || prm.prestress.needs_state() || prm.prestress.turning_contact);
     const MultiVector x_p =
-        state_matters ? state_derivatives(parameters, nearby) : MultiVector(spaces_.rows, 0);
+        state_matters ? state_derivatives(parameters, nearby) : MultiVector(spaces.rows, 0);
     const bool has_pads = !geometry.interfaces.empty();
 
     std::vector<ParameterDerivative> result;
@@ -241,7 +248,7 @@ namespace squeal
           derivative.terms.push_back(term);
 
       // Contact and prestress: central differences of their matrices, state and parameter together.
-      const double h = step(parameter);
+      const double h = parameter.step();
       for (const double sign : {1., -1.})
       {
         const Parameters::All p = varied(parameter, parameter.value + sign * h);
@@ -259,16 +266,16 @@ namespace squeal
         if (has_pads)
         {
           Contact<dim> contact = *steady.contact;
-          contact.set_model(contact_model(p));
+          contact.set_model(BrakeModel<dim>::contact_model(p));
           const auto pressure = state_matters        ? contact.pressure_of(state)
                                 : steady.equilibrium ? steady.pressure
                                                      : contact.uniform_pressure(p.pads.pressure);
-          for (Term &term : contact_terms(contact, pressure, p))
+          for (Term &term : BrakeModel<dim>::contact_terms(contact, pressure, p))
             if (term.origin != Origin::contact || prm.contact.formulation != Formulation::mortar)
               add(std::move(term));
         }
         if (prm.prestress.needs_state())
-          for (Matrix &matrix : stress_stiffnesses(p, state))
+          for (Matrix &matrix : model.stress_stiffnesses(p, state))
             add({Origin::prestress, 0, 1., std::make_shared<const Matrix>(std::move(matrix))});
       }
       result.push_back(std::move(derivative));
@@ -276,6 +283,15 @@ namespace squeal
     return result;
   }
 
+  template <int dim>
+  std::vector<ParameterDerivative> BrakeModel<dim>::derivatives(const std::string &only,
+                                                                const LinearOperator &nearby) const
+  {
+    return BrakeDerivatives<dim>(*this).derivatives(only, nearby);
+  }
+
+  template class BrakeDerivatives<2>;
+  template class BrakeDerivatives<3>;
   template std::vector<ParameterDerivative>
   BrakeModel<2>::derivatives(const std::string &, const LinearOperator &) const;
   template std::vector<ParameterDerivative>

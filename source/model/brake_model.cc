@@ -120,27 +120,51 @@ namespace squeal
   }
 
   template <int dim>
-  void BrakeModel<dim>::assemble(const Parameters::All &parameters, const LinearOperator &nearby)
+  const SteadyState<dim> &BrakeModel<dim>::find_steady_state(const Parameters::All &parameters,
+                                                             const LinearOperator &nearby)
   {
     prm = parameters;
     terms_.clear();
-    const bool needs_modes    = prm.eigenproblem.is_solved(),
-               is_matrix_free = prm.eigenproblem.is_matrix_free();
     // Mass and gyroscopic matrices only after the factors of the static equilibrium are gone.
-    if (!is_matrix_free && (needs_modes || !solves_iteratively()))
+    if (!prm.eigenproblem.is_matrix_free() &&
+        (prm.eigenproblem.is_solved() || !solves_iteratively()))
       add_bodies(false);
-    steady = find_steady_state(std::exchange(steady, {}), nearby);
-    if (!needs_modes)
-      return;
+    steady = steady_state_after(std::exchange(steady, {}), nearby);
+    return steady;
+  }
+
+  template <int dim>
+  EquationsOfMotion BrakeModel<dim>::linearise(const SteadyState<dim> &state)
+  {
     terms_.clear();
-    if (!nearby)
-      return_freed_memory();
-    if (is_matrix_free)
+    if (prm.eigenproblem.is_matrix_free())
       add_matrix_free_bodies();
     else
       add_bodies(true);
-    add_contact();
-    add_prestress();
+    if (!geometry.interfaces.empty())
+    {
+      PhaseTimer::Scope scope(timer, "contact");
+      for (Term &term : contact_terms(*state.contact, state.pressure, prm))
+        terms_.push_back(std::move(term));
+    }
+    if (prm.prestress.needs_state())
+    {
+      PhaseTimer::Scope scope(timer, "assembly");
+      for (Matrix &matrix : stress_stiffnesses(prm, state.equilibrium->state))
+        add_term(Origin::prestress, 0, 1., std::move(matrix));
+    }
+    return equations();
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::assemble(const Parameters::All &parameters, const LinearOperator &nearby)
+  {
+    const SteadyState<dim> &state = find_steady_state(parameters, nearby);
+    if (!prm.eigenproblem.is_solved())
+      return;
+    if (!nearby)
+      return_freed_memory();
+    linearise(state);
   }
 
   template <int dim>
@@ -199,8 +223,8 @@ namespace squeal
   /// With a computed pressure the static equilibrium also decides where the pads touch, in every
   /// stage. A rotor alone has a static state only under the centrifugal load.
   template <int dim>
-  SteadyState<dim> BrakeModel<dim>::find_steady_state(SteadyState<dim> before,
-                                                      const LinearOperator &nearby)
+  SteadyState<dim> BrakeModel<dim>::steady_state_after(SteadyState<dim> before,
+                                                       const LinearOperator &nearby)
   {
     SteadyState<dim> found;
     const bool has_pads       = !geometry.interfaces.empty(),
@@ -308,26 +332,6 @@ namespace squeal
       add(Origin::turning_friction, 0, std::move(turning.friction));
     }
     return terms;
-  }
-
-  template <int dim>
-  void BrakeModel<dim>::add_contact()
-  {
-    if (geometry.interfaces.empty())
-      return;
-    PhaseTimer::Scope scope(timer, "contact");
-    for (Term &term : contact_terms(*steady.contact, steady.pressure, prm))
-      terms_.push_back(std::move(term));
-  }
-
-  template <int dim>
-  void BrakeModel<dim>::add_prestress()
-  {
-    if (!prm.prestress.needs_state())
-      return;
-    PhaseTimer::Scope scope(timer, "assembly");
-    for (Matrix &matrix : stress_stiffnesses(prm, steady.equilibrium->state))
-      add_term(Origin::prestress, 0, 1., std::move(matrix));
   }
 
   template <int dim>

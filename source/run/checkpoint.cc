@@ -53,7 +53,7 @@ namespace squeal
         double number = static_cast<unsigned int>(value);
         visit(number);
         using Choice = std::decay_t<decltype(value)>;
-        value        = number < names_of(value).size() ? Choice(int(number)) : Choice();
+        value = number >= 0 && number < names_of(value).size() ? Choice(int(number)) : Choice();
       };
       visit_choice(row.verdict);
       visit_choice(row.parity);

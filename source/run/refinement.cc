@@ -1,11 +1,17 @@
 #include <squeal/assessment/tables.h>
 #include <squeal/run/refinement.h>
 
+#include <deal.II/distributed/grid_refinement.h>
+#include <deal.II/lac/vector.h>
+
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace squeal
 {
+  using namespace dealii;
+
   std::vector<double> refinement_indicators(const std::vector<ModeRow> &rows,
                                             const EigenvalueErrors &errors, const double tolerance)
   {
@@ -35,6 +41,64 @@ namespace squeal
     }
     return result;
   }
+
+  template <int dim>
+  void flag_cells(Mesh<dim> &mesh, const std::vector<double> &by_cell)
+  {
+    constexpr double bulk = 0.7;
+    Vector<float> criteria(mesh.n_active_cells());
+    unsigned int number = 0;
+    for (const auto &cell : mesh.active_cell_iterators())
+      if (cell->is_locally_owned())
+        criteria(cell->active_cell_index()) = by_cell[number++];
+    parallel::distributed::GridRefinement::refine_and_coarsen_fixed_fraction(mesh, criteria, bulk,
+                                                                             0.);
+  }
+
+  template <int dim>
+  double growth_by_flags(const Mesh<dim> &mesh)
+  {
+    unsigned int n_flagged = 0;
+    for (const auto &cell : mesh.active_cell_iterators())
+      n_flagged += cell->is_locally_owned() && cell->refine_flag_set();
+    n_flagged            = Utilities::MPI::sum(n_flagged, mesh.get_communicator());
+    const double n_cells = mesh.n_global_active_cells();
+    return 1 + (std::pow(2., dim) - 1) * n_flagged / n_cells;
+  }
+
+  template <int dim>
+  CellNames divide(Mesh<dim> &mesh)
+  {
+    CellNames own, all;
+    for (const auto &cell : mesh.active_cell_iterators())
+      if (cell->is_locally_owned() && cell->refine_flag_set())
+        own.push_back(cell->id().template to_binary<dim>());
+    for (const CellNames &of_rank : Utilities::MPI::all_gather(mesh.get_communicator(), own))
+      all.insert(all.end(), of_rank.begin(), of_rank.end());
+    mesh.execute_coarsening_and_refinement();
+    return all;
+  }
+
+  template <int dim>
+  void divide_again(Mesh<dim> &mesh, const CellNames &names)
+  {
+    if (names.empty())
+      return;
+    const std::set<CellId::binary_type> divided(names.begin(), names.end());
+    for (const auto &cell : mesh.active_cell_iterators())
+      if (cell->is_locally_owned() && divided.count(cell->id().template to_binary<dim>()) > 0)
+        cell->set_refine_flag();
+    mesh.execute_coarsening_and_refinement();
+  }
+
+  template void flag_cells(Mesh<2> &, const std::vector<double> &);
+  template void flag_cells(Mesh<3> &, const std::vector<double> &);
+  template double growth_by_flags(const Mesh<2> &);
+  template double growth_by_flags(const Mesh<3> &);
+  template CellNames divide(Mesh<2> &);
+  template CellNames divide(Mesh<3> &);
+  template void divide_again(Mesh<2> &, const CellNames &);
+  template void divide_again(Mesh<3> &, const CellNames &);
 
   double RefinementBudget::predict(double Mesh::*value, const double n_unknowns,
                                    const double first_exponent) const

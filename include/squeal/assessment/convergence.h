@@ -42,9 +42,8 @@ namespace squeal
   /// empty where there is none, or none between 0 and 30.
   std::optional<double> observed_order(double ratio, double h0, double h1, double h2);
 
-  /// The header of convergence.csv and one line of it.
-  extern const char *convergence_header;
-  std::vector<std::string> convergence_fields(const ConvergenceRow &row);
+  /// A line of convergence.csv.
+  Fields convergence_fields(const ConvergenceRow &row);
 
   /// Frequencies and growth rates over the meshes as the screen shows them.
   std::string convergence_table(const std::vector<ConvergenceRow> &rows);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/assessment/error_bounds.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/model/model.h>
 
@@ -45,6 +46,16 @@ namespace squeal
     bool is_unstable() const
     {
       return verdict == Verdict::flutter || verdict == Verdict::divergence;
+    }
+    /// Empty where the error is not known.
+    std::optional<double> corrected_growth_rate() const
+    {
+      return corrected ? std::optional<double>(corrected->real()) : std::nullopt;
+    }
+    std::optional<double> corrected_frequency() const
+    {
+      return corrected ? std::optional<double>(std::abs(corrected->imag()) / (2 * M_PI))
+                       : std::nullopt;
     }
     double growth_rate() const
     {
@@ -125,6 +136,19 @@ namespace squeal
   /// The Rayleigh coefficients split by origin and body: why a mode grows or decays.
   std::vector<Contribution> contributions(const RayleighParts &parts, const EigenPairs &modes,
                                           const std::vector<ModeRow> &rows);
+
+  /// What is known of the modes of a mesh: verdicts, and why.
+  struct ModeTable
+  {
+    std::vector<ModeRow> rows;
+    std::vector<Contribution> contributions;
+  };
+  /// @p bars are of these modes, or empty where the discretisation is not judged. Collective.
+  ModeTable assess_stability(const Model &model, const EigenPairs &modes, unsigned int cycle,
+                             double tolerance, const ErrorBounds &bars = {});
+
+  /// The index of the mode that grows fastest or decays slowest.
+  unsigned int least_stable(const std::vector<ModeRow> &rows);
 
   /// dl/dp of every mode, from left and right vectors: with z^H Q'(l) x = 2 l,
   ///     dl/dp = -z^H (sum_i dc_i/dp A_i l^order_i) x / (2 l).

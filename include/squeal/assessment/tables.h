@@ -2,33 +2,57 @@
 
 #include <squeal/assessment/stability.h>
 #include <squeal/base/files.h>
+#include <squeal/base/text.h>
 #include <squeal/parameters/parameter_file.h>
 
 #include <mpi.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace squeal
 {
-  /// A number with 12 significant digits, or as many as asked for; an empty field if it is unknown
-  /// or not finite.
-  std::string number(double value, int n_digits = 12);
-  std::string number(const std::optional<double> &value);
-
   /// Makes the directory and its record of the input: original.prm and parameters.prm. Results of
   /// an earlier run are removed, unless it had the same parameters and was interrupted: then they
   /// stay, and the return value is true. Collective; throws InputError on every rank if the
   /// directory cannot be written.
   bool start_run_directory(const std::string &directory, const ParameterFile &file, MPI_Comm comm);
 
+  /// One field of a line of a table: its column and what stands there. Numbers have 12 digits;
+  /// what is unknown or not finite is empty.
+  struct Field
+  {
+    Field(std::string column, std::string text) : column(std::move(column)), text(std::move(text))
+    {
+    }
+    Field(std::string column, const char *text) : column(std::move(column)), text(text) {}
+    Field(std::string column, const unsigned int value)
+        : column(std::move(column)), text(std::to_string(value))
+    {
+    }
+    Field(std::string column, const double value) : column(std::move(column)), text(number(value))
+    {
+    }
+    Field(std::string column, const std::optional<double> &value)
+        : column(std::move(column)), text(number(value))
+    {
+    }
+    std::string column, text;
+  };
+  /// A line. The functions that make lines are the only place that knows the columns: a default row
+  /// gives the header.
+  using Fields = std::vector<Field>;
+  Fields operator+(Fields fields, const Fields &more);
+
   /// A CSV file that grows line by line; complete lines are on disk after each call. Rank 0 writes.
   class Table
   {
   public:
-    /// With @p append an existing file goes on.
-    Table(const std::string &filename, const std::string &header, MPI_Comm comm,
-          bool append = false);
+    /// The columns are those of any line. With @p append an existing file goes on.
+    Table(const std::string &filename, const Fields &sample, MPI_Comm comm, bool append = false);
+    void add(const Fields &fields);
+    Table(const std::string &filename, const std::string &header, MPI_Comm comm, bool append);
     void add(const std::vector<std::string> &fields);
 
   private:
@@ -36,16 +60,12 @@ namespace squeal
     const bool writes;
   };
 
-  /// The header of modes.csv, as the first columns that users rely on, and one line of it.
-  extern const char *modes_header;
-  std::vector<std::string> modes_fields(const ModeRow &row);
-
-  /// Headers and lines of contributions.csv and sensitivities.csv.
-  extern const char *contributions_header, *sensitivities_header;
-  std::vector<std::string> contributions_fields(unsigned int cycle, const Contribution &c);
-  std::vector<std::string> sensitivities_fields(unsigned int cycle, unsigned int mode,
-                                                const ParameterDerivative &derivative,
-                                                std::complex<double> d_lambda);
+  /// A line of modes.csv, contributions.csv and sensitivities.csv. Users rely on the first columns
+  /// of modes.csv.
+  Fields modes_fields(const ModeRow &row);
+  Fields contributions_fields(unsigned int cycle, const Contribution &c);
+  Fields sensitivities_fields(unsigned int cycle, unsigned int mode,
+                              const ParameterDerivative &derivative, std::complex<double> d_lambda);
 
   /// The verdicts of several stages side by side: one line per mode of the last stage, with its
   /// partners in the others.

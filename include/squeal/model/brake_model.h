@@ -51,6 +51,15 @@ namespace squeal
     /// change of the mesh.
     void distribute();
 
+    /// The contact surfaces and the steady pressure at these parameters: the static equilibrium
+    /// where that is computed. With @p nearby it follows from the state before; see
+    /// Model::assemble(). The state stays until the next call. Throws InputError, SolverError.
+    const SteadyState<dim> &find_steady_state(const Parameters::All &parameters,
+                                              const LinearOperator &nearby = {});
+    /// M, D + 2 Omega G + P_R and K - Omega^2 M* + N + mu T + Q_R about a state at the parameters
+    /// of find_steady_state().
+    EquationsOfMotion linearise(const SteadyState<dim> &state);
+
     void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) override;
     EquationsOfMotion equations() const override;
     std::vector<ParameterDerivative> derivatives(const std::string &only,
@@ -85,6 +94,10 @@ namespace squeal
     {
       return steady.pressure;
     }
+    const SteadyState<dim> &steady_state() const
+    {
+      return steady;
+    }
     std::vector<ContactResultants> resultants() const;
     const FiniteElementSpace<dim> &spaces() const
     {
@@ -110,7 +123,6 @@ namespace squeal
     /// Where friction feeds energy into a mode.
     FrictionWork friction_work(const EigenPairs &modes, unsigned int mode) const;
 
-  private:
     /// The matrices of a material are assembled once a mesh; the terms scale them to the present
     /// material.
     struct AssembledBody
@@ -119,6 +131,20 @@ namespace squeal
       Material material; ///< with which they were assembled
     };
 
+    const AssembledBody &body(const unsigned int material) const
+    {
+      return bodies[material];
+    }
+    /// Of the bodies whose static stress the parameters ask for.
+    std::vector<Matrix> stress_stiffnesses(const Parameters::All &parameters,
+                                           const MultiVector &state) const;
+    static bool is_body_term(const Term &term)
+    {
+      return term.origin == Origin::elasticity || term.origin == Origin::transport ||
+             term.origin == Origin::material_damping;
+    }
+
+  private:
     /// The terms of the bodies, of order zero only or all. Matrices that are there already stay.
     void add_bodies(bool with_motion);
     /// The terms of the bodies without matrices.
@@ -129,50 +155,11 @@ namespace squeal
     void make_iterative_solver(bool needs_edge);
     /// Whether the static equilibrium is solved without factors.
     bool solves_iteratively() const;
-    /// The contact surfaces and the steady pressure: the static equilibrium where that is computed.
-    /// With @p nearby it follows from the state @p before; see Model::assemble().
-    SteadyState<dim> find_steady_state(SteadyState<dim> before, const LinearOperator &nearby);
-    void add_contact();
-    void add_prestress();
+    /// Follows from @p before with @p nearby.
+    SteadyState<dim> steady_state_after(SteadyState<dim> before, const LinearOperator &nearby);
     /// Of the rotor's materials.
     MultiVector centrifugal_load(const Parameters::All &parameters,
                                  const FiniteElementSpace<dim> &spaces) const;
-    /// Of the bodies whose static stress the parameters ask for.
-    std::vector<Matrix> stress_stiffnesses(const Parameters::All &parameters,
-                                           const MultiVector &state) const;
-
-    static bool is_body_term(const Term &term)
-    {
-      return term.origin == Origin::elasticity || term.origin == Origin::transport ||
-             term.origin == Origin::material_damping;
-    }
-
-    // Derivatives with respect to parameters.
-
-    struct Parameter
-    {
-      std::string path;
-      double value;
-      std::vector<Term> terms; ///< d/dp of the bodies' terms
-      /// Gives it another value, if contact, loads or prestress depend on it.
-      std::function<void(Parameters::All &, double)> set;
-    };
-    std::vector<Parameter> differentiable_parameters() const;
-    void add_moduli(unsigned int m, const Parameters::BodyMaterial &body, double beta,
-                    std::vector<Parameter> &parameters) const;
-    /// The step of central differences; what is differentiated is linear or nearly so.
-    static double step(const Parameter &parameter)
-    {
-      return 1e-4 * (parameter.value != 0 ? std::abs(parameter.value) : 1.);
-    }
-    Parameters::All varied(const Parameter &parameter, double value) const;
-    /// The contact's and the loads' part of the static residual at the static state.
-    MultiVector static_residual(const Parameters::All &parameters,
-                                const Contact<dim> &contact) const;
-    /// dx_0/dp at fixed active set, one column for each parameter.
-    MultiVector state_derivatives(const std::vector<Parameter> &parameters,
-                                  const LinearOperator &nearby) const;
-
     const Geometry<dim> geometry;
     const MPI_Comm comm;
     Log &log;

@@ -1,10 +1,14 @@
 #pragma once
 
-#include <squeal/run/analysis.h>
+#include <squeal/parameters/parameter_file.h>
+
+#include <mpi.h>
+
+#include <string>
 
 namespace squeal
 {
-  /// The analysis that the scene of the parameter file asks for. Collective.
-  std::unique_ptr<Analysis> make_analysis(ParameterFile &file, const std::string &directory,
-                                          MPI_Comm comm);
+  /// Runs what the parameter file asks for; log, tables and fields go to the directory. Throws
+  /// InputError, SolverError, Interrupted. Collective.
+  void run(ParameterFile &file, const std::string &directory, MPI_Comm comm);
 } // namespace squeal

@@ -4,16 +4,41 @@
 #include <squeal/assessment/stability.h>
 #include <squeal/parameters/parameters.h>
 
+#include <deal.II/distributed/tria.h>
+
+#include <array>
 #include <string>
 #include <vector>
 
 namespace squeal
 {
+  template <int dim>
+  using Mesh = dealii::parallel::distributed::Triangulation<dim>;
+
   /// What each own cell does to the modes that are not yet known well enough, in units of what
   /// @p tolerance allows (relative to |l|; 0: modes without a verdict, in units of their growth
   /// rate); empty if all are.
   std::vector<double> refinement_indicators(const std::vector<ModeRow> &rows,
                                             const EigenvalueErrors &errors, double tolerance);
+
+  /// Flags the cells that make up the greater part of the sum of @p by_cell (bulk criterion,
+  /// Doerfler 1996), one number for each own cell. Collective.
+  template <int dim>
+  void flag_cells(Mesh<dim> &mesh, const std::vector<double> &by_cell);
+
+  /// The factor by which the flagged cells increase the number of unknowns, roughly: every unknown
+  /// of a volume becomes 2^dim. Collective.
+  template <int dim>
+  double growth_by_flags(const Mesh<dim> &mesh);
+
+  /// Cells of all ranks (dealii::CellId::binary_type).
+  using CellNames = std::vector<std::array<unsigned int, 4>>;
+  /// Divides the flagged cells and returns their names. Collective.
+  template <int dim>
+  CellNames divide(Mesh<dim> &mesh);
+  /// Divides the cells of these names; none: nothing is done. Collective.
+  template <int dim>
+  void divide_again(Mesh<dim> &mesh, const CellNames &names);
 
   /// What a sequence of meshes may cost: Maximum unknowns, time and memory of section Refinement.
   ///

@@ -15,10 +15,10 @@ using namespace squeal::tests;
 namespace
 {
   /// A free rotor and free pads, 22.5 degrees of arc per rotor cell against 16.7 per pad cell.
-  struct Scene
+  struct ContactScene
   {
-    Scene(const std::string &arrangement, const bool mortar, const unsigned int degree,
-          const double omega = 4)
+    ContactScene(const std::string &arrangement, const bool mortar, const unsigned int degree,
+                 const double omega = 4)
         : prm(parameters(arrangement)), geometry(make_brake(prm)),
           spaces(geometry, degree, mortar, MPI_COMM_WORLD)
     {
@@ -70,15 +70,17 @@ namespace
   };
 
   // Integrals over the sector a < r < b, |phi| < angle/2.
-  const double area = Scene::angle / 2 * (Scene::b * Scene::b - Scene::a * Scene::a);
+  const double area = ContactScene::angle / 2 *
+                      (ContactScene::b * ContactScene::b - ContactScene::a * ContactScene::a);
   /// int r dA
-  const double first_moment = Scene::angle / 3 * (std::pow(Scene::b, 3) - std::pow(Scene::a, 3));
+  const double first_moment =
+      ContactScene::angle / 3 * (std::pow(ContactScene::b, 3) - std::pow(ContactScene::a, 3));
   /// int x dA
-  const double x_moment =
-      2. / 3 * std::sin(Scene::angle / 2) * (std::pow(Scene::b, 3) - std::pow(Scene::a, 3));
+  const double x_moment = 2. / 3 * std::sin(ContactScene::angle / 2) *
+                          (std::pow(ContactScene::b, 3) - std::pow(ContactScene::a, 3));
   /// int cos^2 phi dphi, int cos phi dphi
-  const double cos_squared = (Scene::angle + std::sin(Scene::angle)) / 2,
-               cosine      = 2 * std::sin(Scene::angle / 2);
+  const double cos_squared = (ContactScene::angle + std::sin(ContactScene::angle)) / 2,
+               cosine      = 2 * std::sin(ContactScene::angle / 2);
 
   /// int f(r) dr over the width of the pad
   template <typename Function>
@@ -87,8 +89,8 @@ namespace
     const QGauss<1> rule(10);
     double sum = 0;
     for (unsigned int q = 0; q < rule.size(); ++q)
-      sum += rule.weight(q) * (Scene::b - Scene::a) *
-             f(Scene::a + (Scene::b - Scene::a) * rule.point(q)[0]);
+      sum += rule.weight(q) * (ContactScene::b - ContactScene::a) *
+             f(ContactScene::a + (ContactScene::b - ContactScene::a) * rule.point(q)[0]);
     return sum;
   }
 
@@ -147,7 +149,7 @@ TEST_CASE("contact: virtual work of the normal coupling, mortar")
   for (const unsigned int degree : {2u, 3u})
   {
     CAPTURE(degree);
-    Scene scene("upper", true, degree);
+    ContactScene scene("upper", true, degree);
     const Matrix N             = normal_matrix(scene.contact());
     const MultiVector pressure = constant_multiplier(scene.spaces, 1);
     const auto work        = [&](const MultiVector &u) { return bilinear_form(pressure, N, u); };
@@ -170,7 +172,7 @@ TEST_CASE("contact: virtual work of the normal coupling, mortar")
     CHECK(asymmetry(scene.spaces.rows, N) <= 1e-15);
   }
 
-  Scene both("both", true, 2);
+  ContactScene both("both", true, 2);
   const Matrix N = normal_matrix(both.contact());
   const MultiVector swell =
       both.axially([&](const Point<3> &x) { return x[2] / (both.prm.rotor.thickness / 2); });
@@ -180,7 +182,7 @@ TEST_CASE("contact: virtual work of the normal coupling, mortar")
 
 TEST_CASE("contact: pressure_scale multiplies the mortar matrices")
 {
-  Scene scene("upper", true, 2);
+  ContactScene scene("upper", true, 2);
   Contact<3> contact(scene.spaces, scene.model);
   const auto pressure   = contact.uniform_pressure(1e6);
   const double normal   = normal_matrix(contact).infinity_norm(),
@@ -200,7 +202,7 @@ TEST_CASE("contact: virtual work of the normal coupling, penalty")
 {
   // v^T N u = k_C int ([[v]].n) ([[u]].n): k_C A for unit translations, for tilts k_C int x dA with
   // a translation.
-  Scene scene("both", false, 3);
+  ContactScene scene("both", false, 3);
   const double k_C       = scene.model.penalty_stiffness;
   const Matrix N         = normal_matrix(scene.contact());
   const MultiVector rise = translation(scene.spaces, {rotor_body}, 2);
@@ -225,13 +227,15 @@ TEST_CASE("contact: virtual work of the friction")
     CAPTURE(omega);
     const double sign = omega < 0 ? -1 : 1; // friction opposes the motion
     {
-      Scene scene("both", true, 3, omega);
+      ContactScene scene("both", true, 3, omega);
       const Matrix T             = friction_of(scene.contact());
       const MultiVector pressure = constant_multiplier(scene.spaces, 1);
       const auto work = [&](const MultiVector &v) { return bilinear_form(v, T, pressure); };
-      CHECK(relative_error(work(scene.on_rotor(rotation)), sign * Scene::mu * 2 * first_moment) <=
-            1e-7);
-      const double along_y = Scene::mu * (Scene::b * Scene::b - Scene::a * Scene::a) * cosine;
+      CHECK(relative_error(work(scene.on_rotor(rotation)),
+                           sign * ContactScene::mu * 2 * first_moment) <= 1e-7);
+      const double along_y =
+          ContactScene::mu *
+          (ContactScene::b * ContactScene::b - ContactScene::a * ContactScene::a) * cosine;
       CHECK(relative_error(work(translation(scene.spaces, {rotor_body}, 1)), sign * along_y) <=
             1e-7);
       CHECK(relative_error(work(translation(scene.spaces, {upper_pad_body}, 1)),
@@ -245,12 +249,12 @@ TEST_CASE("contact: virtual work of the friction")
       CHECK(std::abs(bilinear_form(pressure, T, scene.on_rotor(rotation))) == 0);
     }
     {
-      Scene scene("upper", false, 3, omega);
+      ContactScene scene("upper", false, 3, omega);
       const Matrix T         = friction_of(scene.contact());
       const MultiVector rise = translation(scene.spaces, {rotor_body}, 2);
       CHECK(relative_error(bilinear_form(scene.on_rotor(rotation), T, rise),
-                           sign * Scene::mu * scene.model.penalty_stiffness * first_moment) <=
-            1e-7);
+                           sign * ContactScene::mu * scene.model.penalty_stiffness *
+                               first_moment) <= 1e-7);
       CHECK(std::abs(bilinear_form(rise, T, scene.on_rotor(rotation))) <=
             1e-13 * area * scene.model.penalty_stiffness);
     }
@@ -263,7 +267,7 @@ TEST_CASE("contact: resultants of the uniform pressure")
   const double p = 2e5;
   for (const bool mortar : {true, false})
   {
-    Scene scene("both", mortar, 3);
+    ContactScene scene("both", mortar, 3);
     const auto &contact = scene.contact();
     const auto results  = resultants(contact, contact.uniform_pressure(p), nullptr);
     CHECK(results.size() == 2);
@@ -273,15 +277,15 @@ TEST_CASE("contact: resultants of the uniform pressure")
     {
       CHECK(relative_error(r.area, area) <= 1e-7);
       CHECK(relative_error(r.normal_force, p * area) <= 1e-7);
-      CHECK(relative_error(r.friction_force, Scene::mu * p * area) <= 1e-7);
-      CHECK(relative_error(r.friction_torque, Scene::mu * p * first_moment) <= 1e-7);
+      CHECK(relative_error(r.friction_force, ContactScene::mu * p * area) <= 1e-7);
+      CHECK(relative_error(r.friction_torque, ContactScene::mu * p * first_moment) <= 1e-7);
       CHECK(r.max_pressure == p);
       CHECK(r.min_pressure == 0);
     }
   }
 
   // A falling law sees the speed Omega r at each radius: torque p angle int mu(Omega r) r^2 dr.
-  Scene scene("upper", true, 3);
+  ContactScene scene("upper", true, 3);
   scene.model.friction.kind               = FrictionLaw::Kind::falling;
   scene.model.friction.coefficient_moving = 0.1;
   scene.model.friction.decay_speed        = 0.3;
@@ -289,11 +293,11 @@ TEST_CASE("contact: resultants of the uniform pressure")
   const auto result = resultants(contact, contact.uniform_pressure(p), nullptr)[0];
   const auto mu     = [&](const double r) { return 0.1 + 0.3 * std::exp(-4 * r / 0.3); };
   CHECK(relative_error(result.friction_torque,
-                       p * Scene::angle *
+                       p * ContactScene::angle *
                            over_radius([&](const double r) { return mu(r) * r * r; })) <= 1e-7);
   CHECK(relative_error(result.friction_force,
-                       p * Scene::angle * over_radius([&](const double r) { return mu(r) * r; })) <=
-        1e-7);
+                       p * ContactScene::angle *
+                           over_radius([&](const double r) { return mu(r) * r; })) <= 1e-7);
   // And so does the matrix.
   CHECK(relative_error(bilinear_form(scene.on_rotor(rotation),
                                      friction_matrix(contact, contact.uniform_pressure(p)),
@@ -305,7 +309,7 @@ TEST_CASE("contact: kept matrices are those of the present model and contacts")
 {
   // With another friction coefficient neither N nor T is assembled again; with another speed of a
   // law that depends on it, another scale, or released contacts they are.
-  Scene scene("upper", true, 2);
+  ContactScene scene("upper", true, 2);
   Contact<3> contact(scene.spaces, scene.model);
   ContactModel<3> model    = scene.model;
   const auto pressure      = contact.uniform_pressure(1e6);
@@ -346,7 +350,7 @@ TEST_CASE("contact: the pressure of a state")
   // Mortar: multipliers times pressure_scale. Penalty: k_C times penetration, here of a rotor risen
   // by 1e-6 m.
   {
-    Scene scene("upper", true, 3);
+    ContactScene scene("upper", true, 3);
     Contact<3> contact(scene.spaces, scene.model);
     contact.scale_constraints(100 * normal_matrix(contact).infinity_norm());
     const MultiVector state = constant_multiplier(scene.spaces, 7);
@@ -362,7 +366,7 @@ TEST_CASE("contact: the pressure of a state")
     CHECK(relative_error(tension.normal_force, -700 * area) <= 1e-7);
   }
   {
-    Scene scene("both", false, 3);
+    ContactScene scene("both", false, 3);
     const auto &contact = scene.contact();
     const MultiVector state =
         scene.axially([&](const Point<3> &x) { return x[2] > 0 ? 1e-6 : -3e-6; });
@@ -372,7 +376,8 @@ TEST_CASE("contact: the pressure of a state")
       const double depth = i == 0 ? 1e-6 : 3e-6, p = scene.model.penalty_stiffness * depth;
       CHECK(relative_error(results[i].max_penetration, depth) <= 1e-12);
       CHECK(relative_error(results[i].max_pressure, p) <= 1e-12);
-      CHECK(relative_error(results[i].friction_torque, Scene::mu * p * first_moment) <= 1e-7);
+      CHECK(relative_error(results[i].friction_torque, ContactScene::mu * p * first_moment) <=
+            1e-7);
     }
   }
 }
@@ -386,16 +391,17 @@ TEST_CASE("contact: friction damping of the turning direction")
   // r cos phi:
   //   sign(Omega) mu p int int cos^3 phi r dphi dr, int cos^3 = 2 (s - s^3/3) with s =
   //   sin(angle/2).
-  const double p = 3e5, s = std::sin(Scene::angle / 2);
+  const double p = 3e5, s = std::sin(ContactScene::angle / 2);
   for (const bool mortar : {true, false})
     for (const double omega : {4., -0.5})
     {
       CAPTURE(omega);
-      Scene scene("both", mortar, 3, omega);
+      ContactScene scene("both", mortar, 3, omega);
       const auto &contact       = scene.contact();
       const auto damping        = friction_damping(contact, contact.uniform_pressure(p));
       const MultiVector along_x = translation(scene.spaces, {rotor_body}, 0);
-      const double expected = Scene::mu * p / std::abs(omega) * (Scene::b - Scene::a) * cos_squared;
+      const double expected     = ContactScene::mu * p / std::abs(omega) *
+                              (ContactScene::b - ContactScene::a) * cos_squared;
       CHECK(relative_error(bilinear_form(along_x, damping.P, along_x), 2 * expected) <= 1e-6);
       const MultiVector of_pad = translation(scene.spaces, {lower_pad_body}, 0);
       CHECK(relative_error(bilinear_form(of_pad, damping.P, along_x), -expected) <= 1e-6);
@@ -414,8 +420,9 @@ TEST_CASE("contact: friction damping of the turning direction")
           [](const Point<3> &x) {
             return Tensor<1, 3>({x[1], 0., 0.});
           });
-      const double q =
-          Scene::mu * p * (Scene::b * Scene::b - Scene::a * Scene::a) / 2 * 2 * (s - s * s * s / 3);
+      const double q = ContactScene::mu * p *
+                       (ContactScene::b * ContactScene::b - ContactScene::a * ContactScene::a) / 2 *
+                       2 * (s - s * s * s / 3);
       CHECK(relative_error(bilinear_form(along_x, damping.Q, shear), (omega < 0 ? -2 : 2) * q) <=
             1e-6);
       CHECK(relative_error(bilinear_form(of_pad, damping.Q, shear), (omega < 0 ? 1 : -1) * q) <=
@@ -432,7 +439,7 @@ TEST_CASE("contact: friction damping of the turning direction")
 TEST_CASE("contact: P_R is positive semi-definite, that of a falling law negative")
 {
   // P_R = int c b b^T with c >= 0; the part of mu' < 0 is int mu' p e e^T.
-  Scene scene("upper", true, 2);
+  ContactScene scene("upper", true, 2);
   scene.model.friction.kind               = FrictionLaw::Kind::falling;
   scene.model.friction.coefficient_moving = 0.1;
   scene.model.friction.decay_speed        = 0.3;
@@ -456,11 +463,11 @@ TEST_CASE("contact: damping of a falling friction law")
   // for v = e_y and
   //   u = x e_x, e.d_phi u = (-sin)(-r sin): p Omega int mu' r^2 dr int cos phi sin^2 phi dphi with
   //   int cos sin^2 = 2 s^3/3. (e.e_y = cos phi; both e change sign with Omega.)
-  const double p = 3e5, s = std::sin(Scene::angle / 2);
+  const double p = 3e5, s = std::sin(ContactScene::angle / 2);
   for (const double omega : {4., -2.})
   {
     CAPTURE(omega);
-    Scene scene("upper", false, 3, omega);
+    ContactScene scene("upper", false, 3, omega);
     scene.model.friction.kind               = FrictionLaw::Kind::falling;
     scene.model.friction.coefficient_moving = 0.1;
     scene.model.friction.decay_speed        = 0.3;
@@ -490,7 +497,7 @@ TEST_CASE("contact: hanging nodes on both faces")
   // Constants and the area survive: c^T N u of constants is the meshed area, all bodies together do
   // no work, and tilts by a plane give int x dA over the meshed pad if hanging nodes lie on
   // straight edges phi = const.
-  Scene scene("upper", true, 2);
+  ContactScene scene("upper", true, 2);
   refine_where(scene.spaces,
                [](const Point<3> &x, const types::material_id body)
                {
@@ -523,7 +530,7 @@ TEST_CASE("contact: hanging nodes on both faces")
 // faces share one polynomial arc: they neither overlap nor leave a gap.
 TEST_CASE("contact: hanging nodes on an arc inside of the contact surface")
 {
-  Scene scene("upper", true, 2);
+  ContactScene scene("upper", true, 2);
   refine_where(scene.spaces,
                [](const Point<3> &x, const types::material_id body)
                {

@@ -47,9 +47,9 @@ namespace
   }
 
   template <int dim>
-  struct Scene
+  struct ContactScene
   {
-    explicit Scene(const bool mortar)
+    explicit ContactScene(const bool mortar)
         : mortar(mortar), geometry(make_scene<dim>()), spaces(geometry, 2, mortar, MPI_COMM_WORLD)
     {
       spaces.distribute();
@@ -130,7 +130,7 @@ namespace
   /// |computed - expected|/|expected|, 2-norms over displacement rows and over multiplier rows, the
   /// worse of them.
   template <int dim>
-  double difference(const Scene<dim> &scene, const MultiVector &computed,
+  double difference(const ContactScene<dim> &scene, const MultiVector &computed,
                     const MultiVector &expected)
   {
     const DenseMatrix a = replicated(computed), b = replicated(expected),
@@ -150,7 +150,7 @@ namespace
   template <int dim>
   void check_linearisation(const bool mortar, const FrictionLaw::Kind kind)
   {
-    const Scene<dim> scene(mortar);
+    const ContactScene<dim> scene(mortar);
     for (const double smoothing_speed : {0., 0.2})
       for (const double omega : {4., -1.5})
       {
@@ -273,7 +273,7 @@ TEST_CASE("contact_linearisation: signs of the damping")
   for (const bool mortar : {true, false})
   {
     CAPTURE(mortar);
-    const Scene<3> scene(mortar);
+    const ContactScene<3> scene(mortar);
     const auto relative_work = [&](const Matrix &matrix, const unsigned int seed)
     {
       const MultiVector x = scene.scatter({{1, 1, 1, 1}}, seed), y = multiply(matrix, x);

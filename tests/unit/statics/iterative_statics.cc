@@ -191,7 +191,7 @@ TEST_CASE("iterative_statics: multigrid is symmetric and needs the same steps on
     model.mortar            = false;
     model.penalty_stiffness = E_pad / thickness;
     const Matrix contact    = normal_matrix(Contact<3>(spaces, model));
-    DisplacementMultigrid<3> multigrid(spaces, bodies_of(p, 0, 0), stiffness, "gamg");
+    DisplacementMultigrid<3> multigrid(spaces, bodies_of(p, 0, 0), stiffness, Multigrid::gamg);
     multigrid.set_up(contact);
     const auto A = [&](const MultiVector &x)
     {
@@ -259,7 +259,7 @@ TEST_CASE("iterative_statics: too few iterations are an error")
   FiniteElementSpace<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
   spaces.distribute();
   Contact<3> contact(spaces, ContactModel<3>());
-  IterativeStatics<3> solver(spaces, bodies_of(p, 0, 0), {"gamg", 2});
+  IterativeStatics<3> solver(spaces, bodies_of(p, 0, 0), {Multigrid::gamg, 2});
   contact.scale_constraints(solver.stiffness_scale());
   const StaticProblem problem{{}, false, assemble_pressure_load(spaces)};
   CHECK_THROWS_AS(solve_static_equilibrium(solver, problem, contact), SolverError);

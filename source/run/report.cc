@@ -1,0 +1,315 @@
+#include <squeal/base/memory.h>
+#include <squeal/run/report.h>
+#include <squeal/statics/static_report.h>
+
+#include <deal.II/base/mpi.h>
+
+#include <slepcsys.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  namespace
+  {
+    const std::vector<std::string> phase_names = {"mesh",         "assembly", "contact", "static",
+                                                  "eigenproblem", "estimate", "output"};
+
+    /// The window of frequencies, as "up to 6000 Hz" or "from 10000 to 12000 Hz".
+    std::string window_of(const Parameters::Eigenproblem &prm)
+    {
+      const std::string maximum = number(prm.maximum_frequency) + " Hz";
+      return prm.minimum_frequency > 0 ? "from " + number(prm.minimum_frequency) + " to " + maximum
+                                       : "up to " + maximum;
+    }
+
+    std::string banner(const MPI_Comm comm)
+    {
+      const unsigned int n_ranks = dealii::Utilities::MPI::n_mpi_processes(comm);
+      char text[256];
+      SQUEAL_PETSC(SlepcGetVersion(text, sizeof(text)));
+      const std::string slepc = text;
+#ifdef DEBUG
+      const char *build = ", debug";
+#else
+      const char *build = ", release";
+#endif
+      return "squeal " SQUEAL_VERSION " (deal.II " DEAL_II_PACKAGE_VERSION ", " +
+             slepc.substr(0, slepc.find(',')) + build + "), " + std::to_string(n_ranks) +
+             (n_ranks == 1 ? " rank" : " ranks");
+    }
+  } // namespace
+
+  Report::Report(const Parameters::All &prm, const std::string &directory, const MPI_Comm comm,
+                 const bool resumes, const bool appends)
+      : log(comm), prm(prm), directory(directory), comm(comm), appends(appends)
+  {
+    log.open(directory + "/log.txt", resumes);
+    log.line(banner(comm));
+    log.print(describe(prm, directory));
+  }
+
+  Table &Report::table(const std::string &name, const Fields &sample)
+  {
+    return tables.try_emplace(name, directory + "/" + name, sample, comm, appends).first->second;
+  }
+
+  void Report::steady_state(const unsigned int cycle, const StaticEquilibrium *equilibrium,
+                            const std::vector<ContactResultants> &resultants,
+                            const SelfLocking *locking)
+  {
+    const bool slides = prm.terms().friction, computed = equilibrium != nullptr;
+    if (computed && prm.n_pads() > 0)
+      log.print(iteration_table(equilibrium->iterations, prm.contact.mortar()));
+    const auto fields_of = [&](const ContactResultants &r) -> Fields
+    {
+      const auto known = [](const bool is_known, const double value)
+      { return is_known ? std::optional<double>(value) : std::nullopt; };
+      return {{"cycle", cycle},
+              {"pad", r.name},
+              {"normal_force_n", r.normal_force},
+              {"friction_force_n", known(slides, r.friction_force)},
+              {"friction_torque_nm", known(slides, r.friction_torque)},
+              {"contact_area_m2", r.area},
+              {"max_pressure_pa", r.max_pressure},
+              {"max_penetration_m", known(computed, r.max_penetration)},
+              {"self_energising_gain", known(locking, locking ? locking->gain : 0)}};
+    };
+    Table &static_csv = table("static.csv", fields_of({}));
+    for (const ContactResultants &r : resultants)
+    {
+      static_csv.add(fields_of(r));
+      log.line(formatted("Pad %s: normal force %.6g N, friction force %.6g N, torque %.6g N m, "
+                         "area in contact %.6g m^2, pressure %.4g to %.4g Pa",
+                         r.name.c_str(), r.normal_force, slides ? r.friction_force : 0.,
+                         slides ? r.friction_torque : 0., r.area, r.min_pressure, r.max_pressure));
+    }
+    if (!locking)
+      return;
+    log.line("Friction amplifies contact pressure with the gain " + number(locking->gain, 4) +
+             " (1: self-locking)");
+    if (locking->locks())
+      log.line("Warning, self-locking: the friction that a pattern of contact pressure causes "
+               "brings back more pressure than that. This steady state is not the one that a "
+               "brake reaches when friction grows from zero.");
+  }
+
+  void Report::modes(const unsigned int cycle, const EigenSolution &found, const ModeTable &table,
+                     const double seconds_of_bars)
+  {
+    Table &modes_csv         = this->table("modes.csv", modes_fields({}));
+    Table &contributions_csv = this->table("contributions.csv", contributions_fields(cycle, {}));
+    for (const ModeRow &row : table.rows)
+      modes_csv.add(modes_fields(row));
+    for (const Contribution &part : table.contributions)
+      contributions_csv.add(contributions_fields(cycle, part));
+
+    log.line("Completeness: " + found.proof.completeness + ".");
+    if (const auto &seconds = found.cost.seconds; seconds.factorization > 0)
+      log.line(formatted("Eigenproblem, processor seconds: counting %.2f, factorisation %.2f, "
+                         "right vectors %.2f, left vectors %.2f, error bars %.2f; %u right-hand "
+                         "sides.",
+                         seconds.counting, seconds.factorization, seconds.right, seconds.left,
+                         seconds_of_bars, found.cost.n_solves));
+    if (prm.eigenproblem.is_matrix_free())
+      log.line("Eigenproblem without factors: " + std::to_string(found.cost.n_solves) +
+               " multigrid cycles.");
+    if (found.proof.n_rigid_body_modes > 0)
+      log.line("Not listed: " + std::to_string(found.proof.n_rigid_body_modes) +
+               " rigid-body modes at zero frequency.");
+    log.print("\n" + modes_table(table.rows));
+    unsigned int n_unstable = 0, n_undecided = 0;
+    for (const ModeRow &row : table.rows)
+    {
+      n_unstable += row.is_unstable();
+      n_undecided += row.verdict == Verdict::undecided;
+    }
+    log.line(text_of("\n", table.rows.size(), " modes ", window_of(prm.eigenproblem), ", ",
+                     n_unstable, " unstable (marked >), ", n_undecided, " undecided."));
+    if (prm.eigenproblem.minimum_frequency > 0)
+      log.line(
+          "The window leaves out zero frequency: nothing is said about divergence, and nothing "
+          "about flutter below it.");
+    explain(table);
+  }
+
+  void Report::explain(const ModeTable &table)
+  {
+    if (table.rows.empty())
+      return;
+    std::vector<unsigned int> numbers;
+    for (const ModeRow &row : table.rows)
+      if (row.is_unstable())
+        numbers.push_back(row.mode);
+    if (numbers.empty())
+      numbers = {table.rows[least_stable(table.rows)].mode};
+    if (numbers.size() > 10)
+      numbers.resize(10);
+    // A body without damping at rest has growth rates of rounding: nothing to explain.
+    double largest = 0, rounding = 0;
+    for (const Contribution &part : table.contributions)
+      largest = std::max(largest, std::abs(part.growth_rate));
+    for (const ModeRow &row : table.rows)
+      rounding = std::max(rounding, 1e-12 * std::abs(row.lambda));
+    if (largest > rounding)
+      log.print("Why: the growth rate as a sum over its causes\n" +
+                contributions_table(table.contributions, numbers));
+
+    constexpr double large_condition = 100;
+    for (const ModeRow &row : table.rows)
+      if (row.condition_number.value_or(0) > large_condition)
+        log.line("Mode " + std::to_string(row.mode) + " has the condition number " +
+                 number(std::round(*row.condition_number)) +
+                 ": it is close to coalescence, where errors grow like the square root of a "
+                 "perturbation and sensitivities hold only for tiny changes.");
+  }
+
+  void Report::sensitivities(const unsigned int cycle, const EigenPairs &modes,
+                             const ModeTable &table,
+                             const std::vector<ParameterDerivative> &derivatives)
+  {
+    Table &csv = this->table("sensitivities.csv", sensitivities_fields(cycle, 0, {}, 0));
+    for (const ParameterDerivative &derivative : derivatives)
+    {
+      const auto d_lambda = squeal::sensitivities(derivative, modes);
+      for (unsigned int j = 0; j < table.rows.size(); ++j)
+        csv.add(sensitivities_fields(cycle, table.rows[j].mode, derivative, d_lambda[j]));
+    }
+  }
+
+  Report::Cost Report::cycle(const unsigned int cycle, const std::uint64_t cells,
+                             const unsigned int dofs, const unsigned int multipliers,
+                             const EigenSolution::Cost &cost)
+  {
+    Fields fields = {{"cycle", cycle},
+                     {"cells", std::to_string(cells)},
+                     {"dofs", dofs},
+                     {"multipliers", multipliers}};
+    for (const std::string &phase : phase_names)
+      fields.emplace_back("seconds_" + phase, timer.seconds(phase));
+    const double processor_seconds = dealii::Utilities::MPI::sum(of_cycle.lap(), comm),
+                 memory            = peak_memory_mib(comm);
+    fields.emplace_back("processor_seconds", processor_seconds);
+    fields.emplace_back("seconds_total", timer.total());
+    fields.emplace_back("memory_mib", memory);
+    table("cycles.csv", fields).add(fields);
+    phases(cost);
+    const Cost result{timer.total(), memory / 1024};
+    timer.restart();
+    return result;
+  }
+
+  void Report::phases(const EigenSolution::Cost &cost)
+  {
+    const double total = timer.total();
+    log.line("\n  phase            seconds    share");
+    for (const std::string &phase : phase_names)
+      if (const double seconds = timer.seconds(phase); seconds > 0)
+        log.line(
+            formatted("  %-14s %9.2f   %5.1f %%", phase.c_str(), seconds, 100 * seconds / total));
+    std::string line =
+        formatted("  %-14s %9.2f\n  Peak memory %.0f MiB", "total", total, peak_memory_mib(comm));
+    if (!timer.peak_phase().empty())
+      line += ", reached in the phase " + timer.peak_phase();
+    if (cost.factor_memory_mib > 0)
+      line += formatted("; the factorisation for shift-invert took %.0f MiB (predicted %.0f)",
+                        cost.factor_memory_mib, cost.predicted_memory_mib);
+    log.line(line + ".");
+  }
+
+  void Report::stage(const std::string &name, const EigenSolution &found,
+                     const std::vector<ModeRow> &rows)
+  {
+    const auto fields_of = [&](const ModeRow &row) {
+      return Fields{{"stage", name}} + modes_fields(row);
+    };
+    Table &csv = table("ladder.csv", fields_of({}));
+    for (const ModeRow &row : rows)
+      csv.add(fields_of(row));
+    log.line(text_of("Stage ", name, ": ", rows.size(), " modes. ", found.proof.completeness, "."));
+  }
+
+  void Report::ladder(const std::vector<std::string> &stages,
+                      const std::vector<std::vector<ModeRow>> &rows)
+  {
+    log.print(
+        "\nGrowth rates, 1/s, and verdicts of the stages; modes are paired by their eigenvalues\n" +
+        ladder_table(stages, rows) +
+        "\nOnly the stage full supports a verdict on a real brake: without damping every "
+        "circulatory\ngyroscopic system is unstable, and damping of one kind alone settles "
+        "nothing.\n");
+  }
+
+  void Report::convergence(const std::vector<ConvergenceRow> &rows, const bool several_meshes)
+  {
+    Table csv(directory + "/convergence.csv", convergence_fields({}), comm);
+    for (const ConvergenceRow &row : rows)
+      csv.add(convergence_fields(row));
+    write_text(directory + "/convergence.tex", convergence_tex(rows), comm);
+    if (several_meshes)
+      log.print("\nConvergence (change: |l - l of the mesh before| / |l|)\n" +
+                convergence_table(rows));
+  }
+
+  void Report::end()
+  {
+    log.line("\nResults: " + directory);
+  }
+
+  std::string describe(const Parameters::All &prm, const std::string &directory)
+  {
+    std::ostringstream text;
+    text << "Scene " << name_of(prm.scene);
+    if (prm.scene != Scene::matrices)
+    {
+      text << ", stage " << name_of(prm.stage) << ", " << prm.n_pads() << " pads";
+      if (prm.n_pads() > 0)
+      {
+        text << ", contact by " << name_of(prm.contact.formulation)
+             << (prm.contact.formulation == Formulation::mortar
+                     ? ""
+                     : " " + number(prm.contact.penalty_stiffness) + " N/m^3");
+        if (prm.terms().friction)
+          text << ", friction " << name_of(prm.contact.friction.kind) << " "
+               << prm.contact.friction.coefficient << ", steady pressure "
+               << name_of(prm.contact.steady_pressure);
+      }
+      text << ", " << prm.operation.angular_velocity << " rad/s";
+      const auto &d = prm.discretization;
+      text << "\nCoarse mesh: "
+           << (prm.scene == Scene::mesh
+                   ? prm.mesh.file
+                   : "rotor " + d.rotor_cells_text + ", each pad " + d.pad_cells_text + " cells")
+           << "; degree " << d.degree << "; " << prm.refinement.n_cycles() << " mesh(es), "
+           << name_of(prm.refinement.strategy);
+    }
+    if (prm.eigenproblem.is_solved())
+      text << "\nEvery mode " << window_of(prm.eigenproblem) << " by the solver "
+           << name_of(prm.eigenproblem.solver) << ", tolerance " << prm.eigenproblem.tolerance;
+    else
+      text << "\nThe static equilibrium only, linear solver "
+           << name_of(prm.static_equilibrium.linear_solver);
+    text << "\nResults go to " << directory << "\n";
+    constexpr double nearly_incompressible = 0.49;
+    constexpr unsigned int free_of_locking = 4;
+    if (prm.scene != Scene::matrices && prm.discretization.degree < free_of_locking)
+      for (const Parameters::BodyMaterial &body : prm.materials())
+        if (body.material.poisson_ratio > nearly_incompressible)
+          text << "Warning, nearly incompressible: " << body.section
+               << "/Material/Poisson ratio = " << body.material.poisson_ratio
+               << ". Elements of degree " << prm.discretization.degree
+               << " lock, and error bars may be several times too short. Take degree "
+               << free_of_locking << ".\n";
+    constexpr double long_cell = 20;
+    const double length        = (prm.rotor.outer_radius - prm.rotor.inner_radius) /
+                          prm.discretization.rotor_cells[0],
+                 thickness = prm.rotor.thickness / prm.discretization.rotor_cells[2];
+    if (prm.scene == Scene::brake && length > long_cell * thickness)
+      text
+          << "Warning, thin rotor: its cells are " << number(std::round(length / thickness))
+          << " times as long as thick. Error bars may be several times too short. Take more radial "
+             "cells.\n";
+    return text.str();
+  }
+} // namespace squeal
