@@ -72,18 +72,7 @@ namespace squeal
       return result;
     }
 
-    enum class Kind
-    {
-      mesh,
-      body,
-      volume,
-      surface,
-      pair
-    };
-    auto names_of(Kind)
-    {
-      return make_names("mesh", "body", "volume", "surface", "pair");
-    }
+    SQUEAL_CHOICE(Kind, mesh, body, volume, surface, pair)
 
     /// One line of mesh.csv. Negative: unknown, an empty field.
     struct Row

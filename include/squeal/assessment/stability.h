@@ -10,18 +10,8 @@
 
 namespace squeal
 {
-  enum class Verdict
-  {
-    stable,
-    flutter,
-    divergence,
-    marginal, ///< neither grows nor decays, up to rounding
-    undecided ///< the error bar straddles zero
-  };
-  inline auto names_of(Verdict)
-  {
-    return make_names("stable", "flutter", "divergence", "marginal", "undecided");
-  }
+  /// marginal: neither grows nor decays, up to rounding. undecided: the error bar straddles zero.
+  SQUEAL_CHOICE(Verdict, stable, flutter, divergence, marginal, undecided)
 
   /// One line of modes.csv. A value that was not computed is empty.
   struct ModeRow

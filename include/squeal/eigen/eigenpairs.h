@@ -19,9 +19,9 @@ namespace squeal
     symmetric,
     antisymmetric
   };
-  inline auto names_of(Parity)
+  inline std::array<std::string, 3> names_of(Parity)
   {
-    return make_names("", "symmetric", "antisymmetric");
+    return {{"", "symmetric", "antisymmetric"}};
   }
 
   /// Eigenvalues with Im l >= 0, their vectors, and how accurate they are. What a solver does not

@@ -25,11 +25,11 @@ namespace squeal
     turning_friction, ///< geometric stiffness of the friction traction, circulatory
     velocity          ///< a given velocity matrix (scene matrices)
   };
-  inline auto names_of(Origin)
+  inline std::array<std::string, 11> names_of(Origin)
   {
-    return make_names("inertia", "elasticity", "material damping", "transport", "contact",
-                      "friction", "friction damping", "falling friction", "prestress",
-                      "turning friction", "velocity matrix");
+    return {{"inertia", "elasticity", "material damping", "transport", "contact", "friction",
+             "friction damping", "falling friction", "prestress", "turning friction",
+             "velocity matrix"}};
   }
 
   /// Whether a term belongs to the conservative reference problem, by which modes are counted.

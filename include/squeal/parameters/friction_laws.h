@@ -37,9 +37,9 @@ namespace squeal
       smoothed,  ///< mu, with a smoothing speed
       expression ///< a function of v and p that the user gives
     };
-    friend auto names_of(Kind)
+    friend std::array<std::string, 4> names_of(Kind)
     {
-      return make_names("constant", "falling", "smoothed", "expression");
+      return {{"constant", "falling", "smoothed", "expression"}};
     }
 
     Kind kind                 = Kind::constant;
