@@ -1,5 +1,6 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/signals.h>
+#include <squeal/run/advice.h>
 #include <squeal/run/driver.h>
 #include <squeal/run/report.h>
 
@@ -190,7 +191,7 @@ int main(int argc, char *argv[])
   }
   catch (const squeal::SolverError &error)
   {
-    return fail(squeal::exit_solver_error, error.what(), comm);
+    return fail(squeal::exit_solver_error, error.what() + squeal::advice(error), comm);
   }
   catch (const squeal::Interrupted &signal)
   {

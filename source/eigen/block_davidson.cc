@@ -319,8 +319,8 @@ namespace squeal
                                  (2 * std::norm(l));
         if (!std::isfinite(estimated))
           throw SolverError("The error of an eigenvalue could not be estimated: multigrid is no "
-                            "positive definite preconditioner here. Try another Static "
-                            "equilibrium/Multigrid, or Eigenproblem/Solver = block_krylov.");
+                            "positive definite preconditioner here.",
+                            {Failure::multigrid_indefinite});
         const double error = error_of(l, estimated);
         worst              = std::max(worst, error);
         estimates.push_back({l, estimated});
@@ -402,9 +402,9 @@ namespace squeal
           double(n_vectors) * equations.rows.size * sizeof(double) / n_ranks / (1024. * 1024.);
       if (memory_load(mib, equations.rows.comm) > 1)
         throw SolverError("Davidson's method is expected to keep " + std::to_string(n_vectors) +
-                          " vectors, " + std::to_string(std::lround(mib)) +
-                          " MiB for each rank; that is not there. Try a smaller "
-                          "Eigenproblem/Maximum frequency, or more machines.");
+                              " vectors, " + std::to_string(std::lround(mib)) +
+                              " MiB for each rank; that is not there.",
+                          {Failure::davidson_too_large});
     }
 
     EigenSolution Davidson::run(MultiVector start)
@@ -473,10 +473,8 @@ namespace squeal
       }
       std::ostringstream message;
       message << "Davidson's method has not made all eigenvalues accurate in " << max_steps
-              << " steps; the largest estimated relative error is " << worst
-              << ". Try another Static equilibrium/Multigrid, cells that are less long, or "
-                 "Eigenproblem/Solver = block_krylov where its factors fit.";
-      throw SolverError(message.str());
+              << " steps; the largest estimated relative error is " << worst << ".";
+      throw SolverError(message.str(), {Failure::davidson_stalled});
     }
   } // namespace
 

@@ -447,10 +447,9 @@ namespace squeal
       }
       if (m >= largest)
         throw SolverError("The block Krylov search did not converge in a space of " +
-                          std::to_string(m) + " vectors: " + std::to_string(n_converged) + " of " +
-                          std::to_string(n_inside) +
-                          " eigenvalues. Try a smaller Eigenproblem/Maximum frequency, or another "
-                          "Eigenproblem/Solver.");
+                              std::to_string(m) + " vectors: " + std::to_string(n_converged) +
+                              " of " + std::to_string(n_inside) + " eigenvalues.",
+                          {Failure::krylov_space_full});
     }
     result.cost.n_solves      = arnoldi.n_solves();
     result.reuse.search_space = arnoldi.release_basis();

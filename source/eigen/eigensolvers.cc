@@ -263,9 +263,8 @@ namespace squeal
     {
       std::ostringstream message;
       message << "The modes of the window have backward errors up to "
-              << *std::max_element(backward_errors.begin(), backward_errors.end())
-              << ". Try a larger Eigenproblem/Tolerance, or Eigenproblem/Solver = krylov.";
-      throw SolverError(message.str());
+              << *std::max_element(backward_errors.begin(), backward_errors.end()) << ".";
+      throw SolverError(message.str(), {Failure::modes_inaccurate});
     }
 
     EigenSolution ShiftInvertSolver::search_all(const Task &task, MultiVector &start) const
@@ -299,10 +298,10 @@ namespace squeal
         text << "; a second search from another start vector found " << n_again;
         if (n_again != n_found || is_own_reference(task.problem))
           throw SolverError("Two Krylov searches of the same window found " +
-                            std::to_string(n_found) + " and " + std::to_string(n_again) +
-                            " modes, the reference problem has " + std::to_string(n_expected) +
-                            ": modes are missing. Try a smaller Eigenproblem/Tolerance, or "
-                            "Eigenproblem/Solver = dense for a small problem.");
+                                std::to_string(n_found) + " and " + std::to_string(n_again) +
+                                " modes, the reference problem has " + std::to_string(n_expected) +
+                                ": modes are missing.",
+                            {Failure::modes_missing});
         if (const MultiVector more = span_of(again); more.n_columns() > 0)
           start.append(more);
         found.cost.n_solves += again.cost.n_solves;
@@ -416,8 +415,9 @@ namespace squeal
         constexpr unsigned int largest = 3000;
         if (problem.rows.size > largest)
           throw SolverError("The dense solver takes at most " + std::to_string(largest) +
-                            " unknowns; this problem has " + std::to_string(problem.rows.size) +
-                            ". Use Eigenproblem/Solver = block_krylov.");
+                                " unknowns; this problem has " + std::to_string(problem.rows.size) +
+                                ".",
+                            {Failure::too_large_for_dense});
         // Every rank solves the whole problem: the basis of the projection is the identity.
         MultiVector identity(problem.rows, problem.rows.size);
         for (unsigned int row = problem.rows.begin; row < problem.rows.end; ++row)
@@ -439,8 +439,8 @@ namespace squeal
         modes.backward_error = BackwardError(problem)(modes);
         for (const double error : modes.backward_error)
           if (error > options.tolerance)
-            throw SolverError("The dense solver's backward error is " + std::to_string(error) +
-                              ". Try a larger Eigenproblem/Tolerance.");
+            throw SolverError("The dense solver's backward error is " + std::to_string(error) + ".",
+                              {Failure::dense_inaccurate});
         solution.proof.n_rigid_body_modes = n_rigid;
         solution.proof.completeness       = "all eigenvalues were computed";
         add_left_vectors(problem, identity, shift, radius, modes);

@@ -432,12 +432,9 @@ namespace squeal
         expand(corrections, open);
       }
       std::ostringstream message;
-      message
-          << "The modes of the window did not converge in " << max_steps
-          << " steps: the largest correction is " << worst
-          << " times what is allowed. Try a narrower window (Eigenproblem/Minimum frequency), a "
-             "larger Eigenproblem/Tolerance, or Eigenproblem/Solver = krylov.";
-      throw SolverError(message.str());
+      message << "The modes of the window did not converge in " << max_steps
+              << " steps: the largest correction is " << worst << " times what is allowed.";
+      throw SolverError(message.str(), {Failure::interval_stalled});
     }
 
     /// Makes l of both the root near it of y^T (l^2 M + l P + Q) x = 0, whose error is of the
@@ -522,9 +519,9 @@ namespace squeal
       const EigenPairs found = left.wanted_pairs();
       if (found.size() < modes.size())
         throw SolverError("The transposed problem has " + std::to_string(found.size()) +
-                          " eigenvalues in the window where the problem has " +
-                          std::to_string(modes.size()) +
-                          ": left vectors are missing. Try Eigenproblem/Solver = krylov.");
+                              " eigenvalues in the window where the problem has " +
+                              std::to_string(modes.size()) + ": left vectors are missing.",
+                          {Failure::interval_left_vectors_missing});
       transposed = found.select(nearest_partners(modes.lambda, found.lambda));
       refine_eigenvalues(problem, modes, transposed);
       modes.backward_error      = of_right(modes);

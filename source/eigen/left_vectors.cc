@@ -184,10 +184,10 @@ namespace squeal
     {
       const unsigned int n = modes.size();
       if (adjoint_pairs.size() < n)
-        throw SolverError(
-            "The transposed problem has " + std::to_string(adjoint_pairs.size()) +
-            " eigenvalues where the problem has " + std::to_string(n) +
-            ": left vectors are missing. Try another Eigenproblem/Maximum frequency.");
+        throw SolverError("The transposed problem has " + std::to_string(adjoint_pairs.size()) +
+                              " eigenvalues where the problem has " + std::to_string(n) +
+                              ": left vectors are missing.",
+                          {Failure::left_vectors_missing});
       attach_left_vectors(
           problem, adjoint_pairs.select(nearest_partners(modes.lambda, adjoint_pairs.lambda)),
           modes);

@@ -170,8 +170,7 @@ namespace squeal
     std::ostringstream message;
     message << "The eigenpairs could not be refined to the tolerance " << options.tolerance << ": "
             << modes.lambda.size() << " of " << n_wanted << " pairs, largest backward error "
-            << worst << ", last relative change " << change
-            << ". Try a larger Eigenproblem/Tolerance, or the solver dense for a small problem.";
-    throw SolverError(message.str());
+            << worst << ", last relative change " << change << ".";
+    throw SolverError(message.str(), {Failure::pairs_not_refined});
   }
 } // namespace squeal

@@ -98,11 +98,11 @@ namespace squeal
       SQUEAL_PETSC(PEPGetIterationNumber(pep, &n_iterations));
       SQUEAL_PETSC(PEPGetConvergedReason(pep, &reason));
       if (reason < 0)
-        throw SolverError(
-            "SLEPc's PEP (TOAR) stopped after " + std::to_string(n_iterations) + " restarts with " +
-            std::to_string(n_converged) + " of " + std::to_string(n_wanted) +
-            " eigenvalues (reason " + std::to_string(reason) +
-            "). Try a smaller Eigenproblem/Maximum frequency, or another Eigenproblem/Shift.");
+        throw SolverError("SLEPc's PEP (TOAR) stopped after " + std::to_string(n_iterations) +
+                              " restarts with " + std::to_string(n_converged) + " of " +
+                              std::to_string(n_wanted) + " eigenvalues (reason " +
+                              std::to_string(reason) + ").",
+                          {Failure::pep_stalled});
 
       EigenPairs result;
       result.right = ComplexMultiVector(rows, 0);
@@ -154,7 +154,7 @@ namespace squeal
       n_wanted = std::min(n_all, n_wanted + n_wanted / 2 + 8);
     }
     throw SolverError("The Krylov search did not reach the end of the window after " +
-                      std::to_string(n_wanted) +
-                      " eigenvalues. Try a smaller Eigenproblem/Maximum frequency.");
+                          std::to_string(n_wanted) + " eigenvalues.",
+                      {Failure::window_too_wide});
   }
 } // namespace squeal

@@ -66,10 +66,9 @@ namespace squeal
     PetscBLASInt info = 0;
     LAPACKgetrf_(&n, &n, a.values.data(), &n, pivots.data(), &info);
     if (info != 0)
-      throw SingularMatrix(
-          "LAPACK: a dense matrix is singular to working precision (row " + std::to_string(info) +
-          " of " + std::to_string(n) +
-          "). If a body is free to move, set Eigenproblem/Shift, for example to 0.1.");
+      throw SingularMatrix("LAPACK: a dense matrix is singular to working precision (row " +
+                               std::to_string(info) + " of " + std::to_string(n) + ").",
+                           {Failure::singular_matrix});
     LAPACKgetrs_("N", &n, &n_rhs, a.values.data(), &n, pivots.data(), b.values.data(), &n, &info);
     return b;
   }

@@ -1,5 +1,6 @@
 #include <squeal/base/memory.h>
 #include <squeal/base/signals.h>
+#include <squeal/base/text.h>
 #include <squeal/linalg/dense.h>
 #include <squeal/linalg/linear_algebra.h>
 
@@ -443,10 +444,8 @@ namespace squeal
     PetscReal squares = 0;
     SQUEAL_PETSC(MatNorm(matrix, NORM_FROBENIUS, &squares));
     if (std::isnan(squares) || !std::isfinite(matrix.infinity_norm()))
-      throw SolverError(
-          "Cannot factorise " + what +
-          ": its numbers are too large to compute with. Check the orders of magnitude of lengths, "
-          "materials, matrices, Operation/Angular velocity and Eigenproblem/Maximum frequency.");
+      throw SolverError("Cannot factorise " + what + ": its numbers are too large to compute with.",
+                        {Failure::numbers_too_large});
   }
 
   void Factorization::analyse(const Matrix &matrix)
@@ -476,18 +475,14 @@ namespace squeal
     PetscInt code = 0, detail = 0;
     MatMumpsGetInfog(mat, 1, &code);
     MatMumpsGetInfog(mat, 2, &detail);
-    std::string advice = "see the MUMPS manual.";
-    if (error == MAT_FACTOR_OUTMEMORY)
-      advice = "out of memory: use a coarser mesh or a machine with more memory.";
-    else if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
-      advice = "the matrix is singular: if a body is free to move, set Eigenproblem/Shift, for "
-               "example to 0.1.";
-    const std::string message = "MUMPS cannot factorise " + what +
-                                " (INFOG(1) = " + std::to_string(code) +
-                                ", INFOG(2) = " + std::to_string(detail) + "): " + advice;
+    const std::string message = text_of("MUMPS cannot factorise ", what, " (INFOG(1) = ", code,
+                                        ", INFOG(2) = ", detail, "): ");
     if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
-      throw SingularMatrix(message);
-    throw SolverError(message);
+      throw SingularMatrix(message + "the matrix is singular", {Failure::singular_factors});
+    throw SolverError(message +
+                      (error == MAT_FACTOR_OUTMEMORY
+                           ? "out of memory: use a coarser mesh or a machine with more memory."
+                           : "see the MUMPS manual."));
   }
 
   void Factorization::check_memory(const MPI_Comm comm)
@@ -502,13 +497,9 @@ namespace squeal
     {
       std::ostringstream message;
       message.precision(3);
-      message
-          << "The factorisation of " << what << " needs about " << predicted_mib / 1024 << " GiB, "
-          << load << " times what is available. Use a coarser mesh, a lower degree, "
-          << "or more machines; Refinement/Maximum memory ends a refinement in time. The static "
-             "equilibrium alone needs no factors: Static equilibrium/Linear solver = iterative, "
-             "Eigenproblem/Solver = none.";
-      throw SolverError(message.str());
+      message << "The factorisation of " << what << " needs about " << predicted_mib / 1024
+              << " GiB, " << load << " times what is available.";
+      throw SolverError(message.str(), {Failure::factors_too_large});
     }
   }
 

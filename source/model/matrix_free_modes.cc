@@ -170,8 +170,8 @@ namespace squeal
       start.vectors.append(found);
     }
     throw SolverError("Elements of degree " + lower_degree +
-                      " are so far off that modes may be missing. Try a finer mesh, or "
-                      "Eigenproblem/Solver = block_krylov.");
+                          " are so far off that modes may be missing.",
+                      {Failure::degree_too_low});
   }
 
   template EigenSolution find_modes_without_factors(const BrakeModel<2> &,

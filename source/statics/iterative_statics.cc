@@ -220,8 +220,8 @@ namespace squeal
         [&](const MultiVector &r) { return B.apply(r); }, b, x, tolerance, options.iterations);
     if (!n_steps)
       throw SolverError("The iterative solver of the static equilibrium has not converged in " +
-                        std::to_string(options.iterations) +
-                        " steps of GMRES (Static equilibrium/Maximum iterations).");
+                            std::to_string(options.iterations) + " steps of GMRES",
+                        {Failure::gmres_stalled});
     return *n_steps;
   }
 

@@ -273,9 +273,9 @@ namespace squeal
 
         const std::vector<std::string> lost = contact.lost_contacts();
         if (!lost.empty())
-          throw SolverError(
-              "The static equilibrium has no contact on the pad '" + lost.front() +
-              "': nothing presses it onto the rotor. Check Pads/Pressure and Contact/Initial gap.");
+          throw SolverError("The static equilibrium has no contact on the pad '" + lost.front() +
+                                "': nothing presses it onto the rotor.",
+                            {Failure::contact_lost});
         if (result.iterations.back().n_changed > 0 &&
             !visited.insert(contact.active_set().hash(comm)).second)
           break;
@@ -336,12 +336,10 @@ namespace squeal
       iterate(solver_by(solver, problem.with_friction), problem, contact, result);
       return result;
     }
-    catch (const SolverError &error)
+    catch (SolverError &error)
     {
-      throw SolverError(
-          std::string(error.what()) +
-          " Static equilibrium/Linear solver = direct tells more, for example whether friction is "
-          "self-locking, where its factors fit; on a coarse mesh they do.");
+      error.kinds.push_back(Failure::iterative_statics_failed);
+      throw;
     }
   }
 
