@@ -102,7 +102,7 @@ namespace squeal
                           setter(materials[m].section, &Material::young_modulus)});
       result.push_back(density);
       if (stage.material_damping)
-        for (const Material::Constant &constant : Material::damping_constants())
+        for (const Material::Constant &constant : material.damping_constants())
         {
           const auto &[alpha, beta] = constant.damping;
           result.push_back({section + constant.key,

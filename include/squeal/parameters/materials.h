@@ -45,7 +45,7 @@ namespace squeal
       double Material::*value;
       Damping damping; ///< d(alpha, beta)/d value; zero for elastic constants
     };
-    static std::vector<Constant> damping_constants()
+    std::vector<Constant> damping_constants() const
     {
       return {{"Mass proportional damping", &Material::mass_damping, {1, 0}},
               {"Stiffness proportional damping", &Material::stiffness_damping, {0, 1}}};
