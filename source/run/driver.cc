@@ -94,13 +94,14 @@ namespace squeal
       void continue_along_parameters(Model &model, const ModelFactory &make_model)
       {
         const EigensolverOptions options = options_of(prm.eigenproblem, report.log);
+        EigenSolution::Cost cost;
         if (prm.stage == Stage::ladder)
-          climb(model);
+          cost = climb(model);
         else if (prm.sweep.is_map())
           StabilityMap(file, model, options, directory, comm, report.log).run();
         else
           Sweep(file, model, make_model, options, directory, comm, report.log).run();
-        report.phases();
+        report.phases(cost);
       }
 
     private:
@@ -113,9 +114,10 @@ namespace squeal
       {
       }
 
-      /// All stages one after the other (theory.md, section 5).
-      void climb(Model &model)
+      /// All stages one after the other (theory.md, section 5). Returns what the last one cost.
+      EigenSolution::Cost climb(Model &model)
       {
+        EigenSolution::Cost cost;
         std::vector<std::string> stages;
         std::vector<std::vector<ModeRow>> rows;
         for (Stage stage = Stage::elastic; stage < Stage::ladder; stage = Stage(int(stage) + 1))
@@ -126,9 +128,11 @@ namespace squeal
           const EigenSolution found = find_modes(model, model.equations());
           rows.push_back(assess_stability(model, found.modes, 0).rows);
           report.stage(stages.back(), found, rows.back());
+          cost = found.cost;
         }
         file.choose("Stage", name_of(Stage::ladder));
         report.ladder(stages, rows);
+        return cost;
       }
     };
 
