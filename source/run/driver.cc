@@ -170,9 +170,7 @@ namespace squeal
           Stopwatch watch;
           const EigenvalueErrors errors = estimate_errors(found.modes);
           const double seconds_of_bars  = watch.lap();
-          const ModeTable table = common.assess_stability(model, found.modes, cycle, errors.bounds);
-          if (prm.eigenproblem.is_solved())
-            common.tell(model, cycle, found, table, seconds_of_bars);
+          const ModeTable table = assess_stability(cycle, found, errors.bounds, seconds_of_bars);
           write(cycle, state, found.modes, table.rows);
           finish(cycle, found.cost, table.rows);
           refine(table.rows, errors);
@@ -274,6 +272,17 @@ namespace squeal
         EigenvalueErrors errors = squeal::estimate_errors(model, modes);
         return_freed_memory();
         return errors;
+      }
+
+      /// Verdicts and causes, written and shown.
+      ModeTable assess_stability(const unsigned int cycle, const EigenSolution &found,
+                                 const ErrorBounds &bars, const double seconds_of_bars)
+      {
+        if (!prm.eigenproblem.is_solved())
+          return {};
+        const ModeTable table = common.assess_stability(model, found.modes, cycle, bars);
+        common.tell(model, cycle, found, table, seconds_of_bars);
+        return table;
       }
 
       /// Fields of the steady state and of the modes that were asked for.
