@@ -115,20 +115,6 @@ namespace squeal
     append_to_file(filename, line_of(texts));
   }
 
-  Table::Table(const std::string &filename, const std::string &header, const MPI_Comm comm,
-               const bool append)
-      : filename(filename), writes(is_rank_zero(comm))
-  {
-    if (writes && !(append && std::filesystem::exists(filename)))
-      write_file(filename, [&](std::ostream &out) { out << header << '\n'; });
-  }
-
-  void Table::add(const std::vector<std::string> &fields)
-  {
-    if (writes)
-      append_to_file(filename, line_of(fields));
-  }
-
   Fields operator+(Fields fields, const Fields &more)
   {
     fields.insert(fields.end(), more.begin(), more.end());

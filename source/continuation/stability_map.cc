@@ -135,13 +135,31 @@ namespace squeal
 
   // The grid.
 
+  Fields StabilityMap::map_fields(const Position &at, const GrowthSummary &summary) const
+  {
+    const auto &worst = summary.worst;
+    return {{"first_value", number(parameter_at(0, at[0]), 15)},
+            {"second_value", number(parameter_at(1, at[1]), 15)},
+            {"unstable_modes", summary.n_unstable},
+            {"growth_rate_1_per_s", worst ? number(worst->growth_rate()) : ""},
+            {"frequency_hz", worst ? number(worst->frequency()) : ""},
+            {"verdict", worst ? name_of(worst->verdict) : ""}};
+  }
+
+  Fields StabilityMap::border_fields(const unsigned int curve, const BoundaryPoint &point) const
+  {
+    return {{"curve", curve},
+            {"kind", point.divergence ? "divergence" : "flutter"},
+            {"first_value", number(parameter_at(0, point.at[0]), 15)},
+            {"second_value", number(parameter_at(1, point.at[1]), 15)},
+            {"frequency_hz", point.lambda.imag() / (2 * M_PI)},
+            {"accuracy_cells", point.accuracy}};
+  }
+
   void StabilityMap::write(const Position &at, const EigenPairs &modes)
   {
     const GrowthSummary summary(tracker.analyse(modes));
-    const auto &worst = summary.worst;
-    map_csv->add({number(parameter_at(0, at[0]), 15), number(parameter_at(1, at[1]), 15),
-                  std::to_string(summary.n_unstable), worst ? number(worst->growth_rate()) : "",
-                  worst ? number(worst->frequency()) : "", worst ? name_of(worst->verdict) : ""});
+    map_csv->add(map_fields(at, summary));
     log.progress("  " + study.parameters[0] + " = " + number(parameter_at(0, at[0])) + ", " +
                  study.parameters[1] + " = " + number(parameter_at(1, at[1])) + ": " +
                  std::to_string(summary.n_unstable) + " unstable");
@@ -438,10 +456,7 @@ namespace squeal
         continue;
       const std::vector<BoundaryPoint> curve = trace(seed);
       for (const BoundaryPoint &point : curve)
-        border_csv->add({std::to_string(n_curves), point.divergence ? "divergence" : "flutter",
-                         number(parameter_at(0, point.at[0]), 15),
-                         number(parameter_at(1, point.at[1]), 15),
-                         number(point.lambda.imag() / (2 * M_PI)), number(point.accuracy)});
+        border_csv->add(border_fields(n_curves, point));
       log.line("  Border curve " + std::to_string(n_curves) + ": " + std::to_string(curve.size()) +
                " points, " +
                (seed.divergence ? "divergence"
@@ -507,13 +522,10 @@ namespace squeal
   void StabilityMap::run()
   {
     const bool resumed = resume();
-    map_csv            = std::make_unique<Table>(
-        study.directory + "/map.csv",
-        "first_value,second_value,unstable_modes,growth_rate_1_per_s,frequency_hz,verdict",
-        study.comm, resumed);
-    border_csv = std::make_unique<Table>(
-        study.directory + "/border.csv",
-        "curve,kind,first_value,second_value,frequency_hz,accuracy_cells", study.comm, resumed);
+    map_csv            = std::make_unique<Table>(study.directory + "/map.csv",
+                                      map_fields({}, GrowthSummary({})), study.comm, resumed);
+    border_csv = std::make_unique<Table>(study.directory + "/border.csv", border_fields(0, {}),
+                                         study.comm, resumed);
     log.line("\nStability map over " + study.parameters[0] + " and " + study.parameters[1] + ", " +
              std::to_string(values[0].size()) + " x " + std::to_string(values[1].size()) +
              " points");

@@ -210,11 +210,8 @@ namespace squeal
                " changes the mesh. The log says between which values a growth rate changes its "
                "sign.");
     if (wants_critical_values && keeps_mesh)
-      critical_csv = std::make_unique<Table>(
-          study.directory + "/critical.csv",
-          "kind,parameter,value,accuracy,frequency_hz,growth_rate_1_per_s,branch,other_branch,"
-          "iterations",
-          study.comm, resumed);
+      critical_csv = std::make_unique<Table>(study.directory + "/critical.csv", critical_fields({}),
+                                             study.comm, resumed);
     log.line("\nSweep over " + parameter +
              "\n           value   modes   unstable   largest growth "
              "rate, 1/s");
@@ -254,13 +251,22 @@ namespace squeal
     study.finish();
   }
 
+  Fields Sweep::critical_fields(const Critical &critical) const
+  {
+    return {{"kind", critical.kind},
+            {"parameter", parameter},
+            {"value", number(critical.value, 15)},
+            {"accuracy", critical.accuracy},
+            {"frequency_hz", std::abs(critical.lambda.imag()) / (2 * M_PI)},
+            {"growth_rate_1_per_s", critical.lambda.real()},
+            {"branch", std::to_string(critical.branch)},
+            {"other_branch", critical.other < 0 ? "" : std::to_string(critical.other)},
+            {"iterations", critical.iterations}};
+  }
+
   void Sweep::report(const Critical &critical)
   {
-    critical_csv->add(
-        {critical.kind, parameter, number(critical.value, 15), number(critical.accuracy),
-         number(std::abs(critical.lambda.imag()) / (2 * M_PI)), number(critical.lambda.real()),
-         std::to_string(critical.branch), critical.other < 0 ? "" : std::to_string(critical.other),
-         std::to_string(critical.iterations)});
+    critical_csv->add(critical_fields(critical));
     log.line("  Critical: " + critical.kind + " of branch " + std::to_string(critical.branch) +
              (critical.other < 0 ? "" : " with branch " + std::to_string(critical.other)) + " at " +
              parameter + " = " + number(critical.value) + " (+- " + number(critical.accuracy) +

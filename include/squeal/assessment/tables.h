@@ -52,8 +52,6 @@ namespace squeal
     /// The columns are those of any line. With @p append an existing file goes on.
     Table(const std::string &filename, const Fields &sample, MPI_Comm comm, bool append = false);
     void add(const Fields &fields);
-    Table(const std::string &filename, const std::string &header, MPI_Comm comm, bool append);
-    void add(const std::vector<std::string> &fields);
 
   private:
     const std::string filename;

@@ -73,6 +73,8 @@ namespace squeal
     Evaluation evaluate(const Position &at, const StaticInstability &instability);
 
     void walk_grid();
+    Fields map_fields(const Position &at, const GrowthSummary &summary) const;
+    Fields border_fields(unsigned int curve, const BoundaryPoint &point) const;
     void write(const Position &at, const EigenPairs &modes);
     /// The crossings between two neighbours of the grid, of which the second has just been solved.
     void find_crossings(unsigned int before, unsigned int now, const EigenPairs &modes);

@@ -70,6 +70,7 @@ namespace squeal
     /// are not.
     Critical coalescence(const BranchPoint &from, const BranchPoint &to, unsigned int branch,
                          unsigned int other);
+    Fields critical_fields(const Critical &critical) const;
     void report(const Critical &critical);
 
     const std::string parameter;
