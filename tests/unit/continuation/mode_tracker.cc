@@ -46,7 +46,7 @@ TEST_CASE("mode tracker: one full solution serves for many parameters")
   // sqrt(0.0917) = 0.303 on; so 4 modes in the window 0.26 and in the disc 0.286. The eigenvalues
   // are those of the closed form, before the coalescences at p = d/(2 w^2) and after.
   const auto model = TwoChains::model();
-  ModeTracker tracker(window(0.26), "block_krylov");
+  ModeTracker tracker(window(0.26), ModeSolver::block_krylov);
   tracker.set_model(*model);
   begin(tracker, factors(0.1, 0.002));
   for (unsigned int k = 1; k <= 30; ++k)
@@ -70,7 +70,7 @@ TEST_CASE("mode tracker: derivatives and Rayleigh coefficients of projected mode
   // damping c: d = c, g = 0.
   const double p = 0.12, c = 0.003;
   const auto model = TwoChains::model();
-  ModeTracker tracker(window(0.26), "block_krylov");
+  ModeTracker tracker(window(0.26), ModeSolver::block_krylov);
   tracker.set_model(*model);
   begin(tracker, factors(0.1, 0.002));
   const EigenPairs modes = tracker.solve(factors(p, c)).modes;
@@ -110,7 +110,7 @@ TEST_CASE("mode tracker: other modes in the window ask for a full solution")
   model.add(Origin::inertia, 2, diagonal(40, 1))
       .add(Origin::elasticity, 0, chain(40))
       .add(Origin::elasticity, 0, chain(40), ChainModel::first);
-  ModeTracker tracker(window(0.25), "block_krylov");
+  ModeTracker tracker(window(0.25), ModeSolver::block_krylov);
   tracker.set_model(model);
   begin(tracker, factors(0, 0));
   for (const double p : {-0.01, -0.02})
@@ -155,7 +155,7 @@ TEST_CASE("reduced sectors: symmetric and antisymmetric modes, each by its own r
   // even j; so each sector has the two modes of one j. 30 unknowns in each sector, and 2 modes in
   // the disc, leave room for a projection.
   const auto model = mirrored_chains();
-  ModeTracker tracker(window(0.26), "block_krylov");
+  ModeTracker tracker(window(0.26), ModeSolver::block_krylov);
   tracker.set_model(*model);
   begin(tracker, factors(0.1, 0.002));
   for (const double p : {0.11, 0.13, 0.17, 0.2, 0.23, 0.26, 0.3})
@@ -196,7 +196,7 @@ TEST_CASE("reduced sectors: branches go on in coordinates, from whole modes and 
   {
     CAPTURE(in_sectors);
     const auto model = in_sectors ? mirrored_chains() : TwoChains::model();
-    ModeTracker tracker(window(0.26), "block_krylov");
+    ModeTracker tracker(window(0.26), ModeSolver::block_krylov);
     tracker.set_model(*model);
     BranchPoint before;
     const EigenSolution first = tracker.solve_fully(factors(0.1, 0.002));
@@ -238,7 +238,7 @@ TEST_CASE("reduced sectors: terms that lose the symmetry ask for a full solution
 {
   // A damper at one end of one chain, c times 1: without it (c = 0) the mirror symmetry holds.
   const auto model = mirrored_chains(true);
-  ModeTracker tracker(window(0.26), "block_krylov");
+  ModeTracker tracker(window(0.26), ModeSolver::block_krylov);
   tracker.set_model(*model);
   begin(tracker, factors(0.1, 0));
   CHECK(!tracker.is_whole(tracker.solve(factors(0.11, 0)).modes));

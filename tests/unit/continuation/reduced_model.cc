@@ -93,7 +93,7 @@ TEST_CASE("reduced model: a contact with friction")
   ReducedModel reduced(options);
   const QuadraticEigenproblem problem = chain.problem(0.1);
   reduced.set_expansion_point(problem, chain.terms(0.1),
-                              make_eigensolver("block_krylov")->solve(problem, options).reuse);
+                              make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
   REQUIRE(reduced.has_expansion_point());
   for (const double mu : {0.1, 0.11, 0.12, 0.14, 0.17})
   {
@@ -121,7 +121,7 @@ TEST_CASE("reduced model: a contact opens")
   ReducedModel reduced(options);
   const QuadraticEigenproblem problem = chain.problem(0.1);
   reduced.set_expansion_point(problem, chain.terms(0.1),
-                              make_eigensolver("block_krylov")->solve(problem, options).reuse);
+                              make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
   REQUIRE(reduced.solve(chain.terms(0.1)));
   if (const auto modes = reduced.solve(chain.terms(0.1, true)))
   {
@@ -150,7 +150,7 @@ TEST_CASE("reduced model: coordinates and whole vectors")
   ReducedModel reduced(options);
   reduced.set_expansion_point(
       model->problem(), first,
-      make_eigensolver("block_krylov")->solve(model->problem(), options).reuse);
+      make_eigensolver(ModeSolver::block_krylov)->solve(model->problem(), options).reuse);
   // p varies: the first attempt finds out, and the next expansion point keeps the matrix apart.
   reduced.solve(first);
   CHECK(!reduced.solve(terms_at(0.11)));
@@ -158,7 +158,7 @@ TEST_CASE("reduced model: coordinates and whole vectors")
   terms_at(0.1);
   reduced.set_expansion_point(
       model->problem(), model->terms(),
-      make_eigensolver("block_krylov")->solve(model->problem(), options).reuse);
+      make_eigensolver(ModeSolver::block_krylov)->solve(model->problem(), options).reuse);
   std::optional<EigenPairs> modes;
   for (const double p : {0.1, 0.12, 0.14})
     modes = reduced.solve(terms_at(p));
@@ -187,6 +187,6 @@ TEST_CASE("reduced model: a small problem is not projected")
   ReducedModel reduced(options);
   reduced.set_expansion_point(
       model.problem(), model.terms(),
-      make_eigensolver("block_krylov")->solve(model.problem(), options).reuse);
+      make_eigensolver(ModeSolver::block_krylov)->solve(model.problem(), options).reuse);
   CHECK(!reduced.has_expansion_point());
 }

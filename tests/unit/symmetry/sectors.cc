@@ -65,7 +65,7 @@ namespace
   {
     EigensolverOptions options;
     options.max_imaginary = 0.5;
-    return solve_by_symmetry(*make_eigensolver("block_krylov"), equations, options,
+    return solve_by_symmetry(*make_eigensolver(ModeSolver::block_krylov), equations, options,
                              reflection_of_chain());
   }
 } // namespace
