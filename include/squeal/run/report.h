@@ -4,6 +4,7 @@
 #include <squeal/assessment/tables.h>
 #include <squeal/base/log.h>
 #include <squeal/base/stopwatch.h>
+#include <squeal/contact/contact_forces.h>
 #include <squeal/eigen/eigenpairs.h>
 #include <squeal/statics/self_locking.h>
 #include <squeal/statics/static_equilibrium.h>
