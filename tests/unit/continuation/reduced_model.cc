@@ -92,8 +92,9 @@ TEST_CASE("reduced model: a contact with friction")
   const EigensolverOptions options = options_for_projection(0.3);
   ReducedModel reduced(options);
   const QuadraticEigenproblem problem = chain.problem(0.1);
-  reduced.set_expansion_point(problem, chain.terms(0.1),
-                              make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
+  reduced.set_expansion_point(
+      problem, chain.terms(0.1),
+      make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
   REQUIRE(reduced.has_expansion_point());
   for (const double mu : {0.1, 0.11, 0.12, 0.14, 0.17})
   {
@@ -120,8 +121,9 @@ TEST_CASE("reduced model: a contact opens")
   const EigensolverOptions options = options_for_projection(0.3);
   ReducedModel reduced(options);
   const QuadraticEigenproblem problem = chain.problem(0.1);
-  reduced.set_expansion_point(problem, chain.terms(0.1),
-                              make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
+  reduced.set_expansion_point(
+      problem, chain.terms(0.1),
+      make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
   REQUIRE(reduced.solve(chain.terms(0.1)));
   if (const auto modes = reduced.solve(chain.terms(0.1, true)))
   {

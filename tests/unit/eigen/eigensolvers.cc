@@ -557,8 +557,9 @@ TEST_CASE("eigensolvers: projected modes are those of the problem itself")
   ReducedModel reduced(options);
   auto problem             = constrained_chain(0.1);
   problem.may_move_rigidly = false;
-  reduced.set_expansion_point(problem, terms_of(0.1),
-                              make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
+  reduced.set_expansion_point(
+      problem, terms_of(0.1),
+      make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
   REQUIRE(reduced.has_expansion_point());
   for (const double mu : {0.1001, 0.1002, 0.1003})
   {
