@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is needed to build, run and test, on Debian 12 (as root, or with sudo). Where everything is
+# Installs what is needed to build, run and test, on Debian 12 or 13 (as root, or with sudo). Where everything is
 # installed it does nothing. Without apt it names what is missing and ends with 1.
 #   scripts/install-dependencies.sh              compiler, deal.II, MPI, OpenBLAS, test tools
 #   scripts/install-dependencies.sh --pictures   also ParaView and matplotlib, to make pictures without a display
@@ -48,12 +48,22 @@ if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then
   exit 0
 fi
 
+installed() {
+  [[ $(dpkg-query -W -f '${db:Status-Status}' "$1" 2> /dev/null) == installed ]]
+}
+# Debian 13's deal.II exports flags that ask for the linker mold, which it does not bring.
+needs_mold() {
+  installed libdeal.ii-dev && ! command -v mold > /dev/null &&
+    dpkg -L libdeal.ii-dev | grep -E 'deal\.II.*\.cmake$' | xargs -r grep -qs -e '-fuse-ld=mold'
+}
+
 missing=()
 for package in "${packages[@]}"; do
-  if [[ $(dpkg-query -W -f '${db:Status-Status}' "$package" 2> /dev/null) != installed ]]; then
+  if ! installed "$package"; then
     missing+=("$package")
   fi
 done
+if needs_mold; then missing+=(mold); fi
 if [[ ${#missing[@]} -eq 0 ]]; then
   exit 0
 fi
@@ -77,11 +87,14 @@ install() {
 }
 
 # The package lists are fetched only if they do not know a package, or if what they name is no longer there.
+known=true
 for package in "${missing[@]}"; do
-  if ! LC_ALL=C apt-cache policy "$package" 2> /dev/null | grep -q 'Candidate: [^(]'; then
-    apt update
-    install
-    exit
-  fi
+  if ! LC_ALL=C apt-cache policy "$package" 2> /dev/null | grep -q 'Candidate: [^(]'; then known=false; fi
 done
+$known || apt update
 install || { apt update && install; }
+
+if needs_mold; then
+  missing=(mold)
+  install
+fi
