@@ -6,6 +6,14 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=${1:-release}
 if [[ $# -gt 0 ]]; then shift; fi
 
+# A directory that was moved or copied here knows other places: CMake would refuse it.
+cache=build/$preset/CMakeCache.txt
+configured=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$cache" 2> /dev/null || true)
+if [[ -n $configured && $(realpath -m "$configured") != "$(realpath .)" ]]; then
+  echo "build/$preset was configured in $configured; it is configured anew, and everything is built again." >&2
+  rm -rf "$cache" "build/$preset/CMakeFiles"
+fi
+
 # Words of success are not worth reading, errors are.
 if ! messages=$(cmake --preset "$preset" 2>&1); then
   echo "$messages" >&2

@@ -357,9 +357,14 @@ def save(figure, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", type=pathlib.Path, default=PROJECT / "build/release/squeal")
-    parser.add_argument("--results", type=pathlib.Path, default=PROJECT / "output/theory")
-    parser.add_argument("--images", type=pathlib.Path, default=PROJECT / "doc/images/theory")
+    # Where this is installed, the program is in PREFIX/bin, and what PREFIX/share/squeal holds stays as it is.
+    is_installed = not (PROJECT / "CMakeLists.txt").exists()
+    program, here = (PROJECT.parents[1] / "bin/squeal", pathlib.Path()) if is_installed else (
+        PROJECT / "build/release/squeal", PROJECT)
+    parser.add_argument("--program", type=pathlib.Path, default=program)
+    parser.add_argument("--results", type=pathlib.Path, default=here / "output/theory")
+    parser.add_argument("--images", type=pathlib.Path,
+                        default=here / ("theory" if is_installed else "doc/images/theory"))
     parser.add_argument("--rerun", action="store_true", help="run the program even where results exist")
     arguments = parser.parse_args()
     for name in ("program", "results", "images"):  # the program runs in the project's directory

@@ -4,9 +4,10 @@
 #include <squeal/run/driver.h>
 #include <squeal/run/report.h>
 
+#include <deal.II/base/config.h>
 #include <deal.II/base/mpi.h>
 
-#include <petscsys.h>
+#include <slepcsys.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +16,8 @@
 #include <filesystem>
 #include <iostream>
 
+// Written at build time by scripts/revision.cmake; empty outside of git.
+extern const char *const squeal_revision;
 // Of OpenBLAS, if that is the BLAS in use.
 extern "C" __attribute__((weak)) void openblas_set_num_threads(int);
 
@@ -30,17 +33,25 @@ namespace
       openblas_set_num_threads(1);
   }
 
-  /// Started without mpirun or another launcher there is nobody to talk to: then Open MPI need not
+  /// Whether no mpirun or other launcher started this process.
+  bool is_alone()
+  {
+    for (const char *name : {"OMPI_COMM_WORLD_SIZE", "PMIX_NAMESPACE", "PMIX_RANK", "PMI_RANK",
+                             "PMI_FD", "SLURM_PROCID"})
+      if (std::getenv(name))
+        return false;
+    return true;
+  }
+
+  /// Without mpirun or another launcher there is nobody to talk to: then Open MPI need not
   /// look for networks nor start a process beside this one, 0.3 s of waiting. Nor need it keep
   /// files in a directory for sessions: all such runs would share one, and the one that ends would
   /// take it from another that begins (3 of 400 runs failed, four at a time). Who sets these
   /// variables gets what they say; other MPI do not know them.
   void start_quickly_if_alone()
   {
-    for (const char *name : {"OMPI_COMM_WORLD_SIZE", "PMIX_NAMESPACE", "PMIX_RANK", "PMI_RANK",
-                             "PMI_FD", "SLURM_PROCID"})
-      if (std::getenv(name))
-        return;
+    if (!is_alone())
+      return;
     setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
     setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
     setenv("OMPI_MCA_pml", "ob1", 0);
@@ -101,33 +112,61 @@ namespace
     return result;
   }
 
-  void run(const std::vector<std::string> &arguments, const MPI_Comm comm)
+  /// The program's version and the versions of the libraries that it runs with.
+  std::string version()
   {
-    const CommandLine command = parse(arguments);
-    const bool speaks         = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
-    std::ostream nowhere(nullptr);
-    std::ostream &out = speaks ? std::cout : nowhere;
+    char petsc[256], slepc[256], mpi[MPI_MAX_LIBRARY_VERSION_STRING];
+    int length = 0;
+    // None of these needs its library to be initialised.
+    PetscGetVersion(petsc, sizeof(petsc));
+    SlepcGetVersion(slepc, sizeof(slepc));
+    MPI_Get_library_version(mpi, &length);
+    // "SLEPc Release Version 3.18.2, Jan 27, 2023"
+    const auto number = [](const std::string &text)
+    {
+      const std::size_t first = std::min(text.find_first_of("0123456789"), text.size());
+      return text.substr(first, text.find(',', first) - first);
+    };
+    const std::string revision = squeal_revision, mpi_text(mpi, length);
+    return "squeal " SQUEAL_VERSION + (revision.empty() ? "" : " (revision " + revision + ")") +
+           "\n  deal.II " DEAL_II_PACKAGE_VERSION "\n  PETSc " + number(petsc) + "\n  SLEPc " +
+           number(slepc) + "\n  " + mpi_text.substr(0, mpi_text.find_first_of(",\n")) + "\n";
+  }
 
-    squeal::ParameterFile file;
+  /// Prints what needs neither MPI nor PETSc; false if @p command asks for something else.
+  bool answer(const CommandLine &command, std::ostream &out)
+  {
     if (command.help)
       out << usage;
     else if (command.version)
-      out << "squeal " SQUEAL_VERSION "\n";
+      out << version();
     else if (!command.print_format.empty())
-      file.print_manual(out, command.print_format);
-    else if (command.filename.empty())
-      throw squeal::InputError(std::string("A parameter file is needed.\n\n") + usage);
+      squeal::ParameterFile().print_manual(out, command.print_format);
     else
-    {
-      file.read(command.filename, command.overrides);
-      std::string directory = file.parameters().output.directory;
-      if (directory.empty())
-        directory = "output/" + std::filesystem::path(command.filename).stem().string();
-      if (command.check)
-        out << command.filename << ": valid\n" << squeal::describe(file.parameters(), directory);
-      else
-        squeal::run(file, directory, comm);
-    }
+      return false;
+    out << std::flush;
+    return true;
+  }
+
+  void run(const CommandLine &command, const MPI_Comm comm)
+  {
+    const bool speaks = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
+    std::ostream nowhere(nullptr);
+    std::ostream &out = speaks ? std::cout : nowhere;
+
+    if (answer(command, out))
+      return;
+    if (command.filename.empty())
+      throw squeal::InputError(std::string("A parameter file is needed.\n\n") + usage);
+    squeal::ParameterFile file;
+    file.read(command.filename, command.overrides);
+    std::string directory = file.parameters().output.directory;
+    if (directory.empty())
+      directory = "output/" + std::filesystem::path(command.filename).stem().string();
+    if (command.check)
+      out << command.filename << ": valid\n" << squeal::describe(file.parameters(), directory);
+    else
+      squeal::run(file, directory, comm);
     out << std::flush;
   }
 
@@ -166,10 +205,19 @@ namespace
 
 int main(int argc, char *argv[])
 {
-  // PETSc would take --help and the like for its own options, so it sees only the program's name.
-  int n_visible  = 1;
-  char **visible = argv;
   const std::vector<std::string> arguments(argv + 1, argv + argc);
+  // Starting MPI and PETSc takes 0.1 s. What is wrong with the arguments is said below.
+  try
+  {
+    if (is_alone() && answer(parse(arguments), std::cout))
+      return squeal::exit_finished;
+  }
+  catch (const squeal::InputError &)
+  {
+  }
+  // PETSc would take --help and the like for its own options, so it sees only the program's name.
+  int n_visible     = 1;
+  char **visible    = argv;
   char *only_name[] = {argv[0], nullptr};
   visible           = only_name;
   start_quickly_if_alone();
@@ -183,7 +231,7 @@ int main(int argc, char *argv[])
   const MPI_Comm comm = MPI_COMM_WORLD;
   try
   {
-    run(arguments, comm);
+    run(parse(arguments), comm);
   }
   catch (const squeal::InputError &error)
   {

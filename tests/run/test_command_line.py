@@ -29,7 +29,10 @@ class CommandLine(st.TestCase):
         return result.stdout
 
     def test_version(self):
-        self.assertRegex(self.assertPrints("--version"), r"^squeal \d+\.\d+\.\d+\n$")
+        """The revision is known where the program was built in git."""
+        self.assertRegex(self.assertPrints("--version"),
+                         r"^squeal \d+\.\d+\.\d+( \(revision [0-9a-f]{7,}(, modified)?\))?\n"
+                         r"  deal\.II 9\.\d+\.\d+\S*\n  PETSc .*\d\n  SLEPc .*\d\n  .*MPI.*\n$")
 
     def test_help(self):
         text = self.assertPrints("--help")
