@@ -67,6 +67,8 @@ for device in null zero full random urandom tty; do
   mount_in --bind "/dev/$device" "dev/$device"
 done
 mount_in -t tmpfs tmpfs dev/shm
+mount_in -t devpts -o newinstance,ptmxmode=0666 devpts dev/pts
+ln -sf pts/ptmx "$root/dev/ptmx"
 
 # The files of the checkout; those that did not change keep their times, so that little is built again.
 mkdir -p "$root/root/squeal"

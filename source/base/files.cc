@@ -2,6 +2,7 @@
 #include <squeal/base/log.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>

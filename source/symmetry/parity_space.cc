@@ -374,7 +374,7 @@ namespace squeal
   {
     if (counted.empty() || equations.reference_terms().empty() ||
         equations.reference != EquationsOfMotion::Reference::conservative_terms)
-      return std::move(restrict({this}, equations).front());
+      return std::move(restrict(std::vector<const ParitySpace *>{this}, equations).front());
     Counting counting{counted.front(), {this}, {}};
     QuadraticEigenproblem half = std::move(restrict({this}, equations, &counting).front());
     const auto along           = std::make_shared<Matrix>(std::move(counting.shifted.front()));

@@ -4,6 +4,7 @@
 
 #include <petscmat.h>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>

@@ -48,7 +48,7 @@ namespace squeal
     bool with_edge = false; ///< asks for StaticEquilibrium::edge
     /// Asked for the mirror symmetry of the mesh where the state is factorised for: what is
     /// symmetric is solved for by halves. Empty: there is none.
-    std::function<std::optional<MirrorSymmetry>()> symmetry;
+    std::function<std::optional<MirrorSymmetry>()> symmetry = {};
 
     std::optional<MirrorSymmetry> mirror_symmetry() const
     {
