@@ -35,7 +35,9 @@ namespace
     Log log(MPI_COMM_SELF);
     StabilityMap(file, model, options, directory.name, MPI_COMM_WORLD, log).run();
     MPI_Barrier(MPI_COMM_WORLD);
-    return {directory.text_of("map.csv"), directory.text_of("border.csv")};
+    Tables tables{directory.text_of("map.csv"), directory.text_of("border.csv")};
+    MPI_Barrier(MPI_COMM_WORLD); // nobody writes the next tables while another rank reads these
+    return tables;
   }
 
   double value(const std::map<std::string, std::string> &row, const std::string &column)
