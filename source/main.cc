@@ -206,7 +206,7 @@ namespace
 int main(int argc, char *argv[])
 {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
-  // Starting MPI and PETSc takes 0.1 s. What is wrong with the arguments is said below.
+  // These need not wait for MPI and PETSc. What is wrong with the arguments is said below.
   try
   {
     if (is_alone() && answer(parse(arguments), std::cout))

@@ -50,9 +50,8 @@ namespace squeal
   ///     damping    -pi (tau/v) (w |J.b|^2 + Omega Im[conj(J.b) (d_phi u_R).b]),
   ///     falling    -pi (d tau/d v) (w |J.e|^2 + Omega Im[conj(J.e) (d_phi u_R).e]).
   /// Positive where energy is fed in. The integrals over the surface are the sums of -pi (d w +
-  /// n) of the terms of friction() and friction_damping(): what contributions() gives by body. @p
-  /// re and @p im are one column each; @p with_damping tells whether those terms are there at
-  /// all.
+  /// n) of the terms of friction() and friction_damping(): what contributions() gives by body. The
+  /// mode is one column; @p with_damping tells whether the terms of the damping are there at all.
   struct FrictionWork
   {
     ContactPressure friction, damping, falling;
