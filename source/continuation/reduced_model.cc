@@ -211,8 +211,10 @@ namespace squeal
           coefficients[fixed[i].order][i] = coefficient;
         else if (coefficient != member.coefficient)
         {
-          // The sum no longer holds: the next expansion point keeps this matrix apart.
+          // The sum no longer holds: the next expansion point, for which these projections must
+          // wait, keeps this matrix apart.
           varying.push_back(member);
+          factors.reset();
           known = false;
         }
       }

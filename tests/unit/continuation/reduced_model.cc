@@ -40,9 +40,13 @@ namespace
     }
     QuadraticEigenproblem problem(const double mu) const
     {
+      return problem(terms(mu));
+    }
+    QuadraticEigenproblem problem(const std::vector<Term> &given) const
+    {
       EquationsOfMotion equations;
       equations.rows                = rows;
-      equations.terms               = terms(mu);
+      equations.terms               = given;
       equations.may_move_rigidly    = false;
       equations.n_constraints       = 1;
       equations.n_local_constraints = rows.contains(n);
@@ -77,6 +81,18 @@ namespace
     return options;
   }
 
+  /// A model of the held chain, which the friction 0.1 has as its expansion point.
+  ReducedModel model_of(const HeldChain &chain, const EigensolverOptions &options)
+  {
+    ReducedModel reduced(options);
+    const QuadraticEigenproblem problem = chain.problem(0.1);
+    reduced.set_expansion_point(
+        problem, chain.terms(0.1),
+        make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
+    REQUIRE(reduced.has_expansion_point());
+    return reduced;
+  }
+
   double distance(const MultiVector &a, const MultiVector &b)
   {
     return largest_entry(difference(a, b)) / largest_entry(b);
@@ -90,12 +106,7 @@ TEST_CASE("reduced model: a contact with friction")
   // turn with mu.
   const HeldChain chain;
   const EigensolverOptions options = options_for_projection(0.3);
-  ReducedModel reduced(options);
-  const QuadraticEigenproblem problem = chain.problem(0.1);
-  reduced.set_expansion_point(
-      problem, chain.terms(0.1),
-      make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
-  REQUIRE(reduced.has_expansion_point());
+  ReducedModel reduced             = model_of(chain, options);
   for (const double mu : {0.1, 0.11, 0.12, 0.14, 0.17})
   {
     CAPTURE(mu);
@@ -119,11 +130,7 @@ TEST_CASE("reduced model: a contact opens")
   // what the response to a gap adds, or it says that it cannot.
   const HeldChain chain;
   const EigensolverOptions options = options_for_projection(0.3);
-  ReducedModel reduced(options);
-  const QuadraticEigenproblem problem = chain.problem(0.1);
-  reduced.set_expansion_point(
-      problem, chain.terms(0.1),
-      make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
+  ReducedModel reduced             = model_of(chain, options);
   REQUIRE(reduced.solve(chain.terms(0.1)));
   if (const auto modes = reduced.solve(chain.terms(0.1, true)))
   {
@@ -131,6 +138,51 @@ TEST_CASE("reduced model: a contact opens")
     for (unsigned int j = 1; std::sqrt(chain_square(HeldChain::n, j)) <= 0.3; ++j)
       expected.emplace_back(0, std::sqrt(chain_square(HeldChain::n, j)));
     CHECK(distance_of_sets(modes->lambda, expected) <= 1e-8);
+  }
+}
+
+TEST_CASE("reduced model: a coefficient that changes needs a new expansion point")
+{
+  // Springs to the ground at all masses, a second matrix of order 0 beside the chain's: they add
+  // their stiffness g to each square of a frequency. The expansion point sums both matrices with
+  // g = 0.001; once g has changed the sum is of no use, however often it is asked for.
+  const HeldChain chain;
+  const auto ground   = chain.shared(diagonal(HeldChain::n, 1));
+  const auto terms_at = [&](const double g)
+  {
+    std::vector<Term> terms = chain.terms(0.1);
+    terms.push_back({Origin::elasticity, 0, g, ground});
+    return terms;
+  };
+  const auto expected_at = [&](const double g)
+  {
+    std::vector<Complex> result;
+    for (const Complex l : HeldChain::eigenvalues(0.1, std::sqrt(0.3 * 0.3 - g)))
+      result.emplace_back(0, std::sqrt(l.imag() * l.imag() + g));
+    return result;
+  };
+  const EigensolverOptions options = options_for_projection(0.3);
+  ReducedModel reduced(options);
+  const auto expand_at = [&](const double g)
+  {
+    const QuadraticEigenproblem problem = chain.problem(terms_at(g));
+    reduced.set_expansion_point(
+        problem, terms_at(g),
+        make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
+  };
+  expand_at(0.001);
+  REQUIRE(reduced.solve(terms_at(0.001)));
+  for (unsigned int attempt = 0; attempt < 2; ++attempt)
+    CHECK_FALSE(reduced.solve(terms_at(0.002)));
+  CHECK_FALSE(reduced.has_expansion_point());
+  // The next one keeps the matrix apart.
+  expand_at(0.002);
+  for (const double g : {0.002, 0.003})
+  {
+    CAPTURE(g);
+    const auto modes = reduced.solve(terms_at(g));
+    REQUIRE(modes);
+    CHECK(distance_of_sets(modes->lambda, expected_at(g)) <= 1e-9);
   }
 }
 
