@@ -1,6 +1,5 @@
 #include <squeal/base/stopwatch.h>
 #include <squeal/continuation/mode_tracker.h>
-#include <squeal/linalg/reduced_tools.h>
 #include <squeal/symmetry/sectors.h>
 
 #include <cmath>
@@ -31,9 +30,8 @@ namespace squeal
     double fingerprint(const Matrix &matrix)
     {
       double sum = 0;
-      reduced::for_entries(
-          matrix, [&](const std::int64_t row, const std::int64_t column, const double value)
-          { sum += value * (1 + column * 7919 % 1009) * (1 + row * 104729 % 1013); });
+      for_entries(matrix, [&](const std::int64_t row, const std::int64_t column, const double value)
+                  { sum += value * (1 + column * 7919 % 1009) * (1 + row * 104729 % 1013); });
       MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM,
                     PetscObjectComm(reinterpret_cast<PetscObject>(Mat(matrix))));
       return sum;

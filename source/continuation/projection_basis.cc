@@ -1,13 +1,11 @@
 #include <squeal/continuation/projection_basis.h>
 #include <squeal/eigen/eigensolver_options.h>
 #include <squeal/eigen/shift_invert.h>
-#include <squeal/linalg/reduced_tools.h>
 
 #include <cmath>
 
 namespace squeal
 {
-  using namespace reduced;
   using Complex = std::complex<double>;
 
   MultiVector ProjectionBasis::displacements(MultiVector block) const
@@ -18,7 +16,8 @@ namespace squeal
 
   void ProjectionBasis::begin(MultiVector of_right, MultiVector of_left)
   {
-    right = left = MultiVector(rows, 0);
+    space = SearchSpace(rows);
+    left  = MultiVector(rows, 0);
     peak_rows.clear();
     // Unit vectors, and the row where each is largest
     for (MultiVector *block : {&of_right, &of_left})
@@ -53,32 +52,14 @@ namespace squeal
 
   void ProjectionBasis::append(MultiVector added, const double smallest)
   {
-    // Twice, because what was small has lost its orthogonality to rounding.
-    for (unsigned int pass = 0; pass < 2; ++pass)
-    {
-      if (dimension() > 0)
-        subtract_combination(added, right, inner_products(right, added));
-      const unsigned int n = added.n_columns();
-      if (n == 0)
-        return;
-      const Components components = principal_components(added);
-      unsigned int n_kept         = 0;
-      while (n_kept < n && components.sizes[n_kept] > (pass == 0 ? smallest : 0.5))
-        ++n_kept;
-      std::vector<double> coefficients(std::size_t(n) * n_kept);
-      for (unsigned int j = 0; j < n_kept; ++j)
-        for (unsigned int i = 0; i < n; ++i)
-          coefficients[i + std::size_t(j) * n] = components.vectors(i, j) / components.sizes[j];
-      added = combine(added, coefficients, n_kept);
-    }
-    right.append(added);
+    space.add(std::move(added), {smallest, 0, true});
   }
 
   /// W = Z G^T (G G^T)^{-1}, G = V^T Z, which makes V^T W = I, where that is well conditioned.
   void ProjectionBasis::test_by(const MultiVector &left_vectors)
   {
     const unsigned int n = dimension(), n_left = left_vectors.n_columns();
-    const DenseMatrix g(n, n_left, inner_products(right, left_vectors));
+    const DenseMatrix g(n, n_left, inner_products(right(), left_vectors));
     const DenseMatrix pseudo_inverse = squeal::solve(outer_product(g, g), g);
     std::vector<double> coefficients(std::size_t(n_left) * n);
     for (unsigned int j = 0; j < n; ++j)
@@ -128,7 +109,7 @@ namespace squeal
         of_w.push_back(-c.column(k)[i]); // it is subtracted
         of_v[i + std::size_t(k) * m] = 0;
       }
-    MultiVector sum = combine(right, of_v, n);
+    MultiVector sum = combine(right(), of_v, n);
     if (n_left > 0)
       subtract_combination(sum, left, of_w);
     return sum;
@@ -140,13 +121,13 @@ namespace squeal
     EigenPairs result        = whole;
     const unsigned int m     = dimension();
     const auto of_right_side = [&](const MultiVector &x)
-    { return to_block(DenseMatrix(m, x.n_columns(), inner_products(right, x))); };
+    { return to_multi_vector(DenseMatrix(m, x.n_columns(), inner_products(right(), x))); };
     result.right  = {of_right_side(whole.right.re), of_right_side(whole.right.im)};
     MultiVector w = left;
-    w.append(right.columns(left.n_columns(), m - left.n_columns()));
+    w.append(right().columns(left.n_columns(), m - left.n_columns()));
     const PositiveFactors squares(DenseMatrix(m, m, inner_products(w, w)));
     const auto of_left_side = [&](const MultiVector &z)
-    { return to_block(squares.solve(DenseMatrix(m, z.n_columns(), inner_products(w, z)))); };
+    { return to_multi_vector(squares.solve(DenseMatrix(m, z.n_columns(), inner_products(w, z)))); };
     result.left = {of_left_side(whole.left.re), of_left_side(whole.left.im)};
     return result;
   }

@@ -1,5 +1,4 @@
 #include <squeal/continuation/reduced_eigenproblem.h>
-#include <squeal/linalg/reduced_tools.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,8 +15,6 @@ extern "C"
 
 namespace squeal
 {
-  using namespace reduced;
-
   ReducedPairs ReducedPairs::select(const std::vector<unsigned int> &which) const
   {
     ReducedPairs result;

@@ -1,6 +1,5 @@
 #include <squeal/continuation/reduced_model.h>
 #include <squeal/eigen/shift_invert.h>
-#include <squeal/linalg/reduced_tools.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +8,6 @@
 
 namespace squeal
 {
-  using namespace reduced;
-
   namespace
   {
     constexpr unsigned int most_corrections = 10;
@@ -176,8 +173,9 @@ namespace squeal
   {
     const auto whole = [&](const ReducedPairs &solutions, const bool of_left)
     {
-      MultiVector block = basis.expanded(to_block(with_rows(solutions.re, dimension())), of_left);
-      block.append(basis.expanded(to_block(with_rows(solutions.im, dimension())), of_left));
+      MultiVector block =
+          basis.expanded(to_multi_vector(with_rows(solutions.re, dimension())), of_left);
+      block.append(basis.expanded(to_multi_vector(with_rows(solutions.im, dimension())), of_left));
       return block;
     };
     std::vector<MultiVector> of_right;
@@ -239,9 +237,7 @@ namespace squeal
                         entries.values.push_back(member.coefficient * value);
                         known &= entries.rows.back() >= 0 && entries.columns.back() >= 0;
                       });
-      gather(entries.rows, MPI_INT, rows.comm);
-      gather(entries.columns, MPI_INT, rows.comm);
-      gather(entries.values, MPI_DOUBLE, rows.comm);
+      entries.gather(rows.comm);
     }
     MPI_Allreduce(MPI_IN_PLACE, &known, 1, MPI_INT, MPI_MIN, rows.comm);
     if (known && has_constraints && !compliant)
@@ -315,7 +311,7 @@ namespace squeal
       if (dimension() == before || k + 1 == n_summands)
         break;
       // Of what is new only: what V has is not to come again.
-      const MultiVector last = basis.right.columns(before, dimension() - before);
+      const MultiVector last = basis.right().columns(before, dimension() - before);
       forces                 = MultiVector(rows, last.n_columns());
       for (unsigned int i = 0; i < fixed.size(); ++i)
         if (coefficients[2][i] != 0)
@@ -397,7 +393,8 @@ namespace squeal
       return false;
     const unsigned int before = dimension();
     MultiVector added         = corrections(residuals_of_x, lacking);
-    const double largest      = principal_components(added).sizes.front();
+    DenseMatrix products(added.n_columns(), added.n_columns(), inner_products(added, added));
+    const double largest = std::sqrt(std::max(0., symmetric_eigen(products).back()));
     basis.append(std::move(added), std::max(ProjectionBasis::smallest, 1e-2 * largest));
     return dimension() > before;
   }

@@ -1,14 +1,11 @@
 #include <squeal/continuation/reduced_model.h>
 #include <squeal/eigen/left_vectors.h>
-#include <squeal/linalg/reduced_tools.h>
 
 #include <algorithm>
 #include <cmath>
 
 namespace squeal
 {
-  using namespace reduced;
-
   EigenPairs ReducedModel::make_modes(const ReducedPairs &x, const ReducedPairs &y,
                                       const std::vector<unsigned int> &which) const
   {
@@ -27,7 +24,7 @@ namespace squeal
     const auto vectors_of = [&](const ReducedPairs &solutions)
     {
       const ReducedPairs of_window = solutions.select(numbers);
-      return ComplexMultiVector(to_block(of_window.re), to_block(of_window.im));
+      return ComplexMultiVector(to_multi_vector(of_window.re), to_multi_vector(of_window.im));
     };
     modes.right      = vectors_of(x);
     transposed.right = vectors_of(y);
@@ -41,10 +38,11 @@ namespace squeal
   void ReducedModel::normalise(EigenPairs &modes) const
   {
     const unsigned int n = modes.size();
-    const Matrix m_right = sparse(operators[of_right][2]), m_left = sparse(operators[of_left][2]);
-    const auto of_x = sesquilinear_form(modes.right, m_right, modes.right),
-               of_z = sesquilinear_form(modes.left, m_left, modes.left),
-               both = biorthogonality(problem(), modes, modes);
+    const Matrix m_right = to_matrix(operators[of_right][2]),
+                 m_left  = to_matrix(operators[of_left][2]);
+    const auto of_x      = sesquilinear_form(modes.right, m_right, modes.right),
+               of_z      = sesquilinear_form(modes.left, m_left, modes.left),
+               both      = biorthogonality(problem(), modes, modes);
     modes.condition.clear();
     std::vector<Complex> right_factors, left_factors;
     for (unsigned int k = 0; k < n; ++k)

@@ -1,13 +1,10 @@
 #include <squeal/continuation/reduced_model.h>
-#include <squeal/linalg/reduced_tools.h>
 
 #include <algorithm>
 #include <cmath>
 
 namespace squeal
 {
-  using namespace reduced;
-
   /// The fixed matrices' factors sum_order c l^order of each solution.
   std::vector<std::vector<ReducedModel::Complex>>
   ReducedModel::factors_of(const std::vector<Complex> &lambda) const

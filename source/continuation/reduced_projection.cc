@@ -1,5 +1,4 @@
 #include <squeal/continuation/reduced_model.h>
-#include <squeal/linalg/reduced_tools.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +6,6 @@
 
 namespace squeal
 {
-  using namespace reduced;
-
   namespace
   {
     /// A with its first rows replaced.
@@ -29,6 +26,13 @@ namespace squeal
       return result;
     }
   } // namespace
+
+  void ReducedModel::Entries::gather(const MPI_Comm comm)
+  {
+    squeal::gather(rows, MPI_INT, comm);
+    squeal::gather(columns, MPI_INT, comm);
+    squeal::gather(values, MPI_DOUBLE, comm);
+  }
 
   // Projection.
 
@@ -54,9 +58,9 @@ namespace squeal
   void ReducedModel::add_images()
   {
     const unsigned int n_all = dimension(), n_new = n_all - n_imaged, n_fixed = fixed.size();
-    MultiVector added = basis.right.columns(n_imaged, n_new);
+    MultiVector added = basis.right().columns(n_imaged, n_new);
     clean(added);
-    std::copy_n(added.data(), std::size_t(rows.n_local()) * n_new, basis.right.column(n_imaged));
+    basis.space.replace(n_imaged, added);
     // Rows of a block as columns, with those of new ones below
     const auto with_rows_of = [&](const DenseMatrix &known, const MultiVector &block)
     {
@@ -81,7 +85,7 @@ namespace squeal
     }
     right_rows                = with_rows_of(right_rows, added);
     left_rows                 = with_top(right_rows, gather_rows(basis.left, interface_rows));
-    peaks                     = gather_rows(basis.right, basis.peak_rows);
+    peaks                     = gather_rows(basis.right(), basis.peak_rows);
     const unsigned int n_left = basis.left.n_columns();
     for (unsigned int i = 0; i < n_fixed; ++i)
     {
@@ -101,7 +105,7 @@ namespace squeal
           grow(projected[of_right][i], n_all,
                [&](const unsigned int first, const unsigned int n, const unsigned int column,
                    const unsigned int n_columns)
-               { return products(basis.right, right_rows, first, n, column, n_columns); });
+               { return products(basis.right(), right_rows, first, n, column, n_columns); });
       DenseMatrix top(n_left, n_all);
       const DenseMatrix added_top = products(basis.left, left_rows, 0, n_left, n_imaged, n_new);
       for (unsigned int c = 0; c < n_all; ++c)
@@ -170,8 +174,9 @@ namespace squeal
                            result.for_entries(row, [&](const unsigned int i, const double other)
                                               { squares(i, k) += value * other; });
                          });
-    result.squares = PositiveFactors(std::move(squares));
-    constraints    = std::move(result);
+    result.squares =
+        PositiveFactors(std::move(squares), "the product of the contact's constraints");
+    constraints = std::move(result);
     return true;
   }
 
@@ -368,10 +373,10 @@ namespace squeal
   {
     QuadraticEigenproblem problem;
     problem.rows = small_rows(dimension());
-    problem.M    = sparse(operators[form][2]);
+    problem.M    = to_matrix(operators[form][2]);
     if (has_velocity_terms)
-      problem.P = sparse(operators[form][1]);
-    problem.Q = sparse(operators[form][0]);
+      problem.P = to_matrix(operators[form][1]);
+    problem.Q = to_matrix(operators[form][0]);
     return problem;
   }
 
@@ -381,7 +386,7 @@ namespace squeal
     const auto add_term = [&](const Term &term, const unsigned int order, const DenseMatrix &small)
     {
       result.push_back(
-          {term.origin, order, term.coefficient, std::make_shared<const Matrix>(sparse(small))});
+          {term.origin, order, term.coefficient, std::make_shared<const Matrix>(to_matrix(small))});
     };
     // The pressures Lambda_0 + l Lambda_1 + l^2 Lambda_2 of V in the constraints' rows; those that
     // balance l^order A_order V best are -(C C^T)^{-1} C (...), C^T = N + mu T
@@ -401,9 +406,9 @@ namespace squeal
     add(1, left_pressures, test_change);
     for (const Term &term : terms)
     {
-      const MultiVector image = multiply(*term.matrix, basis.right);
+      const MultiVector image = multiply(*term.matrix, basis.right());
       DenseMatrix small       = with_top(
-                DenseMatrix(dimension(), dimension(), inner_products(basis.right, image)),
+                DenseMatrix(dimension(), dimension(), inner_products(basis.right(), image)),
                 DenseMatrix(basis.left.n_columns(), dimension(), inner_products(basis.left, image)));
       add(1, outer_product(test_change, gather_rows(image, interface_rows)), small);
       add_term(term, term.order, small);
@@ -419,9 +424,7 @@ namespace squeal
                     entries.columns.push_back(c);
                     entries.values.push_back(value);
                   });
-      gather(entries.rows, MPI_INT, rows.comm);
-      gather(entries.columns, MPI_INT, rows.comm);
-      gather(entries.values, MPI_DOUBLE, rows.comm);
+      entries.gather(rows.comm);
       DenseMatrix test = left_moved;
       add(1, left_pressures, test);
       for (unsigned int order = 0; order < 3 && !entries.values.empty(); ++order)

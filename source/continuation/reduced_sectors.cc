@@ -1,6 +1,5 @@
 #include <squeal/continuation/reduced_sectors.h>
 #include <squeal/eigen/eigensolvers.h>
-#include <squeal/linalg/reduced_tools.h>
 
 #include <algorithm>
 #include <array>
@@ -22,10 +21,9 @@ namespace squeal
       unsigned int first = 0;
       for (unsigned int h = 0; h < parts.size(); first += sizes[h++])
         if (*parts[h])
-          reduced::for_entries(*parts[h],
-                               [&](const PetscInt row, const PetscInt column, const double value)
-                               { whole(first + row, first + column) = value; });
-      return reduced::sparse(whole);
+          for_entries(*parts[h], [&](const PetscInt row, const PetscInt column, const double value)
+                      { whole(first + row, first + column) = value; });
+      return to_matrix(whole);
     }
 
     /// Rows of a block of MPI_COMM_SELF at a place of a longer one.
@@ -277,7 +275,7 @@ namespace squeal
                        return precedes(found[a.part].lambda[a.mode], found[b.part].lambda[b.mode]);
                      });
     EigenPairs modes;
-    modes.right = modes.left = ComplexMultiVector(reduced::small_rows(dimension()), order.size());
+    modes.right = modes.left         = ComplexMultiVector(small_rows(dimension()), order.size());
     std::vector<unsigned int> firsts = {0};
     for (const Part &part : parts)
       firsts.push_back(firsts.back() + part.reduced.dimension());
@@ -336,7 +334,7 @@ namespace squeal
     EigenPairs result  = modes;
     for (const auto side : both_sides)
     {
-      result.*side = ComplexMultiVector(reduced::small_rows(dimension()), modes.size());
+      result.*side = ComplexMultiVector(small_rows(dimension()), modes.size());
       for (unsigned int h = 0; h < parts.size(); ++h)
       {
         const std::vector<unsigned int> numbers = modes_of(modes, parts[h]);
@@ -359,7 +357,7 @@ namespace squeal
       n.push_back(part.reduced.dimension());
     }
     QuadraticEigenproblem result;
-    result.rows = reduced::small_rows(dimension());
+    result.rows = small_rows(dimension());
     for (Matrix QuadraticEigenproblem::*matrix :
          {&QuadraticEigenproblem::M, &QuadraticEigenproblem::P, &QuadraticEigenproblem::Q})
     {
@@ -397,7 +395,7 @@ namespace squeal
     for (const auto side : both_sides)
     {
       ComplexMultiVector &part = result.*side;
-      part                     = ComplexMultiVector(reduced::small_rows(n[h]), numbers.size());
+      part                     = ComplexMultiVector(small_rows(n[h]), numbers.size());
       for (unsigned int k = 0; k < numbers.size(); ++k)
         for (unsigned int i = 0; i < n[h]; ++i)
           part.set(i, k, (modes.*side)(first + i, numbers[k]));
@@ -490,7 +488,7 @@ namespace squeal
     const std::vector<unsigned int> &old = sizes_of(modes);
     for (const auto side : both_sides)
     {
-      ComplexMultiVector padded(reduced::small_rows(dimension()), modes.size());
+      ComplexMultiVector padded(small_rows(dimension()), modes.size());
       unsigned int from = 0, to = 0;
       for (unsigned int h = 0; h < parts.size(); ++h)
       {

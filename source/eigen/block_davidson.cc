@@ -2,8 +2,8 @@
 #include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/block_davidson.h>
 #include <squeal/eigen/left_vectors.h>
+#include <squeal/eigen/search_space.h>
 #include <squeal/linalg/dense.h>
-#include <squeal/linalg/reduced_tools.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,13 +16,6 @@ namespace squeal
 
   namespace
   {
-    /// A pair by the coefficients of its vectors in the basis: x = U right, y = Z left.
-    struct RitzPair
-    {
-      Complex lambda;
-      std::vector<Complex> right, left;
-    };
-
     /// Of each complex vector a + i b, turned, the longest real part; how much longer, squared, the
     /// whole is.
     struct MainParts
@@ -44,7 +37,7 @@ namespace squeal
       std::vector<std::pair<const double *, const double *>> parts;
       for (unsigned int j = 0; j < n_pairs; ++j)
         parts.push_back({x.re.column(j), x.im.column(j)});
-      const std::vector<reduced::MainPart> turned = reduced::main_parts(parts, x.row_range());
+      const std::vector<MainPart> turned = main_parts(parts, x.row_range());
       MainParts result{
           MultiVector(x.row_range(), n_pairs), MultiVector(x.row_range(), n_pairs), {}};
       for (unsigned int j = 0; j < n_pairs; ++j)
@@ -66,7 +59,7 @@ namespace squeal
     public:
       Davidson(const DavidsonProblem &problem, const EigensolverOptions &options)
           : problem(problem), equations(problem.equations), adjoint(adjoint_of(equations)),
-            options(options), of_right(equations), of_left(adjoint), basis(equations.rows, 0)
+            options(options), of_right(equations), of_left(adjoint), space(equations.rows)
       {
       }
 
@@ -77,13 +70,13 @@ namespace squeal
       /// constraints.
       void expand(MultiVector columns);
       /// Those in the disc, by ascending frequency.
-      std::vector<RitzPair> ritz_pairs() const;
+      std::vector<DensePair> ritz_pairs() const;
       bool is_wanted(const Complex &l) const
       {
         return l.imag() <= options.max_imaginary && (l.imag() > 0 || l.real() > 0) &&
                std::abs(l) > rigid_body_limit(options.max_imaginary);
       }
-      Vectors vectors_of(const std::vector<RitzPair> &ritz, bool left) const;
+      Vectors vectors_of(const std::vector<DensePair> &ritz, bool left) const;
       /// A residual r and B r.
       struct Correction
       {
@@ -91,23 +84,23 @@ namespace squeal
         MultiVector of_b;
       };
       /// Those of right vectors and, unless they are the same, of left ones.
-      std::vector<Correction> corrections_of(const std::vector<RitzPair> &ritz) const;
+      std::vector<Correction> corrections_of(const std::vector<DensePair> &ritz) const;
       /// The numbers of the pairs whose eigenvalues are not accurate. @p worst becomes the largest
       /// estimate.
-      std::vector<unsigned int> inaccurate(const std::vector<RitzPair> &ritz,
+      std::vector<unsigned int> inaccurate(const std::vector<DensePair> &ritz,
                                            const std::vector<Correction> &corrections,
                                            double &worst);
       /// The relative error of an eigenvalue whose estimate is given: times the factor by which the
       /// estimate was too small in the step before, for the eigenvalue that has become this one.
       double error_of(const Complex &l, double estimated) const;
       /// The basis becomes what the pairs of two steps span; the first ones are then given in it.
-      void restart(std::vector<RitzPair> &ritz, const std::vector<RitzPair> &before);
+      void restart(std::vector<DensePair> &ritz, const std::vector<DensePair> &before);
       /// Right and left vectors of all given pairs.
-      EigenPairs modes_of(const std::vector<RitzPair> &wanted) const;
+      EigenPairs modes_of(const std::vector<DensePair> &wanted) const;
       void check_memory(unsigned int n_vectors) const;
       unsigned int n_columns() const
       {
-        return basis.n_columns();
+        return space.n_columns();
       }
 
       const DavidsonProblem &problem;
@@ -115,7 +108,7 @@ namespace squeal
       const QuadraticEigenproblem adjoint;
       const EigensolverOptions &options;
       const BackwardError of_right, of_left;
-      MultiVector basis;   ///< U
+      SearchSpace space;   ///< U
       DenseMatrix m, p, q; ///< Z^T M U, Z^T P U, Z^T Q U
       DenseMatrix mass;    ///< U^T M U
       struct Estimate
@@ -127,43 +120,24 @@ namespace squeal
       static constexpr unsigned int at_a_time = 8; ///< pairs whose vectors are in memory
     };
 
-    /// What the columns add to the span of an orthonormal basis, orthonormal, without what they add
-    /// by less than a millionth of their length: rounding of the constraints would grow as much.
-    MultiVector clear_additions(const MultiVector &basis, MultiVector columns)
-    {
-      constexpr double smallest = 1e-6;
-      const auto products       = [&] {
-        return DenseMatrix(columns.n_columns(), columns.n_columns(),
-                                 inner_products(columns, columns));
-      };
-      // Twice is enough (Kahan); a third time for those that the first two have shortened.
-      for (unsigned int pass = 0; pass < 3; ++pass)
-      {
-        const DenseMatrix before = products();
-        if (basis.n_columns() > 0)
-          subtract_combination(columns, basis, inner_products(basis, columns));
-        const DenseMatrix clear = independent_combinations(products(), before, smallest, smallest);
-        columns                 = combine(columns, clear.values, clear.n_columns);
-      }
-      return columns;
-    }
-
     void Davidson::expand(MultiVector columns)
     {
       problem.constraints.satisfy(columns, false);
       if (!equations.compliant)
         clear_pressures(equations.n_local_constraints, columns);
-      columns                = clear_additions(basis, std::move(columns));
-      const unsigned int old = n_columns(), n = columns.n_columns();
-      basis.append(columns);
-      MultiVector tests = columns;
+      const unsigned int old = n_columns();
+      // What columns add by less than a millionth of their length is left out: rounding of the
+      // constraints would grow as much.
+      columns              = space.add(std::move(columns), {1e-6, 1e-6});
+      const unsigned int n = columns.n_columns();
+      MultiVector tests    = columns;
       problem.constraints.satisfy(tests, true);
       const auto extend =
           [&](const DenseMatrix &known, const DenseMatrix &right, const DenseMatrix &lower)
       {
-        return reduced::grow(known, old + n,
-                             [&](unsigned int, unsigned int, const unsigned int column,
-                                 unsigned int) { return column == old ? right : lower; });
+        return grow(known, old + n,
+                    [&](unsigned int, unsigned int, const unsigned int column, unsigned int)
+                    { return column == old ? right : lower; });
       };
       // Z^T A U of the images of the new u and z: U^T Pi^T A u, Pi^T relieving forces, and
       // (A^T z)^T U.
@@ -171,11 +145,11 @@ namespace squeal
           [&](const DenseMatrix &known, MultiVector image, const MultiVector &of_tests)
       {
         problem.constraints.relieve(image, false);
-        return extend(known, DenseMatrix(old + n, n, inner_products(basis, image)),
-                      DenseMatrix(n, old, inner_products(of_tests, 0, n, basis, 0, old)));
+        return extend(known, DenseMatrix(old + n, n, inner_products(space.basis(), image)),
+                      DenseMatrix(n, old, inner_products(of_tests, 0, n, space.basis(), 0, old)));
       };
       MultiVector image = multiply(equations.M, columns);
-      const DenseMatrix right(old + n, n, inner_products(basis, image));
+      const DenseMatrix right(old + n, n, inner_products(space.basis(), image));
       mass = extend(mass, right, transposed(with_rows(right, old)));
       m    = project(m, std::move(image), multiply(adjoint.M, tests));
       if (equations.P)
@@ -183,27 +157,28 @@ namespace squeal
       q = project(q, multiply(equations.Q, columns), multiply(adjoint.Q, tests));
     }
 
-    std::vector<RitzPair> Davidson::ritz_pairs() const
+    std::vector<DensePair> Davidson::ritz_pairs() const
     {
       const double radius = search_radius(options.max_imaginary);
-      std::vector<RitzPair> result;
+      std::vector<DensePair> result;
       for (DensePair &pair : quadratic_eigenpairs(m, p, q, 0, radius, true))
         if (std::abs(pair.lambda) <= radius)
-          result.push_back({pair.lambda, std::move(pair.vector), std::move(pair.left)});
+          result.push_back(std::move(pair));
       std::sort(result.begin(), result.end(),
-                [](const RitzPair &a, const RitzPair &b) { return precedes(a.lambda, b.lambda); });
+                [](const DensePair &a, const DensePair &b)
+                { return precedes(a.lambda, b.lambda); });
       return result;
     }
 
-    Vectors Davidson::vectors_of(const std::vector<RitzPair> &ritz, const bool left) const
+    Vectors Davidson::vectors_of(const std::vector<DensePair> &ritz, const bool left) const
     {
       const unsigned int n_pairs = ritz.size(), n = equations.rows.n_local();
       std::vector<double> re, im;
       Vectors result;
-      for (const RitzPair &pair : ritz)
+      for (const DensePair &pair : ritz)
       {
         result.pairs.lambda.push_back(pair.lambda);
-        std::vector<Complex> coefficients = left ? pair.left : pair.right;
+        std::vector<Complex> coefficients = left ? pair.left : pair.vector;
         coefficients.resize(n_columns()); // of a smaller basis
         for (const Complex &c : coefficients)
         {
@@ -213,7 +188,7 @@ namespace squeal
       }
       const auto vectors = [&](const std::vector<double> &coefficients)
       {
-        MultiVector x = combine(basis, coefficients, n_pairs);
+        MultiVector x = combine(space.basis(), coefficients, n_pairs);
         if (left)
           problem.constraints.satisfy(x, true);
         return x;
@@ -241,7 +216,7 @@ namespace squeal
     }
 
     std::vector<Davidson::Correction>
-    Davidson::corrections_of(const std::vector<RitzPair> &ritz) const
+    Davidson::corrections_of(const std::vector<DensePair> &ritz) const
     {
       std::vector<Correction> result;
       for (const bool left : {false, true})
@@ -283,7 +258,7 @@ namespace squeal
       return safety * std::max(1., change / before->relative) / (1 - rate) * estimated;
     }
 
-    std::vector<unsigned int> Davidson::inaccurate(const std::vector<RitzPair> &ritz,
+    std::vector<unsigned int> Davidson::inaccurate(const std::vector<DensePair> &ritz,
                                                    const std::vector<Correction> &corrections,
                                                    double &worst)
     {
@@ -315,7 +290,7 @@ namespace squeal
       {
         const Complex l        = ritz[j].lambda;
         const double estimated = std::sqrt(energies[n_sides * j] * energies[n_sides * (j + 1) - 1] /
-                                           (mass_of(ritz[j].right) * mass_of(ritz[j].left))) /
+                                           (mass_of(ritz[j].vector) * mass_of(ritz[j].left))) /
                                  (2 * std::norm(l));
         if (!std::isfinite(estimated))
           throw SolverError("The error of an eigenvalue could not be estimated: multigrid is no "
@@ -331,7 +306,7 @@ namespace squeal
       return result;
     }
 
-    void Davidson::restart(std::vector<RitzPair> &ritz, const std::vector<RitzPair> &before)
+    void Davidson::restart(std::vector<DensePair> &ritz, const std::vector<DensePair> &before)
     {
       // Eigenvalues change by the energy of what is dropped, which may be rough.
       const double dropped = 1e-4 * std::sqrt(options.tolerance);
@@ -350,10 +325,10 @@ namespace squeal
         }
         column += 2;
       };
-      for (const auto *pairs : {static_cast<const std::vector<RitzPair> *>(&ritz), &before})
-        for (const RitzPair &pair : *pairs)
+      for (const auto *pairs : {static_cast<const std::vector<DensePair> *>(&ritz), &before})
+        for (const DensePair &pair : *pairs)
         {
-          add(pair.right);
+          add(pair.vector);
           add(pair.left);
         }
       DenseMatrix vectors               = outer_product(spanning, spanning);
@@ -364,7 +339,7 @@ namespace squeal
           n, n - n_dropped,
           {vectors.values.begin() + std::size_t(n) * n_dropped, vectors.values.end()});
 
-      basis = combine(basis, turn.values, turn.n_columns);
+      space.turn(turn);
       for (DenseMatrix *matrix : {&m, &p, &q, &mass})
         if (matrix->n_rows > 0)
         {
@@ -373,8 +348,8 @@ namespace squeal
           gemm(true, 1, turn, half, 0, turned);
           *matrix = std::move(turned);
         }
-      for (RitzPair &pair : ritz)
-        for (std::vector<Complex> *coefficients : {&pair.right, &pair.left})
+      for (DensePair &pair : ritz)
+        for (std::vector<Complex> *coefficients : {&pair.vector, &pair.left})
         {
           std::vector<Complex> turned(turn.n_columns);
           for (unsigned int k = 0; k < turn.n_columns; ++k)
@@ -384,7 +359,7 @@ namespace squeal
         }
     }
 
-    EigenPairs Davidson::modes_of(const std::vector<RitzPair> &wanted) const
+    EigenPairs Davidson::modes_of(const std::vector<DensePair> &wanted) const
     {
       EigenPairs modes      = vectors_of(wanted, false).pairs;
       EigenPairs transposed = problem.is_conservative ? modes : vectors_of(wanted, true).pairs;
@@ -417,19 +392,20 @@ namespace squeal
       { return n_start + std::max(60u, 6 * n_pairs); };
       // The basis, once more while it is turned; corrections, and what becomes of some vectors.
       check_memory(2 * largest(n_expected) + 4 * n_expected + 16 * at_a_time);
-      std::vector<RitzPair> before;
+      std::vector<DensePair> before;
       std::vector<Complex> accurate;
       unsigned int n_cycles = 0;
       double worst          = 0;
-      for (unsigned int step = 0; step < max_steps; ++step)
+      EigenSolution solution;
+      const auto correct = [&](const unsigned int step) -> std::optional<MultiVector>
       {
-        std::vector<RitzPair> ritz = ritz_pairs(), wanted, open;
-        for (const RitzPair &pair : ritz)
+        std::vector<DensePair> ritz = ritz_pairs(), wanted, open;
+        for (const DensePair &pair : ritz)
           if (is_wanted(pair.lambda))
             wanted.push_back(pair);
         // Accurate eigenvalues stay where they are.
         std::vector<Complex> at_rest = std::exchange(accurate, {});
-        for (const RitzPair &pair : wanted)
+        for (const DensePair &pair : wanted)
         {
           const auto found = std::find_if(
               at_rest.begin(), at_rest.end(),
@@ -457,10 +433,9 @@ namespace squeal
         options.progress(text.str());
         if (moving.empty())
         {
-          EigenSolution solution;
           solution.modes         = modes_of(wanted);
           solution.cost.n_solves = n_cycles;
-          return solution;
+          return std::nullopt;
         }
         MultiVector added(equations.rows, 0);
         for (const unsigned int j : moving)
@@ -469,8 +444,11 @@ namespace squeal
         if (n_columns() + added.n_columns() > largest(ritz.size()))
           restart(ritz, before);
         before = std::move(ritz);
-        expand(std::move(added));
-      }
+        return added;
+      };
+      if (expand_until_accurate(max_steps, correct,
+                                [&](MultiVector added) { expand(std::move(added)); }))
+        return solution;
       std::ostringstream message;
       message << "Davidson's method has not made all eigenvalues accurate in " << max_steps
               << " steps; the largest estimated relative error is " << worst << ".";

@@ -1,7 +1,6 @@
 #include <squeal/eigen/inertia_count.h>
 #include <squeal/linalg/compressed_rows.h>
 #include <squeal/linalg/dense.h>
-#include <squeal/linalg/reduced_tools.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +11,6 @@
 
 namespace squeal
 {
-  using namespace reduced;
-
   MultiVector scattered_vector(const RowRange &rows)
   {
     MultiVector vector(rows, 1);

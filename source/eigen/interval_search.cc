@@ -2,8 +2,7 @@
 #include <squeal/eigen/block_krylov.h>
 #include <squeal/eigen/interval_search.h>
 #include <squeal/eigen/left_vectors.h>
-#include <squeal/linalg/dense.h>
-#include <squeal/linalg/reduced_tools.h>
+#include <squeal/eigen/search_space.h>
 
 #include <algorithm>
 #include <cmath>
@@ -62,11 +61,13 @@ namespace squeal
       return result;
     }
 
-    /// Vectors with what is known of them.
+    using RitzPairs = std::vector<DensePair>; ///< in a basis
+
+    /// What is known of vectors Y.
     struct Images
     {
-      MultiVector y, g, m, p; ///< Y (without contact pressures), F Y (with them), M Y, P Y
-      MultiVector pressures;  ///< of Y
+      MultiVector g, m, p;   ///< F Y (with contact pressures), M Y, P Y
+      MultiVector pressures; ///< of Y
     };
 
     /// Corrections t = -F^{-1} Q(l) x of Ritz pairs, turned, one or two real columns each.
@@ -78,13 +79,6 @@ namespace squeal
       std::vector<double> sizes;       ///< |t| / |x|
     };
 
-    /// Ritz pairs: eigenvalues and coefficients in a basis.
-    struct RitzPairs
-    {
-      std::vector<Complex> lambda;
-      std::vector<std::vector<Complex>> coefficients;
-    };
-
     /// The search for right vectors or, with the adjoint problem, for left ones: an orthonormal
     /// basis, its images and test vectors.
     class Side
@@ -94,9 +88,10 @@ namespace squeal
            const IntervalSearchOptions &options, const double slack)
           : shift_invert(shift_invert), problem(problem), options(options), slack(slack),
             n_cleared(problem.compliant ? 0 : problem.n_local_constraints),
-            pressure_rows(last_rows(problem.rows, n_cleared)), tests(problem.rows, 0)
+            pressure_rows(last_rows(problem.rows, n_cleared)), space(problem.rows),
+            tests(problem.rows, 0)
       {
-        for (MultiVector Images::*block : {&Images::y, &Images::g, &Images::m, &Images::p})
+        for (MultiVector Images::*block : {&Images::g, &Images::m, &Images::p})
           basis.*block = MultiVector(problem.rows, 0);
         basis.pressures = MultiVector(pressure_rows, 0);
       }
@@ -127,7 +122,7 @@ namespace squeal
       RitzPairs ritz_pairs(bool of_left) const;
       /// Those that need a correction. Of modes that are not wanted only the place must be known:
       /// once their corrections were small, they rest until they move.
-      std::vector<unsigned int> moving_pairs() const;
+      RitzPairs moving_pairs() const;
       bool is_wanted(const Complex &l) const
       {
         return options.region.contains(l) && l.imag() >= options.min_imaginary * (1 - slack) &&
@@ -147,7 +142,7 @@ namespace squeal
       MultiVector sources(const RitzPairs &ritz) const;
       unsigned int n_columns() const
       {
-        return basis.y.n_columns();
+        return space.n_columns();
       }
 
       const ShiftInvert shift_invert;
@@ -156,6 +151,7 @@ namespace squeal
       const double slack;
       const unsigned int n_cleared; ///< pressures, for which there are constraints
       const RowRange pressure_rows;
+      SearchSpace space; ///< Y, without contact pressures
       Images basis;
       MultiVector tests;       ///< Z = F^{-T} M U
       DenseMatrix m, p, f;     ///< Z^T M U, Z^T P U, Z^T F U
@@ -166,28 +162,17 @@ namespace squeal
       unsigned int solves = 0, step = 0;
     };
 
-    RitzPairs select(const RitzPairs &ritz, const std::vector<unsigned int> &numbers)
-    {
-      RitzPairs result;
-      for (const unsigned int j : numbers)
-      {
-        result.lambda.push_back(ritz.lambda[j]);
-        result.coefficients.push_back(ritz.coefficients[j]);
-      }
-      return result;
-    }
-
     /// The coefficients of f_j x_j, Re and Im side by side.
     template <typename Factor>
     std::vector<double> real_columns(const RitzPairs &ritz, const unsigned int n_rows,
                                      const Factor &factor)
     {
-      std::vector<double> columns(std::size_t(n_rows) * 2 * ritz.lambda.size());
-      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
-        for (unsigned int i = 0; i < ritz.coefficients[j].size(); ++i)
+      std::vector<double> columns(std::size_t(n_rows) * 2 * ritz.size());
+      for (unsigned int j = 0; j < ritz.size(); ++j)
+        for (unsigned int i = 0; i < ritz[j].vector.size(); ++i)
         {
-          const Complex c = factor(ritz.lambda[j]) * ritz.coefficients[j][i];
-          columns[i + std::size_t(n_rows) * 2 * j]       = c.real();
+          const Complex c                          = factor(ritz[j].lambda) * ritz[j].vector[i];
+          columns[i + std::size_t(n_rows) * 2 * j] = c.real();
           columns[i + std::size_t(n_rows) * (2 * j + 1)] = c.imag();
         }
       return columns;
@@ -195,7 +180,7 @@ namespace squeal
 
     MultiVector Side::sources(const RitzPairs &ritz) const
     {
-      const unsigned int n = n_columns(), n_all = 2 * ritz.lambda.size();
+      const unsigned int n = n_columns(), n_all = 2 * ritz.size();
       MultiVector result = combine(
           basis.m,
           real_columns(ritz, n, [&](const Complex &l) { return shift_invert.square - l * l; }),
@@ -216,7 +201,7 @@ namespace squeal
       std::vector<std::pair<const double *, const double *>> parts;
       for (unsigned int j = 0; j < n_pairs; ++j)
         parts.push_back({pairs.column(2 * j), pairs.column(2 * j + 1)});
-      const std::vector<reduced::MainPart> turned = reduced::main_parts(parts, pairs.row_range());
+      const std::vector<MainPart> turned = main_parts(parts, pairs.row_range());
       std::vector<double> coefficients;
       first.assign(1, 0);
       for (unsigned int j = 0; j < n_pairs; ++j)
@@ -249,10 +234,10 @@ namespace squeal
       result.t        = shift_invert.solve(result.residual);
       solves += result.t.n_columns();
       const std::vector<double> lengths = lengths_of(result.t, n_cleared);
-      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+      for (unsigned int j = 0; j < ritz.size(); ++j)
       {
         double square = 0; // the basis is orthonormal
-        for (const Complex &c : ritz.coefficients[j])
+        for (const Complex &c : ritz[j].vector)
           square += std::norm(c);
         double t_square = 0;
         for (unsigned int k = result.first[j]; k < result.first[j + 1]; ++k)
@@ -278,34 +263,15 @@ namespace squeal
     {
       // A remainder shorter than this, relatively, is rounding; a combination of remainders of unit
       // length shorter than that, too.
-      constexpr double rounding = 1e-12, dependent = 1e-6;
-      MultiVector pressures = last_rows(y, pressure_rows);
+      constexpr Novelty not_rounding = {1e-12, 1e-6};
+      MultiVector pressures          = last_rows(y, pressure_rows);
       clear_pressures(n_cleared, y);
-      // Twice is enough (Kahan).
-      for (unsigned int pass = 0; pass < 2 && y.n_columns() > 0; ++pass)
-      {
-        const unsigned int n = y.n_columns();
-        const DenseMatrix before(n, n, inner_products(y, y));
-        DenseMatrix products = before;
-        if (n_columns() > 0)
-        {
-          const std::vector<double> part = inner_products(basis.y, y);
-          subtract_combination(y, basis.y, part);
-          subtract_combination(g, basis.g, part);
-          subtract_combination(pressures, basis.pressures, part);
-          products = DenseMatrix(n, n, inner_products(y, y));
-        }
-        const DenseMatrix clear =
-            independent_combinations(std::move(products), before, rounding, dependent);
-        for (MultiVector *block : {&y, &g, &pressures})
-          *block = combine(*block, clear.values, clear.n_columns);
-      }
+      y = space.add(std::move(y), not_rounding, {{g, basis.g}, {pressures, basis.pressures}});
       const MultiVector m_y = multiply(problem.M, y);
       tests.append(shift_invert.solve_transposed(m_y));
       solves += m_y.n_columns();
       basis.m.append(m_y);
       basis.p.append(multiply(problem.P, y));
-      basis.y.append(y);
       basis.g.append(g);
       basis.pressures.append(pressures);
     }
@@ -320,36 +286,33 @@ namespace squeal
       for (DensePair &pair : quadratic_eigenpairs(oriented(m), oriented(p), oriented(q), 0,
                                                   std::sqrt(-options.region.square)))
         if (pair.lambda.imag() > 0 && options.region.distance(pair.lambda) <= 1.05)
-        {
-          result.lambda.push_back(pair.lambda);
-          result.coefficients.push_back(std::move(pair.vector));
-        }
+          result.push_back(std::move(pair));
       return result;
     }
 
-    std::vector<unsigned int> Side::moving_pairs() const
+    RitzPairs Side::moving_pairs() const
     {
       constexpr double at_the_same_place = 1e-3;
-      std::vector<unsigned int> numbers;
-      for (unsigned int j = 0; j < ritz.lambda.size(); ++j)
+      RitzPairs result;
+      for (const DensePair &pair : ritz)
       {
-        const Complex l = ritz.lambda[j];
+        const Complex l = pair.lambda;
         const bool rests =
             std::any_of(at_rest.begin(), at_rest.end(),
                         [&](const Complex &other)
                         { return std::abs(l - other) <= at_the_same_place * std::abs(l); });
         if (is_wanted(l) || !rests)
-          numbers.push_back(j);
+          result.push_back(pair);
       }
-      return numbers;
+      return result;
     }
 
     std::vector<Complex> Side::eigenvalues() const
     {
       std::vector<Complex> result;
-      for (const Complex &l : ritz.lambda)
-        if (options.region.contains(l))
-          result.push_back(l);
+      for (const DensePair &pair : ritz)
+        if (options.region.contains(pair.lambda))
+          result.push_back(pair.lambda);
       return result;
     }
 
@@ -358,18 +321,20 @@ namespace squeal
       EigenPairs pairs;
       pairs.right = ComplexMultiVector(problem.rows, 0);
       std::vector<unsigned int> wanted;
-      for (unsigned int j = 0; j < moving.lambda.size(); ++j)
-        if (is_wanted(moving.lambda[j]))
+      RitzPairs turned;
+      for (unsigned int j = 0; j < moving.size(); ++j)
+        if (is_wanted(moving[j].lambda))
+        {
           wanted.push_back(j);
-      RitzPairs turned = select(moving, wanted);
-      pairs.lambda     = turned.lambda;
-      for (unsigned int j = 0; j < wanted.size(); ++j)
-        for (Complex &c : turned.coefficients[j])
-          c *= corrections.turns[wanted[j]];
+          pairs.lambda.push_back(moving[j].lambda);
+          turned.push_back(moving[j]);
+          for (Complex &c : turned.back().vector)
+            c *= corrections.turns[j];
+        }
       const unsigned int n = 2 * wanted.size();
       const std::vector<double> columns =
           real_columns(turned, n_columns(), [](const Complex &) { return 1.; });
-      MultiVector x               = combine(basis.y, columns, n);
+      MultiVector x               = combine(space.basis(), columns, n);
       const MultiVector pressures = combine(basis.pressures, columns, n);
       for (unsigned int k = 0; k < n; ++k)
       {
@@ -395,7 +360,7 @@ namespace squeal
       const RitzPairs pairs = other.ritz_pairs(true);
       const std::vector<double> columns =
           real_columns(pairs, other.n_columns(), [](const Complex &) { return 1.; });
-      const unsigned int n = 2 * pairs.lambda.size();
+      const unsigned int n = 2 * pairs.size();
       expand(combine(other.tests, columns, n), combine(other.basis.m, columns, n));
     }
 
@@ -405,32 +370,39 @@ namespace squeal
       wanted_bound                     = new_bound;
       constexpr unsigned int max_steps = 25;
       double worst                     = 0;
-      for (; step < max_steps; ++step)
+      const auto find_open = [&](unsigned int) -> std::optional<std::vector<unsigned int>>
       {
-        m           = reduced::grow_products(m, tests, basis.m);
-        p           = reduced::grow_products(p, tests, basis.p);
-        f           = reduced::grow_products(f, tests, basis.g);
+        m           = grow_products(m, tests, basis.m);
+        p           = grow_products(p, tests, basis.p);
+        f           = grow_products(f, tests, basis.g);
         ritz        = ritz_pairs(false);
-        moving      = select(ritz, moving_pairs());
+        moving      = moving_pairs();
         corrections = correct(moving);
         std::vector<unsigned int> open;
         worst = 0;
-        for (unsigned int j = 0; j < moving.lambda.size(); ++j)
+        for (unsigned int j = 0; j < moving.size(); ++j)
         {
-          const Complex l = moving.lambda[j];
+          const Complex l = moving[j].lambda;
           worst           = std::max(worst, corrections.sizes[j] / bound(l));
           if (!(corrections.sizes[j] <= bound(l)))
             open.push_back(j);
           else if (!is_wanted(l))
             at_rest.push_back(l);
         }
-        progress("  window: " + std::to_string(ritz.lambda.size() - open.size()) + " of " +
-                 std::to_string(ritz.lambda.size()) + " eigenvalues converged, subspace of " +
+        progress("  window: " + std::to_string(ritz.size() - open.size()) + " of " +
+                 std::to_string(ritz.size()) + " eigenvalues converged, subspace of " +
                  std::to_string(n_columns()));
         if (open.empty())
-          return;
-        expand(corrections, open);
-      }
+          return std::nullopt;
+        return open;
+      };
+      if (expand_until_accurate(max_steps - step, find_open,
+                                [&](const std::vector<unsigned int> &open)
+                                {
+                                  ++step;
+                                  expand(corrections, open);
+                                }))
+        return;
       std::ostringstream message;
       message << "The modes of the window did not converge in " << max_steps
               << " steps: the largest correction is " << worst << " times what is allowed.";

@@ -1,5 +1,6 @@
 #include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/ritz.h>
+#include <squeal/eigen/search_space.h>
 #include <squeal/linalg/dense.h>
 
 #include <algorithm>
@@ -10,6 +11,12 @@
 namespace squeal
 {
   using Complex = std::complex<double>;
+
+  namespace
+  {
+    /// Between the two projections, what lay in the span up to rounding is dropped.
+    constexpr Novelty anything_new = {1e-10};
+  } // namespace
 
   EigenPairs rayleigh_ritz(const QuadraticEigenproblem &problem, const MultiVector &trial,
                            const MultiVector &test, const double radius, const double shift)
@@ -40,54 +47,21 @@ namespace squeal
     return pairs;
   }
 
-  MultiVector orthonormal_complement(const MultiVector &basis, MultiVector block)
-  {
-    // Twice is enough (Kahan); between the two, what lay in the span up to rounding is dropped.
-    for (unsigned int pass = 0; pass < 2; ++pass)
-    {
-      std::vector<double> before(block.n_columns()), after(block.n_columns());
-      const auto norms = [&](std::vector<double> &squares)
-      {
-        for (unsigned int k = 0; k < block.n_columns(); ++k)
-          for (unsigned int i = 0; i < block.n_local(); ++i)
-            squares[k] += block.column(k)[i] * block.column(k)[i];
-        MPI_Allreduce(MPI_IN_PLACE, squares.data(), squares.size(), MPI_DOUBLE, MPI_SUM,
-                      block.row_range().comm);
-      };
-      norms(before);
-      if (basis.n_columns() > 0)
-        subtract_combination(block, basis, inner_products(basis, block));
-      norms(after);
-      MultiVector kept(block.row_range(), 0);
-      for (unsigned int k = 0; k < block.n_columns(); ++k)
-        if (after[k] > 1e-20 * before[k])
-        {
-          MultiVector column(block.row_range(), 1);
-          for (unsigned int i = 0; i < block.n_local(); ++i)
-            column.data()[i] = block.column(k)[i] / std::sqrt(after[k]);
-          kept.append(column);
-        }
-      block = orthonormalize(std::move(kept));
-    }
-    return block;
-  }
-
   MultiVector krylov_basis(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
                            const unsigned int n_columns, const unsigned int seed)
   {
     constexpr unsigned int block_size = 8;
     MultiVector block                 = scattered_numbers(problem.rows, block_size, seed);
-    MultiVector basis(problem.rows, 0);
-    while (basis.n_columns() < n_columns)
+    SearchSpace space(problem.rows);
+    while (space.n_columns() < n_columns)
     {
       block = shift_invert.solve(multiply(problem.M, block));
       clear_multipliers(problem, block);
-      block = orthonormal_complement(basis, std::move(block));
+      block = space.add(std::move(block), anything_new);
       if (block.n_columns() == 0) // the whole space
         break;
-      basis.append(block);
     }
-    return basis;
+    return space.release();
   }
 
   EigenSolution refine_eigenpairs(const QuadraticEigenproblem &problem,
@@ -97,27 +71,27 @@ namespace squeal
   {
     const BackwardError backward_error(problem);
     const bool galerkin = problem.n_constraints == 0 || problem.compliant;
-    // The basis and, unless Galerkin's, its test vectors; both grow until they are too many.
-    MultiVector basis(problem.rows, 0), test(problem.rows, 0);
+    // The space and, unless Galerkin's, its test vectors; both grow until they are too many.
+    SearchSpace space(problem.rows);
+    MultiVector test(problem.rows, 0);
     EigenSolution solution;
     EigenPairs &modes      = solution.modes;
     unsigned int &n_solves = solution.cost.n_solves;
     const auto expand      = [&](MultiVector block)
     {
       clear_multipliers(problem, block);
-      block = orthonormal_complement(basis, std::move(block));
+      block = space.add(std::move(block), anything_new);
       if (!galerkin)
         test.append(shift_invert.solve_transposed(multiply(problem.M, block)));
       n_solves += galerkin ? 0 : block.n_columns();
-      basis.append(block);
     };
     expand(std::move(start));
-    const unsigned int n_wanted = previous.size(), largest = basis.n_columns() + 5 * n_wanted;
+    const unsigned int n_wanted = previous.size(), largest = space.n_columns() + 5 * n_wanted;
     double worst = 0, change = 0, last_change = 1;
-    for (unsigned int step = 0; step < 12; ++step)
+    const auto correct = [&](const unsigned int step) -> std::optional<MultiVector>
     {
-      EigenPairs pairs =
-          rayleigh_ritz(problem, basis, galerkin ? basis : test, radius, shift_invert.shift);
+      EigenPairs pairs = rayleigh_ritz(problem, space.basis(), galerkin ? space.basis() : test,
+                                       radius, shift_invert.shift);
 
       // Zero eigenvalues of free bodies are defective and never accurate; they are counted, not
       // refined. Of known eigenvalues only the partners are wanted.
@@ -155,18 +129,21 @@ namespace squeal
       const bool settled = change <= options.tolerance ||
                            (worst <= 1e-3 * options.tolerance && change >= 0.1 * last_change);
       if (order.size() >= n_wanted && worst <= options.tolerance && settled)
-        return solution;
+        return std::nullopt;
       last_change = change;
       if (!known)
         previous = modes.lambda;
 
-      if (basis.n_columns() > largest) // start anew from the best so far
+      if (space.n_columns() > largest) // start anew from the best so far
       {
-        basis = test = MultiVector(problem.rows, 0);
+        space = SearchSpace(problem.rows);
+        test  = MultiVector(problem.rows, 0);
         expand(std::move(ritz_vectors));
       }
-      expand(pairs.right.real_span());
-    }
+      return pairs.right.real_span();
+    };
+    if (expand_until_accurate(12, correct, expand))
+      return solution;
     std::ostringstream message;
     message << "The eigenpairs could not be refined to the tolerance " << options.tolerance << ": "
             << modes.lambda.size() << " of " << n_wanted << " pairs, largest backward error "

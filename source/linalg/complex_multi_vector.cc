@@ -75,4 +75,32 @@ namespace squeal
     MPI_Allreduce(MPI_IN_PLACE, form.data(), 2 * n, MPI_DOUBLE, MPI_SUM, x.row_range().comm);
     return form;
   }
+
+  std::vector<MainPart>
+  main_parts(const std::vector<std::pair<const double *, const double *>> &vectors,
+             const RowRange &rows)
+  {
+    std::vector<double> sums(3 * vectors.size()); // a a, b b, a b
+    for (std::size_t j = 0; j < vectors.size(); ++j)
+    {
+      const auto [a, b] = vectors[j];
+      for (unsigned int i = 0; i < rows.n_local(); ++i)
+      {
+        sums[3 * j] += a[i] * a[i];
+        sums[3 * j + 1] += b[i] * b[i];
+        sums[3 * j + 2] += a[i] * b[i];
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, rows.comm);
+    std::vector<MainPart> result;
+    for (std::size_t j = 0; j < vectors.size(); ++j)
+    {
+      // (a + i b)^T (a + i b) becomes real and positive.
+      const std::complex<double> square(sums[3 * j] - sums[3 * j + 1], 2 * sums[3 * j + 2]);
+      const double both = sums[3 * j] + sums[3 * j + 1];
+      result.push_back({std::polar(1., -std::arg(square) / 2), (both + std::abs(square)) / 2,
+                        (both - std::abs(square)) / 2});
+    }
+    return result;
+  }
 } // namespace squeal

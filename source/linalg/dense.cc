@@ -57,6 +57,40 @@ namespace squeal
     return result;
   }
 
+  DenseMatrix some_rows(const DenseMatrix &a, const unsigned int first, const unsigned int n)
+  {
+    DenseMatrix result(n, a.n_columns);
+    for (unsigned int j = 0; j < a.n_columns; ++j)
+      std::copy_n(&a.values[first + std::size_t(j) * a.n_rows], n,
+                  result.values.data() + std::size_t(j) * n);
+    return result;
+  }
+
+  DenseMatrix some_columns(const DenseMatrix &a, const unsigned int first, const unsigned int n)
+  {
+    const auto begin = a.values.begin() + std::size_t(first) * a.n_rows;
+    return {a.n_rows, n, std::vector<double>(begin, begin + std::size_t(n) * a.n_rows)};
+  }
+
+  void append(DenseMatrix &a, const DenseMatrix &b)
+  {
+    if (b.n_columns == 0)
+      return;
+    a.values.insert(a.values.end(), b.values.begin(), b.values.end());
+    a.n_rows = b.n_rows;
+    a.n_columns += b.n_columns;
+  }
+
+  void add(const double factor, const DenseMatrix &a, DenseMatrix &sum)
+  {
+    if (a.values.empty() || factor == 0)
+      return;
+    if (sum.values.empty())
+      sum = DenseMatrix(a.n_rows, a.n_columns);
+    for (std::size_t k = 0; k < a.values.size(); ++k)
+      sum.values[k] += factor * a.values[k];
+  }
+
   DenseMatrix solve(DenseMatrix a, DenseMatrix b)
   {
     const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;
@@ -73,17 +107,23 @@ namespace squeal
     return b;
   }
 
-  DenseMatrix solve_positive(DenseMatrix a, DenseMatrix b)
+  PositiveFactors::PositiveFactors(DenseMatrix a, const std::string &what) : factors(std::move(a))
   {
-    const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;
-    PetscBLASInt info = 0;
-    if (n == 0 || n_rhs == 0)
-      return b;
-    LAPACKpotrf_("U", &n, a.values.data(), &n, &info);
+    const PetscBLASInt n = factors.n_rows;
+    PetscBLASInt info    = 0;
+    if (n > 0)
+      LAPACKpotrf_("U", &n, factors.values.data(), &n, &info);
     if (info != 0)
-      throw SolverError("LAPACK: a symmetric matrix is not positive definite (row " +
+      throw SolverError("LAPACK: " + what + " is not positive definite (row " +
                         std::to_string(info) + " of " + std::to_string(n) + ").");
-    LAPACKpotrs_("U", &n, &n_rhs, a.values.data(), &n, b.values.data(), &n, &info);
+  }
+
+  DenseMatrix PositiveFactors::solve(DenseMatrix b) const
+  {
+    const PetscBLASInt n = b.n_rows, n_rhs = b.n_columns;
+    PetscBLASInt info = 0;
+    if (n > 0 && n_rhs > 0)
+      LAPACKpotrs_("U", &n, &n_rhs, factors.values.data(), &n, b.values.data(), &n, &info);
     return b;
   }
 
@@ -96,6 +136,21 @@ namespace squeal
     if (info != 0)
       throw SolverError("LAPACK dsyev did not converge (info " + std::to_string(info) + ").");
     return eigenvalues;
+  }
+
+  DenseMatrix principal_combinations(DenseMatrix products, const double smallest)
+  {
+    const unsigned int n              = products.n_rows;
+    const std::vector<double> squares = symmetric_eigen(products);
+    DenseMatrix result(n, 0);
+    for (unsigned int k = 0; k < n; ++k)
+      if (squares[k] > smallest * smallest)
+      {
+        for (unsigned int i = 0; i < n; ++i)
+          result.values.push_back(products(i, k) / std::sqrt(squares[k]));
+        ++result.n_columns;
+      }
+    return result;
   }
 
   DenseMatrix independent_combinations(DenseMatrix products, const DenseMatrix &before,
@@ -112,15 +167,32 @@ namespace squeal
     for (unsigned int k = 0; k < n; ++k)
       for (unsigned int i = 0; i < n; ++i)
         products(i, k) *= scales[i] * scales[k];
-    const std::vector<double> squares = symmetric_eigen(products);
-    for (unsigned int k = 0; k < n; ++k)
-      if (squares[k] > dependent * dependent)
-      {
-        for (unsigned int i = 0; i < n; ++i)
-          result.values.push_back(scales[i] * products(i, k) / std::sqrt(squares[k]));
-        ++result.n_columns;
-      }
+    result = principal_combinations(std::move(products), dependent);
+    for (unsigned int k = 0; k < result.n_columns; ++k)
+      for (unsigned int i = 0; i < n; ++i)
+        result(i, k) *= scales[i];
     return result;
+  }
+
+  namespace
+  {
+    /// The vector that begins in a row of a column, or its conjugate; @p is_complex: the next
+    /// column is the imaginary part.
+    std::vector<std::complex<double>> unpacked(const DenseMatrix &columns, const unsigned int row,
+                                               const unsigned int n, const unsigned int j,
+                                               const bool is_complex, const bool conjugate)
+    {
+      std::vector<std::complex<double>> x(n);
+      for (unsigned int i = 0; i < n; ++i)
+        x[i] = {columns(row + i, j),
+                is_complex ? (conjugate ? -1 : 1) * columns(row + i, j + 1) : 0.};
+      return x;
+    }
+  } // namespace
+
+  std::vector<std::complex<double>> DenseEigenpairs::vector(const unsigned int j) const
+  {
+    return unpacked(vectors, 0, vectors.n_rows, j, im[j] != 0, false);
   }
 
   DenseEigenpairs general_eigen(DenseMatrix a, const bool with_left)
@@ -174,19 +246,6 @@ namespace squeal
       for (const std::complex<double> &value : m_x)
         largest = std::max(largest, std::abs(value));
       return largest <= 10 * std::numeric_limits<double>::epsilon() * bound * norm;
-    }
-
-    /// The vector that begins in a row of a column, or its conjugate; @p is_complex: the next
-    /// column is the imaginary part.
-    std::vector<std::complex<double>> unpacked(const DenseMatrix &columns, const unsigned int row,
-                                               const unsigned int n, const unsigned int j,
-                                               const bool is_complex, const bool conjugate)
-    {
-      std::vector<std::complex<double>> x(n);
-      for (unsigned int i = 0; i < n; ++i)
-        x[i] = {columns(row + i, j),
-                is_complex ? (conjugate ? -1 : 1) * columns(row + i, j + 1) : 0.};
-      return x;
     }
 
     /// A^{-T} B of the first rows of B, if it is not empty.

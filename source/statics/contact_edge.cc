@@ -1,5 +1,4 @@
 #include <squeal/contact/contact_matrices.h>
-#include <squeal/linalg/reduced_tools.h>
 #include <squeal/statics/contact_edge.h>
 
 #include <cstdlib>
@@ -11,7 +10,7 @@ namespace squeal
     /// The given rows of a block, on all ranks: one row each.
     DenseMatrix rows_of(const MultiVector &block, const std::vector<unsigned int> &numbers)
     {
-      return transposed(reduced::gather_rows(block, numbers));
+      return transposed(gather_rows(block, numbers));
     }
 
     /// Multipliers of nodes next to each other on a pad's face of which one is closed, the other
@@ -113,8 +112,8 @@ namespace squeal
     edge.closing                                    = std::move(beside[1]);
     if (!edge.releasing.empty())
     {
-      edge.slack = rows_of(solve(reduced::unit_columns(rows, edge.releasing), edge.releasing),
-                           edge.releasing);
+      edge.slack =
+          rows_of(solve(unit_columns(rows, edge.releasing), edge.releasing), edge.releasing);
       invert(edge.slack, edge.releasing);
     }
     if (!edge.closing.empty())
@@ -124,9 +123,9 @@ namespace squeal
       const Matrix normal   = normal_matrix(wider),
                    friction = with_friction ? friction_matrix(wider, pressure) : Matrix();
       edge.closed           = sum_of(rows, {{1., normal}, {1., friction}});
-      MultiVector a         = multiply(edge.closed, reduced::unit_columns(rows, edge.closing));
+      MultiVector a         = multiply(edge.closed, unit_columns(rows, edge.closing));
       DenseMatrix c         = rows_of(a, edge.closing);
-      reduced::clear_rows(a, edge.closing);
+      clear_rows(a, edge.closing);
       const DenseMatrix b_y = rows_of(multiply(edge.closed, solve(a, edge.closing)), edge.closing);
       for (std::size_t k = 0; k < c.values.size(); ++k)
         c.values[k] -= b_y.values[k];

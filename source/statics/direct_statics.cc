@@ -1,6 +1,6 @@
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/dense.h>
-#include <squeal/linalg/reduced_tools.h>
+#include <squeal/linalg/factorization.h>
 #include <squeal/statics/direct_statics.h>
 
 #include <algorithm>
@@ -139,7 +139,7 @@ namespace squeal
           added.push_back(row);
       if (added.empty())
         return;
-      Y.append(solve(reduced::unit_columns(rows, added)));
+      Y.append(solve(unit_columns(rows, added)));
       known.insert(known.end(), added.begin(), added.end());
     }
 
@@ -154,8 +154,8 @@ namespace squeal
         const unsigned int last = std::min(n, first + most_columns);
         const std::vector<unsigned int> some(multipliers.begin() + first,
                                              multipliers.begin() + last);
-        const DenseMatrix at_multipliers = reduced::gather_rows(
-            factorization.solve(multiply(*F, reduced::unit_columns(rows, some))), multipliers);
+        const DenseMatrix at_multipliers =
+            gather_rows(factorization.solve(multiply(*F, unit_columns(rows, some))), multipliers);
         for (unsigned int j = first; j < last; ++j)
           for (unsigned int i = 0; i < n; ++i)
             responses(i, j) = at_multipliers(j - first, i);
@@ -174,7 +174,7 @@ namespace squeal
         value *= c;
       for (unsigned int i = 0; i < n; ++i)
         equations(i, i) += 1;
-      const DenseMatrix at_multipliers = reduced::gather_rows(Y, multipliers);
+      const DenseMatrix at_multipliers = gather_rows(Y, multipliers);
       std::vector<unsigned int> places;
       for (unsigned int r = 0; r < n_released; ++r)
       {
@@ -184,7 +184,7 @@ namespace squeal
           equations(i, places[r]) = -at_multipliers(column_of(released[r]), i);
       }
       DenseMatrix solution =
-          squeal::solve(std::move(equations), transposed(reduced::gather_rows(x_0, multipliers)));
+          squeal::solve(std::move(equations), transposed(gather_rows(x_0, multipliers)));
       DenseMatrix slack(n_released, 1);
       for (unsigned int r = 0; r < n_released; ++r)
         std::swap(slack(r, 0), solution(places[r], 0));
@@ -222,7 +222,7 @@ namespace squeal
       if (c != 0)
         product.add(c, multiply(*F, x));
       MultiVector residual = difference(b, product);
-      reduced::clear_rows(residual, released);
+      clear_rows(residual, released);
       return residual;
     }
 

@@ -1,4 +1,5 @@
 #include <squeal/linalg/dense.h>
+#include <squeal/linalg/factorization.h>
 #include <squeal/statics/self_locking.h>
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <squeal/linalg/dense.h>
-#include <squeal/linalg/linear_algebra.h>
 #include <squeal/linalg/matrix_market.h>
+#include <squeal/linalg/multi_vector.h>
 
 #include <deal.II/base/mpi.h>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/linalg/linear_algebra.h>
+#include <squeal/linalg/multi_vector.h>
 #include <squeal/mesh/finite_element_space.h>
 #include <squeal/parameters/materials.h>
 

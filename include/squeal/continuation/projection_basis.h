@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/eigen/eigenpairs.h>
+#include <squeal/eigen/search_space.h>
 
 #include <vector>
 
@@ -13,13 +14,17 @@ namespace squeal
     /// Vectors have these rows, on this rank with so many of contact pressures, which are zero.
     ProjectionBasis() = default;
     ProjectionBasis(const RowRange &rows, const unsigned int n_local_constraints)
-        : rows(rows), n_local_constraints(n_local_constraints), right(rows, 0), left(rows, 0)
+        : rows(rows), n_local_constraints(n_local_constraints), space(rows), left(rows, 0)
     {
     }
 
     unsigned int dimension() const
     {
-      return right.n_columns();
+      return space.n_columns();
+    }
+    const MultiVector &right() const ///< V
+    {
+      return space.basis();
     }
     /// Clears the pressures.
     MultiVector displacements(MultiVector block) const;
@@ -39,7 +44,7 @@ namespace squeal
 
     RowRange rows;
     unsigned int n_local_constraints = 0;
-    MultiVector right;                   ///< V
+    SearchSpace space;                   ///< V
     MultiVector left;                    ///< the first columns of W; the others are those of V
     std::vector<unsigned int> peak_rows; ///< where the modes of begin() are largest
 

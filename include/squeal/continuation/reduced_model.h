@@ -2,7 +2,6 @@
 
 #include <squeal/continuation/projection_basis.h>
 #include <squeal/continuation/reduced_eigenproblem.h>
-#include <squeal/linalg/reduced_tools.h>
 
 #include <array>
 #include <memory>
@@ -130,6 +129,9 @@ namespace squeal
     {
       std::vector<int> rows, columns;
       std::vector<double> values;
+
+      /// Those of all ranks.
+      void gather(MPI_Comm comm);
     };
     /// W^T A V, V^T A V, W^T A W.
     enum Form
@@ -144,8 +146,8 @@ namespace squeal
       /// (constraint, value), by interface row; where those of each begin, and the end
       std::vector<std::pair<unsigned int, double>> entries;
       std::vector<unsigned int> begins;
-      std::vector<unsigned int> rows;   ///< by constraint, in the interface
-      reduced::PositiveFactors squares; ///< of C C^T
+      std::vector<unsigned int> rows; ///< by constraint, in the interface
+      PositiveFactors squares;        ///< of C C^T
 
       template <typename Visit>
       void for_entries(const unsigned int row, const Visit &visit) const

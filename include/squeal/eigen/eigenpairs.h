@@ -3,6 +3,7 @@
 #include <squeal/eigen/eigenproblem.h>
 #include <squeal/eigen/eigensolver_options.h>
 #include <squeal/linalg/complex_multi_vector.h>
+#include <squeal/linalg/factorization.h>
 
 #include <complex>
 #include <memory>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/base/names.h>
-#include <squeal/linalg/linear_algebra.h>
+#include <squeal/linalg/multi_vector.h>
 
 #include <functional>
 #include <memory>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/eigen/eigenproblem.h>
+#include <squeal/linalg/factorization.h>
 
 #include <map>
 #include <memory>

@@ -10,9 +10,6 @@ namespace squeal
   EigenPairs rayleigh_ritz(const QuadraticEigenproblem &problem, const MultiVector &trial,
                            const MultiVector &test, double radius, double shift);
 
-  /// An orthonormal basis of what the block adds to the span of an orthonormal basis.
-  MultiVector orthonormal_complement(const MultiVector &basis, MultiVector block);
-
   /// An orthonormal basis of the block Krylov space of Q(s)^{-1} M from a fixed start block. The
   /// velocity terms, weak in a brake, are left to refine_eigenpairs(). Multipliers are cleared.
   MultiVector krylov_basis(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <squeal/linalg/linear_algebra.h>
+#include <squeal/linalg/multi_vector.h>
 
 #include <complex>
+#include <utility>
 #include <vector>
 
 namespace squeal
@@ -66,4 +67,15 @@ namespace squeal
   /// z_j^H A x_j of the vectors side by side, the same on all ranks.
   std::vector<std::complex<double>> diagonal_form(const ComplexMultiVector &z, const Matrix &matrix,
                                                   const ComplexMultiVector &x);
+
+  /// How a complex vector a + i b is turned so that a is as long as can be, a and b orthogonal.
+  struct MainPart
+  {
+    std::complex<double> turn; ///< factor of modulus 1
+    double longer, shorter;    ///< |a|^2 and |b|^2 afterwards
+  };
+  /// Of vectors given by the local parts of a and b. Collective.
+  std::vector<MainPart>
+  main_parts(const std::vector<std::pair<const double *, const double *>> &vectors,
+             const RowRange &rows);
 } // namespace squeal

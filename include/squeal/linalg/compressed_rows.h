@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/linalg/linear_algebra.h>
+#include <squeal/linalg/matrix.h>
 
 #include <algorithm>
 #include <cstdint>

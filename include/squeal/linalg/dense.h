@@ -1,6 +1,8 @@
 #pragma once
 
 #include <complex>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace squeal
@@ -47,15 +49,59 @@ namespace squeal
   /// The first rows of A, with zeros below if it has fewer.
   DenseMatrix with_rows(const DenseMatrix &a, unsigned int n_rows);
 
+  /// Rows first ... first + n of A.
+  DenseMatrix some_rows(const DenseMatrix &a, unsigned int first, unsigned int n);
+  /// Columns first ... first + n of A.
+  DenseMatrix some_columns(const DenseMatrix &a, unsigned int first, unsigned int n);
+  /// A becomes [A, B].
+  void append(DenseMatrix &a, const DenseMatrix &b);
+
+  /// sum += factor A; an empty matrix is zero.
+  void add(double factor, const DenseMatrix &a, DenseMatrix &sum);
+
+  /// A square matrix of which the first rows and columns are known; @p block gives rows and columns
+  /// (first, number) of it.
+  template <typename Function>
+  DenseMatrix grow(const DenseMatrix &known, const unsigned int size, const Function &block)
+  {
+    const unsigned int old = known.n_rows;
+    DenseMatrix result(size, size);
+    const DenseMatrix right = block(0, size, old, size - old),
+                      lower = block(old, size - old, 0, old);
+    for (unsigned int j = 0; j < size; ++j)
+      for (unsigned int i = 0; i < size; ++i)
+        result(i, j) = j >= old ? right(i, j - old) : i >= old ? lower(i - old, j) : known(i, j);
+    return result;
+  }
+
   /// A^{-1} B by LU with partial pivoting. Throws SolverError if A is singular.
   DenseMatrix solve(DenseMatrix a, DenseMatrix b);
 
-  /// The same for a symmetric positive definite A, by Cholesky's method.
-  DenseMatrix solve_positive(DenseMatrix a, DenseMatrix b);
+  /// A symmetric positive definite A, factorised once by Cholesky's method for many right sides.
+  class PositiveFactors
+  {
+  public:
+    PositiveFactors() = default;
+    /// Throws SolverError if A is singular to working precision.
+    explicit PositiveFactors(DenseMatrix a, const std::string &what = "a symmetric matrix");
+    /// A^{-1} B.
+    DenseMatrix solve(DenseMatrix b) const;
+
+  private:
+    DenseMatrix factors;
+  };
+  inline DenseMatrix solve_positive(DenseMatrix a, DenseMatrix b)
+  {
+    return PositiveFactors(std::move(a)).solve(std::move(b));
+  }
 
   /// Eigenvalues (ascending) and eigenvectors of a symmetric matrix; @p a is overwritten by the
   /// vectors.
   std::vector<double> symmetric_eigen(DenseMatrix &a);
+
+  /// Combinations of columns, whose @p products are given, that are orthonormal: the principal
+  /// components longer than @p smallest, scaled to length one, as columns of coefficients.
+  DenseMatrix principal_combinations(DenseMatrix products, double smallest);
 
   /// Of remainders of columns (their parts along others were taken off) the combinations that are
   /// orthonormal, as columns of coefficients. @p products are those of the remainders, @p before
@@ -69,6 +115,9 @@ namespace squeal
     std::vector<double> re, im;
     DenseMatrix vectors; ///< LAPACK's packing: a complex pair as two columns, Re and Im
     DenseMatrix left;    ///< u^H A = theta u^H, packed alike; on demand
+
+    /// The right vector of the eigenvalue j, the first one of a complex pair.
+    std::vector<std::complex<double>> vector(unsigned int j) const;
   };
 
   /// LAPACK dgeev; of each complex pair the eigenvalue with positive imaginary part comes first.

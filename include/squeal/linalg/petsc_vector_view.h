@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/linalg/linear_algebra.h>
+#include <squeal/linalg/multi_vector.h>
 
 namespace squeal
 {

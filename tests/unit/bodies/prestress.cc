@@ -4,6 +4,7 @@
 
 #include <squeal/bodies/body_operators.h>
 #include <squeal/bodies/prestress.h>
+#include <squeal/linalg/factorization.h>
 
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/fe/fe_values.h>

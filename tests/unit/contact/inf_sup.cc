@@ -1,5 +1,6 @@
 #include "statics.h"
 #include <squeal/contact/contact_matrices.h>
+#include <squeal/linalg/factorization.h>
 
 #include <doctest/doctest.h>
 

@@ -4,7 +4,7 @@
 
 #include <squeal/base/errors.h>
 #include <squeal/linalg/compressed_rows.h>
-#include <squeal/linalg/linear_algebra.h>
+#include <squeal/linalg/factorization.h>
 
 #include <algorithm>
 #include <random>

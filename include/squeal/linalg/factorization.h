@@ -1,0 +1,65 @@
+#pragma once
+
+#include <squeal/linalg/multi_vector.h>
+
+#include <string>
+
+namespace squeal
+{
+  /// A sparse LU or LDL^T factorisation by MUMPS.
+  class Factorization
+  {
+  public:
+    enum class Kind
+    {
+      lu,
+      ldlt
+    };
+    /// Throws SolverError if the matrix is singular, and if the memory that the analysis of its
+    /// pattern predicts is not there, before any of it is taken.
+    Factorization(const Matrix &matrix, Kind kind, const std::string &what);
+    ~Factorization();
+    Factorization(const Factorization &)            = delete;
+    Factorization &operator=(const Factorization &) = delete;
+
+    /// Becomes that of another matrix with the same pattern, whose analysis serves again.
+    void renew(const Matrix &matrix);
+
+    /// A^{-1} B.
+    MultiVector solve(const MultiVector &right_hand_sides) const;
+    /// A^{-T} B.
+    MultiVector solve_transposed(const MultiVector &right_hand_sides) const;
+
+    struct Inertia
+    {
+      unsigned int negative, zero, positive;
+    };
+    /// Signs of the eigenvalues of a symmetric matrix (Sylvester's law). Kind ldlt only.
+    Inertia inertia() const;
+
+    double memory_mib() const; ///< used, all ranks together
+    double predicted_memory_mib() const
+    {
+      return predicted_mib;
+    }
+    Mat factor() const
+    {
+      return mat;
+    }
+
+  private:
+    /// Marks it as symmetric if that is what is factorised. Throws SolverError if there are numbers
+    /// too large to compute with.
+    void prepare(const Matrix &matrix) const;
+    void analyse(const Matrix &matrix);
+    void factorise(const Matrix &matrix);
+    /// Throws SolverError if the machine lacks the memory that the analysis predicts.
+    void check_memory(MPI_Comm comm);
+
+    Mat mat = nullptr;
+    MatFactorInfo info{};
+    const bool lu;
+    const std::string what;
+    double predicted_mib = 0;
+  };
+} // namespace squeal

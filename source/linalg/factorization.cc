@@ -1,0 +1,168 @@
+#include <squeal/base/memory.h>
+#include <squeal/base/signals.h>
+#include <squeal/base/text.h>
+#include <squeal/linalg/factorization.h>
+
+#include <cmath>
+#include <sstream>
+
+namespace squeal
+{
+  namespace
+  {
+    /// A PETSc dense matrix that borrows the memory of a block.
+    Matrix view(const MultiVector &block)
+    {
+      Mat mat              = nullptr;
+      const RowRange &rows = block.row_range();
+      SQUEAL_PETSC(MatCreateDense(rows.comm, rows.n_local(), PETSC_DECIDE, rows.size,
+                                  block.n_columns(), const_cast<double *>(block.data()), &mat));
+      return Matrix(mat);
+    }
+  } // namespace
+
+  Factorization::Factorization(const Matrix &matrix, const Kind kind, const std::string &what)
+      : lu(kind == Kind::lu), what(what)
+  {
+    prepare(matrix);
+    SQUEAL_PETSC(MatFactorInfoInitialize(&info));
+    SQUEAL_PETSC(
+        MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
+    try
+    {
+      // A pivot is at least this times what it eliminates. With MUMPS' own 0.01 solutions with
+      // large models lose digits (relative errors of 1e-9, and the modes had to be refined); the
+      // factors are as large and take as long.
+      if (lu)
+        SQUEAL_PETSC(MatMumpsSetCntl(mat, 1, 0.1));
+      else
+        SQUEAL_PETSC(MatMumpsSetIcntl(mat, 24, 1)); // null pivots are counted, as an inertia needs
+      check_interruption();
+      analyse(matrix);
+      factorise(matrix);
+    }
+    catch (...)
+    {
+      MatDestroy(&mat);
+      throw;
+    }
+  }
+
+  void Factorization::renew(const Matrix &matrix)
+  {
+    prepare(matrix);
+    check_interruption();
+    factorise(matrix);
+  }
+
+  void Factorization::prepare(const Matrix &matrix) const
+  {
+    if (!lu)
+      SQUEAL_PETSC(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE));
+    // MUMPS takes other numbers for a lack of memory. The sum of squares finds what is no number,
+    // but may be infinite where all numbers are finite.
+    PetscReal squares = 0;
+    SQUEAL_PETSC(MatNorm(matrix, NORM_FROBENIUS, &squares));
+    if (std::isnan(squares) || !std::isfinite(matrix.infinity_norm()))
+      throw SolverError("Cannot factorise " + what + ": its numbers are too large to compute with.",
+                        {Failure::numbers_too_large});
+  }
+
+  void Factorization::analyse(const Matrix &matrix)
+  {
+    if (lu)
+      SQUEAL_PETSC(MatLUFactorSymbolic(mat, matrix, nullptr, nullptr, &info));
+    else
+      SQUEAL_PETSC(MatCholeskyFactorSymbolic(mat, matrix, nullptr, &info));
+    MPI_Comm comm = MPI_COMM_NULL;
+    SQUEAL_PETSC(PetscObjectGetComm(PetscObject(Mat(matrix)), &comm));
+    check_memory(comm);
+    // Room for delayed pivots, percent. It is reserved but rarely used, so that the prediction is
+    // made without.
+    SQUEAL_PETSC(MatMumpsSetIcntl(mat, 14, 50));
+  }
+
+  void Factorization::factorise(const Matrix &matrix)
+  {
+    if (lu)
+      SQUEAL_PETSC(MatLUFactorNumeric(mat, matrix, &info));
+    else
+      SQUEAL_PETSC(MatCholeskyFactorNumeric(mat, matrix, &info));
+    MatFactorError error;
+    SQUEAL_PETSC(MatFactorGetError(mat, &error));
+    if (error == MAT_FACTOR_NOERROR)
+      return;
+    PetscInt code = 0, detail = 0;
+    MatMumpsGetInfog(mat, 1, &code);
+    MatMumpsGetInfog(mat, 2, &detail);
+    const std::string message = text_of("MUMPS cannot factorise ", what, " (INFOG(1) = ", code,
+                                        ", INFOG(2) = ", detail, "): ");
+    if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
+      throw SingularMatrix(message + "the matrix is singular", {Failure::singular_factors});
+    throw SolverError(message +
+                      (error == MAT_FACTOR_OUTMEMORY
+                           ? "out of memory: use a coarser mesh or a machine with more memory."
+                           : "see the MUMPS manual."));
+  }
+
+  void Factorization::check_memory(const MPI_Comm comm)
+  {
+    constexpr double mib = 1e6 / (1024. * 1024.);
+    PetscInt of_rank = 0, of_all = 0;
+    SQUEAL_PETSC(MatMumpsGetInfo(mat, 15, &of_rank)); // predicted, 10^6 bytes
+    SQUEAL_PETSC(MatMumpsGetInfog(mat, 17, &of_all));
+    predicted_mib     = of_all * mib;
+    const double load = memory_load(of_rank * mib, comm);
+    if (load > 1)
+    {
+      std::ostringstream message;
+      message.precision(3);
+      message << "The factorisation of " << what << " needs about " << predicted_mib / 1024
+              << " GiB, " << load << " times what is available.";
+      throw SolverError(message.str(), {Failure::factors_too_large});
+    }
+  }
+
+  Factorization::~Factorization()
+  {
+    if (mat)
+      MatDestroy(&mat);
+  }
+
+  MultiVector Factorization::solve(const MultiVector &right_hand_sides) const
+  {
+    MultiVector solution(right_hand_sides.row_range(), right_hand_sides.n_columns());
+    if (right_hand_sides.n_columns() == 0)
+      return solution;
+    check_interruption();
+    const Matrix b = view(right_hand_sides), x = view(solution);
+    SQUEAL_PETSC(MatMatSolve(mat, b, x));
+    for (std::size_t i = 0; i < std::size_t(solution.n_local()) * solution.n_columns(); ++i)
+      if (!std::isfinite(solution.data()[i]))
+        throw SolverError("A solve with the factors of " + what + " gave a non-finite number.");
+    return solution;
+  }
+
+  MultiVector Factorization::solve_transposed(const MultiVector &right_hand_sides) const
+  {
+    // PETSc has no transposed solve of a block with MUMPS; MUMPS itself has.
+    SQUEAL_PETSC(MatMumpsSetIcntl(mat, 9, 2));
+    MultiVector solution = solve(right_hand_sides);
+    SQUEAL_PETSC(MatMumpsSetIcntl(mat, 9, 1));
+    return solution;
+  }
+
+  Factorization::Inertia Factorization::inertia() const
+  {
+    PetscInt negative = 0, zero = 0, positive = 0;
+    SQUEAL_PETSC(MatGetInertia(mat, &negative, &zero, &positive));
+    return {unsigned(negative), unsigned(zero), unsigned(positive)};
+  }
+
+  double Factorization::memory_mib() const
+  {
+    PetscInt megabytes = 0;
+    SQUEAL_PETSC(MatMumpsGetInfog(mat, 22, &megabytes)); // memory used, sum over ranks, 10^6 bytes
+    return megabytes * 1e6 / (1024. * 1024.);
+  }
+} // namespace squeal
