@@ -8,8 +8,14 @@ namespace squeal
   bool continue_branches(const QuadraticEigenproblem &problem, const BranchPoint &before,
                          const double max_imaginary, BranchPoint &next)
   {
+    return continue_branches(biorthogonality(problem, before.modes, next.modes), before,
+                             max_imaginary, next);
+  }
+
+  bool continue_branches(const std::vector<std::complex<double>> &form, const BranchPoint &before,
+                         const double max_imaginary, BranchPoint &next)
+  {
     const unsigned int n = before.modes.lambda.size(), m = next.modes.lambda.size();
-    const auto form = biorthogonality(problem, before.modes, next.modes);
     std::vector<std::vector<double>> overlap(n, std::vector<double>(m)), cost = overlap;
     for (unsigned int i = 0; i < n; ++i)
       for (unsigned int j = 0; j < m; ++j)

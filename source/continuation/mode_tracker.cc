@@ -17,7 +17,7 @@ namespace squeal
   {
     model   = &other;
     reduced = ReducedSectors(options);
-    symmetry.reset();
+    sectors.reset();
     summed.reset();
     is_as_solved = false;
     fingerprints.clear();
@@ -112,18 +112,18 @@ namespace squeal
     whole_rows                        = equations.rows;
     is_as_solved                      = true;
     ++n_full;
-    if (!symmetry)
-      symmetry = parameters.eigenproblem.mirror_symmetry ? model->mirror_symmetry() : std::nullopt;
+    if (!sectors)
+      sectors = model->sectors();
     try
     {
-      return solve_by_symmetry(*solver, equations, options, *symmetry);
+      return solve_by_symmetry(*solver, equations, options, *sectors);
     }
     catch (const SingularMatrix &)
     {
       // A divergence lies exactly here: another shift than zero.
       EigensolverOptions shifted = options;
       shifted.shift              = 0.1;
-      return solve_by_symmetry(*solver, equations, shifted, *symmetry);
+      return solve_by_symmetry(*solver, equations, shifted, *sectors);
     }
   }
 
@@ -134,7 +134,7 @@ namespace squeal
       return;
     if (!is_as_solved) // the search for critical values went elsewhere
       assemble_model(parameters, {});
-    reduced.set_expansion_point(whole_problem(), model->terms(), solution, *symmetry);
+    reduced.set_expansion_point(whole_problem(), model->terms(), solution, *sectors);
     is_counted  = true;
     counted_key = reference_key();
   }
@@ -151,12 +151,9 @@ namespace squeal
                                                                const EigenPairs &modes) const
   {
     std::vector<std::complex<double>> result;
-    for (ParameterDerivative &derivative : derivatives(parameter))
-    {
-      if (!is_whole(modes))
-        derivative.terms = reduced.project(derivative.terms);
-      result = squeal::sensitivities(derivative, modes);
-    }
+    for (const ParameterDerivative &derivative : derivatives(parameter))
+      result = is_whole(modes) ? squeal::sensitivities(derivative, modes)
+                               : reduced.sensitivities(derivative, modes);
     return result;
   }
 
@@ -164,26 +161,21 @@ namespace squeal
   {
     if (is_whole(before.modes) && is_whole(next.modes))
       return squeal::continue_branches(whole_problem(), before, options.max_imaginary, next);
-    const bool in_coordinates = !is_whole(before.modes) && !is_whole(next.modes);
+    if (!is_whole(before.modes) && !is_whole(next.modes))
+      return squeal::continue_branches(reduced.biorthogonality(before.modes, next.modes), before,
+                                       options.max_imaginary, next);
     // Overlaps need no more.
     QuadraticEigenproblem moving;
-    if (!in_coordinates)
-    {
-      moving.rows = whole_rows;
-      moving.M    = sum_of(whole_rows, model->terms(), 2);
-      moving.P    = sum_of(whole_rows, model->terms(), 1);
-    }
+    moving.rows      = whole_rows;
+    moving.M         = sum_of(whole_rows, model->terms(), 2);
+    moving.P         = sum_of(whole_rows, model->terms(), 1);
     BranchPoint from = before, to = next;
-    from.modes = in_coordinates ? reduced.pad(before.modes) : whole(before.modes);
-    if (!in_coordinates)
-      to.modes = whole(next.modes);
-    const QuadraticEigenproblem small =
-        in_coordinates ? reduced.problem() : QuadraticEigenproblem();
-    const bool certain =
-        squeal::continue_branches(in_coordinates ? small : moving, from, options.max_imaginary, to);
-    next.branches   = to.branches;
-    next.overlaps   = to.overlaps;
-    next.n_branches = to.n_branches;
+    from.modes         = whole(before.modes);
+    to.modes           = whole(next.modes);
+    const bool certain = squeal::continue_branches(moving, from, options.max_imaginary, to);
+    next.branches      = to.branches;
+    next.overlaps      = to.overlaps;
+    next.n_branches    = to.n_branches;
     return certain;
   }
 

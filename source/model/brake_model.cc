@@ -260,11 +260,10 @@ namespace squeal
 
     PhaseTimer::Scope scope(timer, "static");
     log.progress("  static equilibrium");
-    const auto symmetry = [this]()
-    { return prm.eigenproblem.mirror_symmetry ? mirror_symmetry() : std::nullopt; };
-    found.equilibrium = static_solver.solve(
-        {terms_, prm.terms().friction, static_load(prm, spaces_), needs_edge, symmetry},
-        *found.contact, std::move(before.equilibrium), nearby, iterative.get());
+    found.equilibrium =
+        static_solver.solve({terms_, prm.terms().friction, static_load(prm, spaces_), needs_edge,
+                             [this]() { return sectors(); }},
+                            *found.contact, std::move(before.equilibrium), nearby, iterative.get());
     if (!is_matrix_free)
       iterative.reset();
     found.pressure = found.equilibrium->pressure;

@@ -70,9 +70,9 @@ namespace squeal
       BrakeModel<dim> lower(model, parameters, timer);
       lower.distribute();
       lower.assemble(parameters);
-      const EigenSolution found = solve_by_symmetry(
-          *make_eigensolver(parameters.eigenproblem.solver), lower.equations(), options,
-          parameters.eigenproblem.mirror_symmetry ? lower.mirror_symmetry() : std::nullopt);
+      const EigenSolution found =
+          solve_by_symmetry(*make_eigensolver(parameters.eigenproblem.solver), lower.equations(),
+                            options, lower.sectors());
       Start start;
       for (const std::complex<double> &l : found.modes.lambda)
         start.frequencies.push_back(l.imag());

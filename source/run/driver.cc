@@ -68,9 +68,7 @@ namespace squeal
       {
         PhaseTimer::Scope scope(report.timer, "eigenproblem");
         return solve_by_symmetry(*make_eigensolver(prm.eigenproblem.solver), equations,
-                                 options_of(prm.eigenproblem, report.log),
-                                 prm.eigenproblem.mirror_symmetry ? model.mirror_symmetry()
-                                                                  : std::nullopt);
+                                 options_of(prm.eigenproblem, report.log), model.sectors());
       }
 
       ModeTable assess_stability(const Model &model, const EigenPairs &modes,
@@ -360,8 +358,7 @@ namespace squeal
                                                          : "\nAll verdicts are decided.");
             return false;
           }
-          if (prm.eigenproblem.mirror_symmetry)
-            average_mirror_cells(model.spaces(), by_cell);
+          model.keep_sectors(by_cell);
           flag_cells(mesh, by_cell);
         }
         // Ranks measure different times: the first one's word counts.

@@ -242,9 +242,9 @@ namespace squeal
   template <int dim>
   DirectStatics<dim>::DirectStatics(const RowRange &rows, const std::vector<Term> &body_terms,
                                     const ContactModel<dim> &model, const bool with_friction,
-                                    std::optional<MirrorSymmetry> given, const bool both_halves)
+                                    Sectors given, const bool all_sectors)
       : rows(rows), of_bodies(terms_of_order(body_terms, 0)), with_friction(with_friction),
-        both_halves(both_halves), factor_once(may_serve(model)), symmetry(std::move(given))
+        all_sectors(all_sectors), factor_once(may_serve(model)), sectors(std::move(given))
   {
   }
 
@@ -256,43 +256,20 @@ namespace squeal
   {
     if (!parts.empty())
       return;
-    parts.resize(symmetry && both_halves ? 2 : 1);
-    if (!symmetry)
-      return;
     int n_ranks = 0;
     MPI_Comm_size(rows.comm, &n_ranks);
-    for (unsigned int p = 0; p < parts.size(); ++p)
-    {
-      Part &part = parts[p];
-      if (parts.size() == 2 && n_ranks > 1)
-      {
-        const unsigned int n_symmetric = (n_ranks + 1) / 2;
-        part.group = p == 0 ? std::make_unique<const Subcommunicator>(rows.comm, 0, n_symmetric)
-                            : std::make_unique<const Subcommunicator>(rows.comm, n_symmetric,
-                                                                      n_ranks - n_symmetric);
-        part.space = std::make_unique<const ParitySpace>(*symmetry, p == 0, *part.group);
-      }
-      else
-        part.space = std::make_unique<const ParitySpace>(*symmetry, p == 0);
-    }
+    const std::vector<Sector> wanted = all_sectors
+                                           ? sectors.all(rows, n_ranks > 1, (n_ranks + 1) / 2)
+                                           : std::vector<Sector>{sectors.symmetric(rows)};
+    for (const Sector &sector : wanted)
+      parts.push_back({sector, {}});
   }
 
   template <int dim>
-  void DirectStatics<dim>::forget_symmetry()
+  void DirectStatics<dim>::forget_sectors()
   {
-    symmetry.reset();
+    sectors = {};
     parts.clear();
-  }
-
-  template <int dim>
-  bool DirectStatics<dim>::contains_images(const std::vector<unsigned int> &multipliers) const
-  {
-    return std::all_of(multipliers.begin(), multipliers.end(),
-                       [&](const unsigned int row)
-                       {
-                         return std::find(multipliers.begin(), multipliers.end(),
-                                          symmetry->image[row]) != multipliers.end();
-                       });
   }
 
   template <int dim>
@@ -300,27 +277,21 @@ namespace squeal
   {
     for (Part &part : parts)
       part.solver.reset();
-    const std::vector<std::vector<Term>> sum(
-        1, static_terms(of_bodies, contact, pressure, with_friction));
-    if (symmetry && !squeal::is_symmetric(sum, *symmetry))
-      forget_symmetry();
+    const std::vector<Term> sum = static_terms(of_bodies, contact, pressure, with_friction);
+    if (sectors.are_two() && !sectors.keep(std::vector<std::vector<Term>>{sum}))
+      forget_sectors();
     make_parts();
-    std::vector<Matrix> matrices;
-    std::vector<ParitySpace::Wanted> wanted;
+    std::vector<Sector> wanted;
     for (const Part &part : parts)
-      if (part.space)
-        wanted.push_back({part.space.get(), sum});
-    if (wanted.empty())
-      matrices.push_back(sum_of_terms(rows, sum.front()));
-    else
-      for (std::vector<Matrix> &of_space : ParitySpace::restrict(wanted))
-        matrices.push_back(std::move(of_space.front()));
+      wanted.push_back(part.sector);
+    std::vector<Matrix> matrices = Sector::sums(wanted, sum);
     work_apart(rows.comm,
                [&]()
                {
                  for (unsigned int p = 0; p < parts.size(); ++p)
-                   if (const RowRange &own = rows_of(parts[p], rows); own.comm != MPI_COMM_NULL)
-                     parts[p].solver = std::make_unique<ReleaseSolver>(own, std::move(matrices[p]));
+                   if (const Sector &sector = parts[p].sector; sector.is_here())
+                     parts[p].solver = std::make_unique<ReleaseSolver>(sector.row_range(),
+                                                                       std::move(matrices[p]));
                });
     if (!factor_once)
       return;
@@ -371,22 +342,17 @@ namespace squeal
       base->slopes = std::move(slopes);
     base->contact.set_model(contact.contact_model());
     base->friction = shared_friction(base->contact, pressure).second;
-    if (symmetry && !squeal::is_symmetric({{{Origin::friction, 0, 1., base->friction}}}, *symmetry))
+    if (sectors.are_two() &&
+        !sectors.keep(std::vector<std::vector<Term>>{{{Origin::friction, 0, 1., base->friction}}}))
     {
-      forget_symmetry();
+      forget_sectors();
       factorise_closed(contact, pressure);
       return 0;
     }
-    Part &part                            = parts.front();
-    std::shared_ptr<const Matrix> matrix  = base->friction;
-    std::vector<unsigned int> multipliers = contact.multipliers();
-    if (part.space)
-    {
-      matrix      = std::make_shared<const Matrix>(part.space->restrict(matrix));
-      multipliers = part.space->restrict(multipliers);
-    }
+    Part &part                           = parts.front();
+    std::shared_ptr<const Matrix> matrix = part.sector.restrict(base->friction);
     if (part.solver)
-      part.solver->set_friction(std::move(matrix), std::move(multipliers));
+      part.solver->set_friction(std::move(matrix), part.sector.restrict(contact.multipliers()));
     return coefficient - base->coefficient;
   }
 
@@ -396,9 +362,8 @@ namespace squeal
                                         const MultiVector &right_hand_side)
   {
     std::vector<unsigned int> released = contact.released_multipliers();
-    if (symmetry &&
-        !(squeal::is_symmetric(right_hand_side, *symmetry) && contains_images(released)))
-      forget_symmetry();
+    if (sectors.are_two() && !(sectors.keep(right_hand_side) && sectors.keep(released)))
+      forget_sectors();
     if (released.size() > most_releases)
       factor_once = false;
     if (!factor_once) // the matrix is that of the active set
@@ -408,11 +373,11 @@ namespace squeal
     const double change = factor_once ? change_of_friction(contact, pressure) : 0;
 
     const Part &part    = parts.front();
-    const MultiVector b = part.space ? part.space->restrict(right_hand_side) : right_hand_side;
+    const MultiVector b = part.sector.restrict(right_hand_side);
     if (!factor_once)
       released.clear();
-    else if (part.space)
-      released = part.space->restrict(released);
+    else
+      released = part.sector.restrict(released);
     MultiVector x(b.row_range(), 1);
     work_apart(rows.comm,
                [&]()
@@ -420,7 +385,7 @@ namespace squeal
                  if (part.solver)
                    x = part.solver->solve(b, change, released);
                });
-    return part.space ? part.space->expand(x) : x;
+    return part.sector.expand(x);
   }
 
   template <int dim>
@@ -444,7 +409,7 @@ namespace squeal
   {
     const std::vector<unsigned int> released =
         factor_once ? contact.released_multipliers() : std::vector<unsigned int>();
-    if (!symmetry)
+    if (!sectors.are_two())
       return parts.front().solver->release(parts.front().solver->solve(right_hand_sides), released);
     if (parts.size() != 2)
       throw std::logic_error("DirectStatics has no antisymmetric half.");
@@ -455,7 +420,7 @@ namespace squeal
     for (unsigned int j = 0; j < multipliers.size(); ++j)
     {
       const auto image =
-          std::find(multipliers.begin(), multipliers.end(), symmetry->image[multipliers[j]]);
+          std::find(multipliers.begin(), multipliers.end(), sectors.image(multipliers[j]));
       image_of.push_back(image == multipliers.end() ? j : image - multipliers.begin());
       if (image_of[j] >= j)
       {
@@ -465,16 +430,16 @@ namespace squeal
     }
     std::array<MultiVector, 2> y;
     for (unsigned int p = 0; p < 2; ++p)
-      y[p] = parts[p].space->restrict(b);
+      y[p] = parts[p].sector.restrict(b);
     work_apart(rows.comm,
                [&]()
                {
                  for (unsigned int p = 0; p < 2; ++p)
                    if (parts[p].solver)
                      y[p] = parts[p].solver->release(parts[p].solver->solve(y[p]),
-                                                     parts[p].space->restrict(released));
+                                                     parts[p].sector.restrict(released));
                });
-    const MultiVector plus = parts[0].space->expand(y[0]), minus = parts[1].space->expand(y[1]);
+    const MultiVector plus = parts[0].sector.expand(y[0]), minus = parts[1].sector.expand(y[1]);
     MultiVector x(rows, multipliers.size());
     for (unsigned int k = 0; k < solved.size(); ++k)
     {

@@ -299,8 +299,7 @@ namespace squeal
     try
     {
       DirectStatics<dim> factors(rows, problem.body_terms, contact.contact_model(),
-                                 problem.with_friction, problem.mirror_symmetry(),
-                                 problem.with_edge);
+                                 problem.with_friction, problem.sectors(), problem.with_edge);
       iterate(solver_by(factors), problem, contact, result);
       if (problem.with_edge)
         result.edge = find_contact_edge(

@@ -37,7 +37,7 @@ namespace squeal
         DirectStatics<dim>::may_serve(contact))
       cached = std::make_unique<DirectStatics<dim>>(problem.load.row_range(), problem.body_terms,
                                                     contact.contact_model(), problem.with_friction,
-                                                    problem.mirror_symmetry(), false);
+                                                    problem.sectors(), false);
     return cached != nullptr;
   }
 

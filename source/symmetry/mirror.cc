@@ -174,7 +174,7 @@ namespace squeal
   }
 
   template <int dim>
-  void average_mirror_cells(const FiniteElementSpace<dim> &spaces, std::vector<double> &by_cell)
+  void average_over_images(const FiniteElementSpace<dim> &spaces, std::vector<double> &by_cell)
   {
     if constexpr (dim == 3)
     {
@@ -295,6 +295,6 @@ namespace squeal
 
   template std::optional<MirrorSymmetry> find_mirror_symmetry(const FiniteElementSpace<2> &);
   template std::optional<MirrorSymmetry> find_mirror_symmetry(const FiniteElementSpace<3> &);
-  template void average_mirror_cells(const FiniteElementSpace<2> &, std::vector<double> &);
-  template void average_mirror_cells(const FiniteElementSpace<3> &, std::vector<double> &);
+  template void average_over_images(const FiniteElementSpace<2> &, std::vector<double> &);
+  template void average_over_images(const FiniteElementSpace<3> &, std::vector<double> &);
 } // namespace squeal

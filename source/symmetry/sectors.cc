@@ -2,7 +2,6 @@
 #include <squeal/base/stopwatch.h>
 #include <squeal/base/subcommunicator.h>
 #include <squeal/eigen/inertia_count.h>
-#include <squeal/symmetry/parity_space.h>
 #include <squeal/symmetry/sectors.h>
 
 #include <algorithm>
@@ -15,8 +14,6 @@ namespace squeal
 {
   namespace
   {
-    constexpr std::array<Parity, 2> parities = {{Parity::symmetric, Parity::antisymmetric}};
-
     template <typename Number>
     void broadcast(Number *data, const std::size_t n, const unsigned int root, const MPI_Comm comm)
     {
@@ -36,7 +33,7 @@ namespace squeal
 
     /// What a group of ranks has found, on all ranks: of the vectors those outside of the group get
     /// blocks without rows. @p root is one of the group.
-    void share(const ParitySpace &space, const unsigned int root, const MPI_Comm all,
+    void share(const Sector &sector, const unsigned int root, const MPI_Comm all,
                EigenSolution &half)
     {
       EigenPairs &modes = half.modes;
@@ -48,30 +45,24 @@ namespace squeal
       broadcast(&half.proof.n_reference, 1, root, all);
       broadcast(&half.proof.n_rigid_body_modes, 1, root, all);
       broadcast(&half.cost, 1, root, all);
-      if (!space.is_here())
-        modes.right = modes.left = ComplexMultiVector(space.row_range(), modes.size());
-    }
-
-    /// V y.
-    ComplexMultiVector expand(const ParitySpace &space, const ComplexMultiVector &y)
-    {
-      return {space.expand(y.re), space.expand(y.im)};
+      if (!sector.is_here())
+        modes.right = modes.left = ComplexMultiVector(sector.row_range(), modes.size());
     }
 
     /// What both halves found, one after the other, as vectors of the whole. @p at_once is whether
     /// they were solved at the same time.
-    void append(const ParitySpace &space, const EigenSolution &half, const Parity parity,
-                const bool at_once, EigenSolution &whole)
+    void append(const Sector &sector, const EigenSolution &half, const bool at_once,
+                EigenSolution &whole)
     {
       EigenPairs modes = half.modes;
-      modes.right      = expand(space, modes.right);
-      modes.left       = expand(space, modes.left);
-      modes.parity.assign(modes.size(), parity);
+      modes.right      = sector.expand(modes.right);
+      modes.left       = sector.expand(modes.left);
+      modes.parity.assign(modes.size(), sector.parity());
       whole.modes.append(modes);
       EigenSolution::Proof &proof = whole.proof;
       proof.completeness +=
-          (proof.completeness.empty() ? "" : "; ") + std::string(name_of(parity)) + ", " +
-          std::to_string(space.row_range().size) + " unknowns: " + half.proof.completeness;
+          (proof.completeness.empty() ? "" : "; ") + std::string(name_of(sector.parity())) + ", " +
+          std::to_string(sector.row_range().size) + " unknowns: " + half.proof.completeness;
       proof.n_reference += half.proof.n_reference;
       proof.n_rigid_body_modes += half.proof.n_rigid_body_modes;
       EigenSolution::Cost &cost = whole.cost;
@@ -88,17 +79,16 @@ namespace squeal
     }
 
     void solve_one_after_the_other(const Eigensolver &solver, const EquationsOfMotion &equations,
-                                   const EigensolverOptions &options,
-                                   const MirrorSymmetry &symmetry, EigenSolution &whole)
+                                   const EigensolverOptions &options, const Sectors &sectors,
+                                   EigenSolution &whole)
     {
       const std::vector<double> counted =
           solver.counted_frequencies(options, equations.may_move_rigidly);
-      for (const Parity parity : parities)
+      for (const Sector &sector : sectors.all(equations.rows))
       {
-        const ParitySpace space(symmetry, parity == Parity::symmetric);
         auto half = std::make_shared<EigenSolution>(
-            solver.solve(space.restrict(equations, counted), options));
-        append(space, *half, parity, false, whole);
+            solver.solve(sector.parity_space().restrict(equations, counted), options));
+        append(sector, *half, false, whole);
         if (options.keep_factors)
           whole.reuse.sectors.push_back(half);
         half.reset();
@@ -155,30 +145,27 @@ namespace squeal
 
     /// Each half by half of the ranks: fewer ranks work better together.
     void solve_at_once(const Eigensolver &solver, const EquationsOfMotion &equations,
-                       const EigensolverOptions &options, const MirrorSymmetry &symmetry,
+                       const EigensolverOptions &options, const Sectors &sectors,
                        const unsigned int n_ranks, EigenSolution &whole)
     {
       const MPI_Comm all = equations.rows.comm;
       // The antisymmetric modes, in which the disc bends, are more.
-      const std::array<unsigned int, 3> first = {{0, n_ranks / 2, n_ranks}};
-      std::array<std::unique_ptr<const Subcommunicator>, 2> groups;
-      std::array<std::unique_ptr<const ParitySpace>, 2> spaces;
+      const std::array<unsigned int, 2> first         = {{0, n_ranks / 2}};
+      const std::vector<Sector> both                  = sectors.all(equations.rows, true, first[1]);
+      const std::array<const ParitySpace *, 2> spaces = {
+          {&both[0].parity_space(), &both[1].parity_space()}};
       std::array<EigenSolution, 2> halves;
-      for (unsigned int h = 0; h < 2; ++h)
-      {
-        groups[h] = std::make_unique<const Subcommunicator>(all, first[h], first[h + 1] - first[h]);
-        spaces[h] = std::make_unique<const ParitySpace>(symmetry, h == 0, *groups[h]);
-      }
       // So the ranks of the symmetric half count for both, where counting needs nothing else.
       const bool counts_for_both =
           solver.counts_in_disc(options) && !equations.may_move_rigidly &&
           equations.reference == EquationsOfMotion::Reference::conservative_terms &&
           !equations.of_order(1).empty();
-      const ParitySpace antisymmetric(symmetry, false, *groups[0]);
+      const Subcommunicator of_first(all, first[0], first[1]);
+      const ParitySpace antisymmetric(sectors.mirror(), false, of_first);
       ParitySpace::Counting counting{
-          search_radius(options.max_imaginary), {spaces[0].get(), &antisymmetric}, {}};
+          search_radius(options.max_imaginary), {spaces[0], &antisymmetric}, {}};
       std::vector<QuadraticEigenproblem> problems = ParitySpace::restrict(
-          {spaces[0].get(), spaces[1].get()}, equations, counts_for_both ? &counting : nullptr);
+          {spaces[0], spaces[1]}, equations, counts_for_both ? &counting : nullptr);
       const auto solve = [&](const unsigned int h, const EigensolverOptions &with)
       {
         if (spaces[h]->is_here())
@@ -212,8 +199,8 @@ namespace squeal
                  });
       for (unsigned int h = 0; h < 2; ++h)
       {
-        share(*spaces[h], first[h], all, halves[h]);
-        append(*spaces[h], halves[h], parities[h], true, whole);
+        share(both[h], first[h], all, halves[h]);
+        append(both[h], halves[h], true, whole);
       }
       // Blocks and matrices of a group go before its communicator.
       problems.clear();
@@ -223,10 +210,9 @@ namespace squeal
   } // namespace
 
   EigenSolution solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
-                                  const EigensolverOptions &options,
-                                  const std::optional<MirrorSymmetry> &symmetry)
+                                  const EigensolverOptions &options, const Sectors &sectors)
   {
-    if (!symmetry || !is_symmetric(equations, *symmetry))
+    if (!sectors.keep(equations))
       return solver.solve(sum_of(equations), options);
     EigenSolution whole;
     EigenPairs &modes = whole.modes;
@@ -235,9 +221,9 @@ namespace squeal
     MPI_Comm_size(equations.rows.comm, &n_ranks);
     // Factors that are kept must be on all ranks.
     if (n_ranks > 1 && !options.keep_factors)
-      solve_at_once(solver, equations, options, *symmetry, n_ranks, whole);
+      solve_at_once(solver, equations, options, sectors, n_ranks, whole);
     else
-      solve_one_after_the_other(solver, equations, options, *symmetry, whole);
+      solve_one_after_the_other(solver, equations, options, sectors, whole);
     modes = modes.select(order_of_modes(modes.lambda));
     turn_to_real(modes);
     return whole;

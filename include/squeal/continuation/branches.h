@@ -29,6 +29,9 @@ namespace squeal
   /// above half of it. Modes in the uppermost hundredth of the window may come and go.
   bool continue_branches(const QuadraticEigenproblem &problem, const BranchPoint &before,
                          double max_imaginary, BranchPoint &next);
+  /// @p form is biorthogonality() of the modes.
+  bool continue_branches(const std::vector<std::complex<double>> &form, const BranchPoint &before,
+                         double max_imaginary, BranchPoint &next);
 
   /// The same where the vectors cannot be compared, because the meshes differ: the assignment with
   /// the least sum of squared distances of the eigenvalues. A mode that would have to move by more

@@ -110,7 +110,7 @@ namespace squeal
     EigensolverOptions options;
     const std::unique_ptr<Eigensolver> solver;
     ReducedSectors reduced;
-    std::optional<std::optional<MirrorSymmetry>> symmetry; ///< of the model, once asked for
+    std::optional<Sectors> sectors; ///< of the model, once asked for
     RowRange whole_rows;
     unsigned int n_full = 0, n_restarts_ = 0;
     Seconds seconds_;

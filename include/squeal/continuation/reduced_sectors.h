@@ -3,7 +3,8 @@
 #include <squeal/continuation/reduced_model.h>
 #include <squeal/eigen/inertia_count.h>
 #include <squeal/linalg/gmres.h>
-#include <squeal/symmetry/parity_space.h>
+#include <squeal/model/model.h>
+#include <squeal/symmetry/sector.h>
 
 #include <map>
 #include <memory>
@@ -12,21 +13,19 @@
 
 namespace squeal
 {
-  /// The reduced models of the sectors in which a full solution was found, the parity sectors of a
-  /// mirror-symmetric problem or the whole as the only one,
+  /// The reduced models of the sectors in which a full solution was found,
   ///     V_h^T (l^2 M + l P + Q) V_h y = 0,   x = V_h y:
   /// bases, factors and residuals of half the size, which makes what is of the second and the third
-  /// order in them a quarter and an eighth. Coordinates of a mode are those of its sector, with
-  /// zeros for the others, sector after sector.
+  /// order in them a quarter and an eighth. Coordinates of a mode are those of its sector, which
+  /// its parity tells, and zeros up to the largest dimension of all sectors and later.
   class ReducedSectors
   {
   public:
     explicit ReducedSectors(const EigensolverOptions &options) : options(options) {}
 
-    /// Begins anew, as ReducedModel::set_expansion_point(). @p symmetry is that of the sectors.
+    /// Begins anew, as ReducedModel::set_expansion_point().
     void set_expansion_point(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
-                             const EigenSolution::Reuse &found,
-                             const std::optional<MirrorSymmetry> &symmetry);
+                             const EigenSolution::Reuse &found, const Sectors &sectors);
     std::vector<double> varying_terms() const;
     void keep_apart(const std::vector<double> &varying_terms);
 
@@ -57,11 +56,13 @@ namespace squeal
     bool is_crowded() const;
     /// Gives these modes of the last solution in the new coordinates.
     EigenPairs restart(const EigenPairs &modes);
-    QuadraticEigenproblem problem() const;
     ReducedModel::RayleighForms rayleigh_forms(const EigenPairs &modes) const;
-    std::vector<Term> project(const std::vector<Term> &terms) const;
     EigenPairs expand(const EigenPairs &modes) const;
-    EigenPairs pad(const EigenPairs &modes) const;
+    /// As the function of that name, of the projected problem; zero between sectors.
+    std::vector<std::complex<double>> biorthogonality(const EigenPairs &of_left,
+                                                      const EigenPairs &of_right) const;
+    std::vector<std::complex<double>> sensitivities(const ParameterDerivative &derivative,
+                                                    const EigenPairs &modes) const;
     static bool is_reduced(const EigenPairs &modes, const RowRange &rows)
     {
       return ReducedModel::is_reduced(modes, rows);
@@ -70,36 +71,36 @@ namespace squeal
   private:
     struct Part
     {
-      std::optional<ParitySpace> space; ///< without: the whole
-      Parity parity;                    ///< of its modes
+      Sector sector;
       ReducedModel reduced;
       std::shared_ptr<InertiaCount> reference;
       unsigned int n_modes         = 0; ///< of the expansion point in the disc
       unsigned int expansion_count = 0;
-      /// V_h^T A V_h by A
+      /// The matrices' parts in the sector
       std::map<std::shared_ptr<const Matrix>, std::shared_ptr<const Matrix>> restricted;
       std::vector<Term> terms; ///< the last ones
     };
 
-    /// Puts the terms into the parts; false if they have lost the symmetry.
+    /// Puts the terms into the parts; false if they do not keep to the sectors.
     bool restrict(const std::vector<Term> &terms);
-    bool are_symmetric(const std::vector<Term> &terms) const;
-    unsigned int dimension() const;
+    bool keep_to_sectors(const std::vector<Term> &terms) const;
     MultiVector apply_inverse(const MultiVector &b) const;
     /// The numbers of the modes of a part.
-    std::vector<unsigned int> modes_of(const EigenPairs &modes, const Part &part) const;
-    /// The part's modes in its coordinates, of which there were @p sizes when the modes were found.
-    EigenPairs extract(const EigenPairs &modes, unsigned int part,
-                       const std::vector<unsigned int> &sizes) const;
-    const std::vector<unsigned int> &sizes_of(const EigenPairs &modes) const;
+    static std::vector<unsigned int> modes_of(const EigenPairs &modes, const Part &part);
+    /// The part's modes in its coordinates.
+    static EigenPairs extract(const EigenPairs &modes, const Part &part);
+    /// Calls visit(part, numbers, the part's modes) where there are some.
+    template <typename Visit>
+    void for_parts(const EigenPairs &modes, const Visit &visit) const;
+    /// Vectors of a part in so many coordinates that those of all parts have room.
+    ComplexMultiVector in_all_coordinates(const ComplexMultiVector &of_part) const;
 
     EigensolverOptions options;
-    std::optional<MirrorSymmetry> symmetry;
+    Sectors sectors;
+    RowRange whole;
     std::vector<Part> parts;
     std::array<double, 3> norms{}; ///< of the expansion point's matrices by order
     mutable unsigned int n_inverse_ = 0;
     std::vector<std::shared_ptr<const Factorization>> inverse_factors; ///< by part
-    /// Coordinates by part, by the sum of them: bases only grow.
-    std::map<unsigned int, std::vector<unsigned int>> sizes;
   };
 } // namespace squeal

@@ -66,9 +66,16 @@ namespace squeal
                                                  const LinearOperator &nearby = {}) const override;
 
     std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override;
-    std::optional<MirrorSymmetry> mirror_symmetry() const override
+    Sectors sectors() const override
     {
-      return find_mirror_symmetry(spaces_);
+      return prm.eigenproblem.mirror_symmetry ? find_sectors(spaces_) : Sectors();
+    }
+    /// Makes what marks cells the same for those that are images of each other, so that the mesh
+    /// keeps its sectors. Collective.
+    void keep_sectors(std::vector<double> &by_cell) const
+    {
+      if (prm.eigenproblem.mirror_symmetry)
+        average_over_images(spaces_, by_cell);
     }
 
     /// The equations without the bodies' matrices, and multigrid as the preconditioner, for

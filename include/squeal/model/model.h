@@ -3,7 +3,7 @@
 #include <squeal/eigen/eigenproblem.h>
 #include <squeal/linalg/gmres.h>
 #include <squeal/parameters/parameters.h>
-#include <squeal/symmetry/mirror.h>
+#include <squeal/symmetry/sector.h>
 
 #include <functional>
 #include <memory>
@@ -62,8 +62,8 @@ namespace squeal
     virtual std::pair<std::vector<std::string>, std::vector<unsigned int>>
     bodies_of_rows() const = 0;
 
-    /// The reflection about the rotor's mid-plane, if the equations have one.
-    virtual std::optional<MirrorSymmetry> mirror_symmetry() const
+    /// The sectors that the mesh has, and that the parameters allow for.
+    virtual Sectors sectors() const
     {
       return {};
     }

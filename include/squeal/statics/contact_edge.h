@@ -34,7 +34,7 @@ namespace squeal
       std::function<MultiVector(const MultiVector &, const std::vector<unsigned int> &multipliers)>;
 
   /// @p solve gives A^{-1} of a block with a column for each of some multipliers, whose rows it is
-  /// told; where these are mirror images of each other in a symmetric brake, so are the columns.
+  /// told; where these are images of each other in a symmetric brake, so are the columns.
   /// Empty sets without lift-off and for penalty contact, whose
   /// edge is placed by quadrature points. A set whose change leaves a singular system is left
   /// out. Collective.

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/contact/contact.h>
-#include <squeal/symmetry/parity_space.h>
+#include <squeal/symmetry/sector.h>
 
 #include <algorithm>
 #include <array>
@@ -60,11 +60,11 @@ namespace squeal
   class DirectStatics
   {
   public:
-    /// @p symmetry of the mesh. @p both_halves: solve_columns() will be called. Only the
+    /// @p sectors of the mesh. @p all_sectors: solve_columns() will be called. Only the
     /// @p body_terms of order 0 are used.
     DirectStatics(const RowRange &rows, const std::vector<Term> &body_terms,
-                  const ContactModel<dim> &model, bool with_friction,
-                  std::optional<MirrorSymmetry> symmetry, bool both_halves);
+                  const ContactModel<dim> &model, bool with_friction, Sectors sectors,
+                  bool all_sectors);
     ~DirectStatics();
 
     /// Whether one factorisation serves this contact and others.
@@ -90,7 +90,7 @@ namespace squeal
     double relative_residual() const;
 
     /// Solutions of the last linear problem for other right sides, one for each of the given
-    /// multipliers' rows. If multipliers are mirror images of each other, so are their right sides.
+    /// multipliers' rows. If multipliers are images of each other, so are their right sides.
     MultiVector solve_columns(const Contact<dim> &contact, const MultiVector &right_hand_sides,
                               const std::vector<unsigned int> &multipliers);
 
@@ -102,17 +102,11 @@ namespace squeal
       return model.mortar && !model.friction.depends_on_pressure();
     }
 
-    /// The whole, or a half.
     struct Part
     {
-      std::unique_ptr<const Subcommunicator> group;
-      std::unique_ptr<const ParitySpace> space; ///< none: the whole
-      std::unique_ptr<ReleaseSolver> solver;    ///< on the ranks that have a part of it
+      Sector sector;
+      std::unique_ptr<ReleaseSolver> solver; ///< on the ranks that have a part of it
     };
-    static const RowRange &rows_of(const Part &part, const RowRange &whole)
-    {
-      return part.space ? part.space->row_range() : whole;
-    }
     /// New factors of the tangent.
     void factorise(const Contact<dim> &contact, const ContactPressure &pressure);
     /// With all contacts closed.
@@ -120,15 +114,13 @@ namespace squeal
     double change_of_friction(const Contact<dim> &contact, const ContactPressure &pressure);
     void make_parts();
     /// The whole from now on.
-    void forget_symmetry();
-    /// Whether the mirror images of all these rows are among them.
-    bool contains_images(const std::vector<unsigned int> &multipliers) const;
+    void forget_sectors();
 
     const RowRange rows; ///< of the whole
     const std::vector<Term> of_bodies;
-    const bool with_friction, both_halves;
+    const bool with_friction, all_sectors;
     bool factor_once;
-    std::optional<MirrorSymmetry> symmetry;
+    Sectors sectors;
     std::vector<Part> parts;
     /// What factors for all active sets were made with.
     struct Base

@@ -4,7 +4,7 @@
 #include <squeal/statics/direct_statics.h>
 #include <squeal/statics/iterative_statics.h>
 #include <squeal/statics/self_locking.h>
-#include <squeal/symmetry/mirror.h>
+#include <squeal/symmetry/sector.h>
 
 #include <functional>
 #include <optional>
@@ -46,13 +46,13 @@ namespace squeal
     bool with_friction;
     MultiVector load;
     bool with_edge = false; ///< asks for StaticEquilibrium::edge
-    /// Asked for the mirror symmetry of the mesh where the state is factorised for: what is
-    /// symmetric is solved for by halves. Empty: there is none.
-    std::function<std::optional<MirrorSymmetry>()> symmetry = {};
+    /// Asked for the sectors of the mesh where the state is factorised for. Empty: the whole is the
+    /// only one.
+    std::function<Sectors()> find_sectors = {};
 
-    std::optional<MirrorSymmetry> mirror_symmetry() const
+    Sectors sectors() const
     {
-      return symmetry ? symmetry() : std::nullopt;
+      return find_sectors ? find_sectors() : Sectors();
     }
   };
 

@@ -37,7 +37,7 @@ namespace squeal
   /// Replaces the value of each own cell by the mean of it and its mirror image's, if every cell
   /// has one: cells that are marked by it then leave the mesh symmetric. Collective.
   template <int dim>
-  void average_mirror_cells(const FiniteElementSpace<dim> &spaces, std::vector<double> &by_cell);
+  void average_over_images(const FiniteElementSpace<dim> &spaces, std::vector<double> &by_cell);
 
   /// The distinct matrices of several sums of terms, and the factor of each in each sum.
   struct MatrixFactors

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/eigen/eigensolvers.h>
-#include <squeal/symmetry/mirror.h>
+#include <squeal/symmetry/sector.h>
 
 namespace squeal
 {
@@ -16,9 +16,8 @@ namespace squeal
   /// Backward errors are those of the halves: by how much matrices that stay symmetric would have
   /// to change.
   ///
-  /// Without a symmetry, or if the matrices do not have it, the whole problem is solved, and no
-  /// mode's parity is known.
+  /// If the whole is the only sector, or the matrices do not keep to the others, the whole problem
+  /// is solved, and no mode's parity is known.
   EigenSolution solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
-                                  const EigensolverOptions &options,
-                                  const std::optional<MirrorSymmetry> &symmetry);
+                                  const EigensolverOptions &options, const Sectors &sectors);
 } // namespace squeal

@@ -118,7 +118,7 @@ namespace squeal::tests
       return {{"chain"}, std::vector<unsigned int>(rows.n_local(), 0)};
     }
 
-    std::optional<MirrorSymmetry> mirror_symmetry() const override
+    Sectors sectors() const override
     {
       return symmetry;
     }

@@ -65,7 +65,7 @@ namespace
       model.assemble(prm);
       equations = model.equations();
       problem   = sum_of(equations);
-      symmetry  = model.mirror_symmetry();
+      symmetry  = find_mirror_symmetry(model.spaces());
     }
     Log log;
     PhaseTimer timer;
@@ -151,7 +151,7 @@ TEST_CASE("mirror: averaged cells are marked on both sides")
                                                  : 7 + 0.1 * cell->center()[2]);
       expected.push_back(body == rotor_body ? 7 : 2);
     }
-  average_mirror_cells(spaces, by_cell);
+  average_over_images(spaces, by_cell);
   for (unsigned int i = 0; i < by_cell.size(); ++i)
     CHECK(relative_error(by_cell[i], expected[i]) <= 1e-14);
 }
