@@ -91,8 +91,8 @@ namespace squeal
     bool may_move_rigidly = true;
   };
 
-  /// The equations of motion as they are before their terms are summed: the halves of a symmetric
-  /// brake (mirror.h) sum theirs each by itself, and nobody the whole.
+  /// The equations of motion as they are before their terms are summed: the sectors of a symmetric
+  /// brake sum theirs each by itself, and nobody the whole.
   struct EquationsOfMotion
   {
     RowRange rows;
