@@ -37,10 +37,10 @@ namespace squeal
     factors             = found.factorization;
     n_disc              = found.disc_right.n_columns() / 2;
     n_real_at_expansion = n_real(found.disc_lambda);
-    compliant           = problem.compliant;
-    has_constraints     = problem.n_constraints > 0;
-    expansion_terms     = terms;
-    basis               = ProjectionBasis(rows, n_local_constraints);
+    interface =
+        InterfaceTerms(rows, n_local_constraints, problem.n_constraints > 0, problem.compliant);
+    expansion_terms = terms;
+    basis           = ProjectionBasis(rows, n_local_constraints);
     // The left vectors were given as Q^T y = 0, y = conj(z): the same span.
     basis.begin(basis.displacements(found.disc_right), basis.displacements(found.disc_left));
     // The search knows the modes beyond the disc roughly; corrections find them slowly.
@@ -109,7 +109,6 @@ namespace squeal
     };
     touch(before, now);
     touch(now, before);
-    MPI_Allreduce(MPI_IN_PLACE, touched.data(), touched.size(), MPI_CHAR, MPI_MAX, rows.comm);
 
     // Matrices with constant coefficients as one sum an order, others each by itself
     for (unsigned int order = 0; order < 3; ++order)
@@ -138,22 +137,9 @@ namespace squeal
     for (const Fixed &part : fixed)
       fixed_norms.push_back(part.matrix->infinity_norm());
 
-    interface_number.assign(rows.size, -1);
-    for (unsigned int row = 0; row < rows.size; ++row)
-      if (touched[row])
-      {
-        interface_number[row] = interface_rows.size();
-        interface_rows.push_back(row);
-      }
-    std::vector<char> constrained(rows.size);
-    for (unsigned int row = rows.end - n_local_constraints; row < rows.end; ++row)
-      constrained[row] = 1;
-    MPI_Allreduce(MPI_IN_PLACE, constrained.data(), constrained.size(), MPI_CHAR, MPI_MAX,
-                  rows.comm);
-    for (const unsigned int row : interface_rows)
-      is_constraint.push_back(constrained[row]);
+    interface.set_rows(std::move(touched));
     forget_images();
-    return !fixed.empty() && 2 * interface_rows.size() < rows.size;
+    return !fixed.empty() && 2 * interface.n_rows() < rows.size;
   }
 
   void ReducedModel::forget_images()
@@ -196,7 +182,7 @@ namespace squeal
     for (auto &of_order : coefficients)
       of_order.assign(fixed.size(), 0.);
     Members stay;
-    int known = true;
+    bool known = true;
     for (unsigned int i = 0; i < fixed.size(); ++i)
     {
       coefficients[fixed[i].order][i] = 1;
@@ -223,44 +209,16 @@ namespace squeal
     has_velocity_terms = std::any_of(terms.begin(), terms.end(),
                                      [](const Term &term)
                                      { return term.order == 1 && term.matrix && *term.matrix; });
-    for (unsigned int order = 0; order < 3; ++order)
-    {
-      Entries &entries = changing[order];
-      entries          = {};
-      for (const Member &member : now)
-        if (member.order == order && !find(stay, member))
-          for_entries(*member.matrix,
-                      [&](const PetscInt row, const PetscInt column, const double value)
-                      {
-                        entries.rows.push_back(interface_number[row]);
-                        entries.columns.push_back(interface_number[column]);
-                        entries.values.push_back(member.coefficient * value);
-                        known &= entries.rows.back() >= 0 && entries.columns.back() >= 0;
-                      });
-      entries.gather(rows.comm);
-    }
-    MPI_Allreduce(MPI_IN_PLACE, &known, 1, MPI_INT, MPI_MIN, rows.comm);
-    if (known && has_constraints && !compliant)
-    {
-      find_constraints(true, left_constraints);
-      if (find_constraints(false, right_constraints))
-        right_change = DenseMatrix();
-    }
-    return known;
-  }
-
-  std::vector<unsigned int> ReducedModel::open_contacts() const
-  {
-    std::vector<char> couples(interface_rows.size());
-    const Entries &entries = changing[0];
-    for (std::size_t k = 0; k < entries.values.size(); ++k)
-      if (is_constraint[entries.rows[k]] && !is_constraint[entries.columns[k]])
-        couples[entries.rows[k]] = 1;
-    std::vector<unsigned int> open;
-    for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      if (is_constraint[r] && !couples[r])
-        open.push_back(r);
-    return open;
+    std::array<std::vector<InterfaceTerms::Summand>, 3> summands;
+    for (const Member &member : now)
+      if (!find(stay, member))
+        summands[member.order].emplace_back(member.coefficient, member.matrix.get());
+    const unsigned int n_changes = interface.n_changes();
+    if (!interface.set_terms(summands))
+      return false;
+    if (interface.n_changes() != n_changes)
+      right_change = DenseMatrix();
+    return true;
   }
 
   /// The responses of the expansion point to a gap where contacts have opened since.
@@ -274,9 +232,9 @@ namespace squeal
                  list.end());
       return list;
     };
-    if (compliant || !has_constraints)
+    if (!interface.is_constrained())
       return;
-    const std::vector<unsigned int> added  = without(open_contacts(), opened),
+    const std::vector<unsigned int> added  = without(interface.open_contacts(), opened),
                                     newly  = without(added, open_before),
                                     before = without(added, newly);
     opened.insert(opened.end(), added.begin(), added.end());
@@ -293,7 +251,7 @@ namespace squeal
       return;
     std::vector<unsigned int> added_rows;
     for (const unsigned int r : added)
-      added_rows.push_back(interface_rows[r]);
+      added_rows.push_back(interface.rows()[r]);
     // The response at l, (l^2 M + Q)^{-1} e = Q^{-1} e - l^2 Q^{-1} M Q^{-1} e + ...; the modes,
     // which make this series slow, are in V.
     MultiVector forces = unit_columns(rows, added_rows);
@@ -414,7 +372,7 @@ namespace squeal
     add_openings();
     // What is going to fail is corrected by the residuals of before: the projected problem is
     // solved and certified once less.
-    if (predictor.residuals.n_columns() > 0 && open_contacts() == open_before &&
+    if (predictor.residuals.n_columns() > 0 && interface.open_contacts() == open_before &&
         predictor.worst * predictor.growth > largest_error && dimension() < largest_dimension())
       enrich(predictor.residuals, predictor.solutions);
     predictor.residuals = {};
@@ -438,7 +396,7 @@ namespace squeal
       if (best.size() == n_disc && lacking.empty())
       {
         project_tests();
-        if (std::vector<unsigned int> open = open_contacts(); open != open_before)
+        if (std::vector<unsigned int> open = interface.open_contacts(); open != open_before)
         {
           open_before = std::move(open);
           n_steady    = 0;

@@ -41,7 +41,7 @@ namespace squeal
                                                                const DenseMatrix &x_im) const
   {
     std::array<DenseMatrix, 2> result;
-    result.fill(DenseMatrix(lambda.size(), interface_rows.size()));
+    result.fill(DenseMatrix(lambda.size(), interface.n_rows()));
     for (unsigned int order = 0; order < 3; ++order)
     {
       const DenseMatrix &of_basis = images_at_rows[order];
@@ -65,9 +65,9 @@ namespace squeal
   {
     std::array<DenseMatrix, 2> result =
         forces_at_interface(solutions.lambda, solutions.re, solutions.im);
-    if (has_constraints && !compliant)
+    if (interface.is_constrained())
       for (DenseMatrix &part : result)
-        add(1, shortest_change(left_constraints, part), part);
+        add(1, interface.left_constraints().shortest_change(part), part);
     return result;
   }
 
@@ -88,9 +88,9 @@ namespace squeal
     }
     const auto inside = residuals_at_interface(solutions);
     for (unsigned int k = 0; k < 2 * n; ++k)
-      for (unsigned int r = 0; r < interface_rows.size(); ++r)
-        if (rows.contains(interface_rows[r]))
-          result.column(k)[interface_rows[r] - rows.begin] = inside[k / n](k % n, r);
+      for (unsigned int r = 0; r < interface.n_rows(); ++r)
+        if (rows.contains(interface.rows()[r]))
+          result.column(k)[interface.rows()[r] - rows.begin] = inside[k / n](k % n, r);
     return result;
   }
 
@@ -105,7 +105,7 @@ namespace squeal
     gemm(true, 1, solutions.re, peaks, 0, re);
     gemm(true, 1, solutions.im, peaks, 0, im);
     std::array<DenseMatrix, 2> violation;
-    violation.fill(DenseMatrix(n, interface_rows.size()));
+    violation.fill(DenseMatrix(n, interface.n_rows()));
     gemm(true, 1, solutions.re, right_change, 0, violation[0]);
     gemm(true, 1, solutions.im, right_change, 0, violation[1]);
     std::vector<double> largest(n);
@@ -127,7 +127,7 @@ namespace squeal
     {
       // In the infinity norm; |x| is at least the largest of some rows.
       double peak = 0, change = 0;
-      for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      for (unsigned int r = 0; r < interface.n_rows(); ++r)
         change = std::max(change, violation[0](j, r) * violation[0](j, r) +
                                       violation[1](j, r) * violation[1](j, r));
       change = std::sqrt(change);

@@ -27,31 +27,24 @@ namespace squeal
     }
   } // namespace
 
-  void ReducedModel::Entries::gather(const MPI_Comm comm)
-  {
-    squeal::gather(rows, MPI_INT, comm);
-    squeal::gather(columns, MPI_INT, comm);
-    squeal::gather(values, MPI_DOUBLE, comm);
-  }
-
   // Projection.
 
   /// Small vectors scaled to unit length have lost a little of the constraints to rounding.
   void ReducedModel::clean(MultiVector &added) const
   {
-    if (!has_constraints || compliant)
+    if (!interface.is_constrained())
       return;
     const DenseMatrix change =
-        shortest_change(right_constraints, gather_rows(added, interface_rows));
+        interface.right_constraints().shortest_change(gather_rows(added, interface.rows()));
     constexpr double rounding = 1e-3; // more is a gap
     for (unsigned int j = 0; j < added.n_columns(); ++j)
     {
       double largest = 0;
-      for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      for (unsigned int r = 0; r < interface.n_rows(); ++r)
         largest = std::max(largest, std::abs(change(j, r)));
-      for (unsigned int r = 0; r < interface_rows.size() && largest <= rounding; ++r)
-        if (rows.contains(interface_rows[r]))
-          added.column(j)[interface_rows[r] - rows.begin] += change(j, r);
+      for (unsigned int r = 0; r < interface.n_rows() && largest <= rounding; ++r)
+        if (rows.contains(interface.rows()[r]))
+          added.column(j)[interface.rows()[r] - rows.begin] += change(j, r);
     }
   }
 
@@ -64,9 +57,9 @@ namespace squeal
     // Rows of a block as columns, with those of new ones below
     const auto with_rows_of = [&](const DenseMatrix &known, const MultiVector &block)
     {
-      const DenseMatrix of_new = gather_rows(block, interface_rows);
-      DenseMatrix all(n_all, interface_rows.size());
-      for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      const DenseMatrix of_new = gather_rows(block, interface.rows());
+      DenseMatrix all(n_all, interface.n_rows());
+      for (unsigned int r = 0; r < interface.n_rows(); ++r)
       {
         if (n_imaged > 0)
           std::copy_n(&known.values[std::size_t(r) * n_imaged], n_imaged,
@@ -80,11 +73,11 @@ namespace squeal
     {
       MultiVector image = multiply(*fixed[i].matrix, added);
       at_rows[i]        = with_rows_of(at_rows[i], image);
-      clear_rows(image, interface_rows);
+      clear_rows(image, interface.rows());
       images[i].append(image);
     }
     right_rows                = with_rows_of(right_rows, added);
-    left_rows                 = with_top(right_rows, gather_rows(basis.left, interface_rows));
+    left_rows                 = with_top(right_rows, gather_rows(basis.left, interface.rows()));
     peaks                     = gather_rows(basis.right(), basis.peak_rows);
     const unsigned int n_left = basis.left.n_columns();
     for (unsigned int i = 0; i < n_fixed; ++i)
@@ -129,191 +122,21 @@ namespace squeal
     n_imaged = n_all;
   }
 
-  bool ReducedModel::find_constraints(const bool of_left, Constraints &constraints) const
-  {
-    Constraints result;
-    const unsigned int n_rows = interface_rows.size();
-    std::vector<int> number(n_rows, -1);
-    const Entries &entries = changing[0];
-    const auto for_all     = [&](const auto &visit)
-    {
-      for (std::size_t k = 0; k < entries.values.size(); ++k)
-      {
-        const int constraint = of_left ? entries.columns[k] : entries.rows[k],
-                  row        = of_left ? entries.rows[k] : entries.columns[k];
-        if (is_constraint[constraint] && !is_constraint[row] && entries.values[k] != 0)
-          visit(constraint, row, entries.values[k]);
-      }
-    };
-    result.begins.assign(n_rows + 1, 0);
-    for_all(
-        [&](const int constraint, const int row, double)
-        {
-          ++result.begins[row + 1];
-          if (number[constraint] < 0)
-          {
-            number[constraint] = result.rows.size();
-            result.rows.push_back(constraint);
-          }
-        });
-    std::partial_sum(result.begins.begin(), result.begins.end(), result.begins.begin());
-    result.entries.resize(result.begins.back());
-    std::vector<unsigned int> next = result.begins;
-    for_all(
-        [&](const int constraint, const int row, const double value) {
-          result.entries[next[row]++] = {number[constraint], value};
-        });
-    if (result.rows == constraints.rows && result.begins == constraints.begins &&
-        result.entries == constraints.entries)
-      return false;
-    DenseMatrix squares(result.rows.size(), result.rows.size());
-    for (unsigned int row = 0; row < n_rows; ++row)
-      result.for_entries(row,
-                         [&](const unsigned int k, const double value)
-                         {
-                           result.for_entries(row, [&](const unsigned int i, const double other)
-                                              { squares(i, k) += value * other; });
-                         });
-    result.squares =
-        PositiveFactors(std::move(squares), "the product of the contact's constraints");
-    constraints = std::move(result);
-    return true;
-  }
-
-  DenseMatrix ReducedModel::violations(const Constraints &c, const DenseMatrix &at_rows) const
-  {
-    const unsigned int m = at_rows.n_rows;
-    DenseMatrix result(m, c.rows.size());
-    for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      c.for_entries(r,
-                    [&](const unsigned int k, const double value)
-                    {
-                      add_multiple(value, &at_rows.values[std::size_t(r) * m], m,
-                                   &result.values[std::size_t(k) * m]);
-                    });
-    return result;
-  }
-
-  DenseMatrix ReducedModel::balancing_pressures(const Constraints &c,
-                                                const DenseMatrix &at_rows) const
-  {
-    DenseMatrix violation = violations(c, at_rows);
-    for (double &value : violation.values)
-      value *= -1;
-    return transposed(c.squares.solve(transposed(violation)));
-  }
-
-  DenseMatrix ReducedModel::forces_of(const Constraints &c, const DenseMatrix &pressures) const
-  {
-    const unsigned int m = pressures.n_rows;
-    DenseMatrix result(m, interface_rows.size());
-    for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      c.for_entries(r,
-                    [&](const unsigned int k, const double value)
-                    {
-                      add_multiple(value, &pressures.values[std::size_t(k) * m], m,
-                                   &result.values[std::size_t(r) * m]);
-                    });
-    return result;
-  }
-
   void ReducedModel::satisfy_constraints()
   {
-    const bool holds_pressures = has_constraints && !compliant;
-    left_balance =
-        holds_pressures ? balancing_pressures(left_constraints, left_rows) : DenseMatrix();
-    left_change = holds_pressures ? forces_of(left_constraints, left_balance)
-                                  : DenseMatrix(dimension(), interface_rows.size());
+    const bool holds_pressures = interface.is_constrained();
+    left_balance = holds_pressures ? interface.left_constraints().balancing_pressures(left_rows)
+                                   : DenseMatrix();
+    left_change  = holds_pressures ? interface.left_constraints().forces_of(left_balance)
+                                   : DenseMatrix(dimension(), interface.n_rows());
     if (right_change.n_rows != dimension() || right_change.values.empty())
     {
-      right_change = holds_pressures ? shortest_change(right_constraints, right_rows)
-                                     : DenseMatrix(dimension(), interface_rows.size());
+      right_change = holds_pressures ? interface.right_constraints().shortest_change(right_rows)
+                                     : DenseMatrix(dimension(), interface.n_rows());
       small.set_violations(right_change);
     }
     left_moved = left_rows;
     add(1, left_change, left_moved);
-  }
-
-  /// The pressures C^{-1} N^T u of a compliant contact in the constraints' rows; with the
-  /// transposed matrices for the left vectors.
-  DenseMatrix ReducedModel::compliant_pressures(const DenseMatrix &basis, const bool of_left) const
-  {
-    DenseMatrix result(basis.n_rows, interface_rows.size());
-    std::vector<int> number(interface_rows.size(), -1);
-    std::vector<unsigned int> constrained;
-    for (unsigned int r = 0; r < interface_rows.size(); ++r)
-      if (is_constraint[r])
-      {
-        number[r] = constrained.size();
-        constrained.push_back(r);
-      }
-    const unsigned int n = constrained.size(), m = basis.n_rows;
-    DenseMatrix compliance(n, n), gaps(n, m);
-    const Entries &entries = changing[0];
-    for (std::size_t k = 0; k < entries.values.size(); ++k)
-    {
-      const int row    = of_left ? entries.columns[k] : entries.rows[k],
-                column = of_left ? entries.rows[k] : entries.columns[k];
-      if (!is_constraint[row])
-        continue;
-      if (is_constraint[column])
-        compliance(number[row], number[column]) -= entries.values[k];
-      else
-        for (unsigned int j = 0; j < m; ++j)
-          gaps(number[row], j) += entries.values[k] * basis(j, column);
-    }
-    const DenseMatrix pressures = squeal::solve(std::move(compliance), std::move(gaps));
-    for (unsigned int k = 0; k < n; ++k)
-      for (unsigned int j = 0; j < m; ++j)
-        result(j, constrained[k]) = pressures(k, j);
-    return result;
-  }
-
-  /// Entries applied to a basis' interface rows, in which pressures may be zero.
-  DenseMatrix ReducedModel::apply(const Entries &entries, const DenseMatrix &basis,
-                                  const bool of_pressures) const
-  {
-    if (entries.values.empty())
-      return {};
-    const unsigned int m = basis.n_rows;
-    DenseMatrix result(m, interface_rows.size());
-    for (std::size_t k = 0; k < entries.values.size(); ++k)
-    {
-      if (!of_pressures && is_constraint[entries.columns[k]])
-        continue;
-      add_multiple(entries.values[k], &basis.values[std::size_t(entries.columns[k]) * m], m,
-                   &result.values[std::size_t(entries.rows[k]) * m]);
-    }
-    return result;
-  }
-
-  void ReducedModel::clear_constraints(DenseMatrix &at_rows) const
-  {
-    for (unsigned int r = 0; r < interface_rows.size() && !at_rows.values.empty(); ++r)
-      if (is_constraint[r])
-        std::fill_n(&at_rows.values[std::size_t(r) * at_rows.n_rows], at_rows.n_rows, 0.);
-  }
-
-  /// sum += A B^T for displacements A and forces B in the interface rows, few of which are not
-  /// zero.
-  void ReducedModel::add_products(const DenseMatrix &a, const DenseMatrix &b,
-                                  DenseMatrix &sum) const
-  {
-    DenseMatrix of_a(a.n_rows, 0), of_b(b.n_rows, 0);
-    for (unsigned int r = 0; r < interface_rows.size() && !b.values.empty(); ++r)
-    {
-      const auto at_row = [r](const DenseMatrix &matrix)
-      { return matrix.values.begin() + std::size_t(r) * matrix.n_rows; };
-      if (is_constraint[r] ||
-          std::all_of(at_row(b), at_row(b) + b.n_rows, [](const double x) { return x == 0; }))
-        continue;
-      of_a.values.insert(of_a.values.end(), at_row(a), at_row(a) + a.n_rows);
-      of_b.values.insert(of_b.values.end(), at_row(b), at_row(b) + b.n_rows);
-      ++of_a.n_columns;
-      ++of_b.n_columns;
-    }
-    if (of_a.n_columns > 0)
-      add(1, outer_product(of_a, of_b), sum);
   }
 
   DenseMatrix ReducedModel::sum_of_fixed(const std::vector<DenseMatrix> &by_matrix,
@@ -330,26 +153,26 @@ namespace squeal
   {
     left_pressures  = DenseMatrix();
     right_pressures = DenseMatrix();
-    if (compliant)
+    if (interface.is_compliant())
     {
-      left_pressures  = compliant_pressures(left_rows, true);
-      right_pressures = compliant_pressures(right_rows, false);
+      left_pressures  = interface.compliant_pressures(left_rows, true);
+      right_pressures = interface.compliant_pressures(right_rows, false);
     }
     for (unsigned int order = 0; order < 3; ++order)
     {
       DenseMatrix with_pressures = right_rows;
       if (order == 0)
         add(1, right_pressures, with_pressures);
-      DenseMatrix &of_v = changing_images[order];
-      of_v              = apply(changing[order], with_pressures, compliant);
-      if (compliant)
-        clear_constraints(of_v);
+      DenseMatrix &of_v     = changing_images[order];
+      of_v                  = interface.forces(order, with_pressures);
       images_at_rows[order] = sum_of_fixed(at_rows, order);
       DenseMatrix sum       = sum_of_fixed(projected[petrov], order);
-      add_products(left_moved, of_v, sum);
+      interface.add_products(left_moved, of_v, sum);
       // W - V = -C^T (C C^T)^{-1} C V: by way of C A V, which has few columns
       if (!images_at_rows[order].values.empty() && !left_balance.values.empty())
-        add(1, outer_product(left_balance, violations(left_constraints, images_at_rows[order])),
+        add(1,
+            outer_product(left_balance,
+                          interface.left_constraints().violations(images_at_rows[order])),
             sum);
       small.set_terms(order, order == 1 && !has_velocity_terms ? DenseMatrix() : sum);
       operators[petrov][order] = std::move(sum);
@@ -363,7 +186,7 @@ namespace squeal
     for (unsigned int order = 0; order < 3; ++order)
     {
       DenseMatrix sum = sum_of_fixed(projected[of_right], order);
-      add_products(right_rows, changing_images[order], sum);
+      interface.add_products(right_rows, changing_images[order], sum);
       operators[of_right][order] = std::move(sum);
       operators[of_left][order]  = sum_of_fixed(projected[of_left], order);
     }
@@ -391,16 +214,16 @@ namespace squeal
     // The pressures Lambda_0 + l Lambda_1 + l^2 Lambda_2 of V in the constraints' rows; those that
     // balance l^order A_order V best are -(C C^T)^{-1} C (...), C^T = N + mu T
     std::array<DenseMatrix, 3> pressures = {{right_pressures, {}, {}}};
-    if (has_constraints && !compliant)
+    if (interface.is_constrained())
       for (unsigned int order = 0; order < 3; ++order)
         if (!images_at_rows[order].values.empty())
         {
           const DenseMatrix balancing =
-              balancing_pressures(left_constraints, images_at_rows[order]);
-          pressures[order] = DenseMatrix(dimension(), interface_rows.size());
+              interface.left_constraints().balancing_pressures(images_at_rows[order]);
+          pressures[order] = DenseMatrix(dimension(), interface.n_rows());
           for (unsigned int k = 0; k < balancing.n_columns; ++k)
             for (unsigned int j = 0; j < dimension(); ++j)
-              pressures[order](j, left_constraints.rows[k]) = balancing(j, k);
+              pressures[order](j, interface.left_constraints().rows[k]) = balancing(j, k);
         }
     DenseMatrix test_change = left_change;
     add(1, left_pressures, test_change);
@@ -410,27 +233,17 @@ namespace squeal
       DenseMatrix small       = with_top(
                 DenseMatrix(dimension(), dimension(), inner_products(basis.right(), image)),
                 DenseMatrix(basis.left.n_columns(), dimension(), inner_products(basis.left, image)));
-      add(1, outer_product(test_change, gather_rows(image, interface_rows)), small);
+      add(1, outer_product(test_change, gather_rows(image, interface.rows())), small);
       add_term(term, term.order, small);
       // On the pressures, which are those of Lambda_0 + l Lambda_1 + l^2 Lambda_2
-      Entries entries;
-      for_entries(*term.matrix,
-                  [&](const PetscInt row, const PetscInt column, const double value)
-                  {
-                    const int r = interface_number[row], c = interface_number[column];
-                    if (r < 0 || c < 0 || !is_constraint[c])
-                      return;
-                    entries.rows.push_back(r);
-                    entries.columns.push_back(c);
-                    entries.values.push_back(value);
-                  });
-      entries.gather(rows.comm);
       DenseMatrix test = left_moved;
       add(1, left_pressures, test);
-      for (unsigned int order = 0; order < 3 && !entries.values.empty(); ++order)
+      for (unsigned int order = 0; order < 3; ++order)
         if (!pressures[order].values.empty())
-          add_term(term, term.order + order,
-                   outer_product(test, apply(entries, pressures[order], true)));
+          if (const DenseMatrix forces =
+                  interface.forces_of_pressures(*term.matrix, pressures[order]);
+              !forces.values.empty())
+            add_term(term, term.order + order, outer_product(test, forces));
     }
     return result;
   }
@@ -465,16 +278,16 @@ namespace squeal
                      ? std::vector<Complex>(n)
                      : forms_of(operators[of_right][1], x_re, x_im);
     forms.of_q = forms_of(operators[of_right][0], x_re, x_im);
-    if (!has_constraints || compliant)
+    if (!interface.is_constrained())
       return forms;
     // (N + mu T) Lambda of the modes
-    DenseMatrix at_rows_re(n, interface_rows.size()), at_rows_im = at_rows_re;
+    DenseMatrix at_rows_re(n, interface.n_rows()), at_rows_im = at_rows_re;
     gemm(true, 1, x_re, right_rows, 0, at_rows_re);
     gemm(true, 1, x_im, right_rows, 0, at_rows_im);
     std::array<DenseMatrix, 2> forces = forces_at_interface(modes.lambda, x_re, x_im);
     for (DenseMatrix &part : forces)
-      part = shortest_change(left_constraints, part);
-    for (unsigned int r = 0; r < interface_rows.size(); ++r)
+      part = interface.left_constraints().shortest_change(part);
+    for (unsigned int r = 0; r < interface.n_rows(); ++r)
       for (unsigned int j = 0; j < n; ++j)
         forms.of_q[j] += Complex(at_rows_re(j, r), -at_rows_im(j, r)) *
                          Complex(forces[0](j, r), forces[1](j, r));

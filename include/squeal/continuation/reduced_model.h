@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/continuation/interface_terms.h>
 #include <squeal/continuation/projection_basis.h>
 #include <squeal/continuation/reduced_eigenproblem.h>
 
@@ -124,15 +125,6 @@ namespace squeal
       std::shared_ptr<const Matrix> matrix;
       Members members;
     };
-    /// Entries of the changing terms of one order, on all ranks, numbered within the interface.
-    struct Entries
-    {
-      std::vector<int> rows, columns;
-      std::vector<double> values;
-
-      /// Those of all ranks.
-      void gather(MPI_Comm comm);
-    };
     /// W^T A V, V^T A V, W^T A W.
     enum Form
     {
@@ -140,23 +132,6 @@ namespace squeal
       of_right,
       of_left
     };
-    /// C, the constraints of the displacements, in the interface rows.
-    struct Constraints
-    {
-      /// (constraint, value), by interface row; where those of each begin, and the end
-      std::vector<std::pair<unsigned int, double>> entries;
-      std::vector<unsigned int> begins;
-      std::vector<unsigned int> rows; ///< by constraint, in the interface
-      PositiveFactors squares;        ///< of C C^T
-
-      template <typename Visit>
-      void for_entries(const unsigned int row, const Visit &visit) const
-      {
-        for (unsigned int e = begins[row]; e < begins[row + 1]; ++e)
-          visit(entries[e].first, entries[e].second);
-      }
-    };
-
     double radius() const
     {
       return search_radius(options.max_imaginary);
@@ -178,29 +153,9 @@ namespace squeal
     bool find_fixed(const std::vector<Term> &terms);
     void forget_images();
     bool gather_changing(const std::vector<Term> &terms);
-    /// Interface rows of constraints that couple to nothing.
-    std::vector<unsigned int> open_contacts() const;
     void clean(MultiVector &added) const;
     void add_images();
     void satisfy_constraints();
-    /// Of the present terms. Returns whether they have changed.
-    bool find_constraints(bool of_left, Constraints &constraints) const;
-    /// C w, a constraint a column.
-    DenseMatrix violations(const Constraints &constraints, const DenseMatrix &at_rows) const;
-    /// C^T p in the interface rows.
-    DenseMatrix forces_of(const Constraints &constraints, const DenseMatrix &pressures) const;
-    /// - C^T (C C^T)^{-1} C w in the interface rows.
-    DenseMatrix shortest_change(const Constraints &constraints, const DenseMatrix &at_rows) const
-    {
-      return forces_of(constraints, balancing_pressures(constraints, at_rows));
-    }
-    /// - (C C^T)^{-1} C w, a constraint a column.
-    DenseMatrix balancing_pressures(const Constraints &constraints,
-                                    const DenseMatrix &at_rows) const;
-    DenseMatrix compliant_pressures(const DenseMatrix &basis, bool of_left) const;
-    DenseMatrix apply(const Entries &entries, const DenseMatrix &basis, bool of_pressures) const;
-    void clear_constraints(DenseMatrix &at_rows) const;
-    void add_products(const DenseMatrix &a, const DenseMatrix &b, DenseMatrix &sum) const;
     DenseMatrix sum_of_fixed(const std::vector<DenseMatrix> &by_matrix, unsigned int order) const;
     void project_terms();
     void project_tests();
@@ -250,14 +205,9 @@ namespace squeal
     std::vector<double> fixed_norms;
     std::array<std::vector<double>, 3> coefficients; ///< by order and fixed matrix
     bool has_velocity_terms = false;
-    std::vector<unsigned int> interface_rows; ///< ascending
-    std::vector<int> interface_number;        ///< by row; -1
-    std::vector<char> is_constraint;          ///< by interface row
-    bool compliant = false, has_constraints = false;
-    Constraints left_constraints, right_constraints; ///< of the present terms
+    InterfaceTerms interface;
     std::vector<unsigned int> opened;      ///< interface rows whose openings' responses are in V
-    std::vector<unsigned int> open_before; ///< open_contacts() of the last solution
-    std::array<Entries, 3> changing;       ///< by order
+    std::vector<unsigned int> open_before; ///< open contacts of the last solution
     ProjectionBasis basis;
     ReducedEigenproblem small;
     DenseMatrix right_rows, left_rows; ///< of V and W in the interface: a column a row

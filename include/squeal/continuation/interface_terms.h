@@ -1,0 +1,136 @@
+#pragma once
+
+#include <squeal/linalg/multi_vector.h>
+
+#include <array>
+#include <utility>
+#include <vector>
+
+namespace squeal
+{
+  /// The terms that change with the contact, in the few rows that they couple: the interface.
+  /// Vectors are seen there as small matrices on all ranks, with a row of the interface as a column
+  /// and a vector as a row.
+  class InterfaceTerms
+  {
+  public:
+    /// C, the constraints of displacements, in the interface.
+    class Constraints
+    {
+    public:
+      /// C w, a constraint a column.
+      DenseMatrix violations(const DenseMatrix &at_rows) const;
+      /// C^T p.
+      DenseMatrix forces_of(const DenseMatrix &pressures) const;
+      /// - (C C^T)^{-1} C w, a constraint a column.
+      DenseMatrix balancing_pressures(const DenseMatrix &at_rows) const;
+      /// - C^T (C C^T)^{-1} C w.
+      DenseMatrix shortest_change(const DenseMatrix &at_rows) const
+      {
+        return forces_of(balancing_pressures(at_rows));
+      }
+
+      std::vector<unsigned int> rows; ///< by constraint, in the interface
+
+    private:
+      friend class InterfaceTerms;
+      template <typename Visit>
+      void for_entries(const unsigned int row, const Visit &visit) const
+      {
+        for (unsigned int e = begins[row]; e < begins[row + 1]; ++e)
+          visit(entries[e].first, entries[e].second);
+      }
+      /// (constraint, value), by interface row; where those of each begin, and the end
+      std::vector<std::pair<unsigned int, double>> entries;
+      std::vector<unsigned int> begins;
+      PositiveFactors squares; ///< of C C^T
+    };
+
+    InterfaceTerms() = default;
+    /// Pressures are the last @p n_local_constraints of this rank's rows; @p compliant as in
+    /// QuadraticEigenproblem.
+    InterfaceTerms(const RowRange &rows, const unsigned int n_local_constraints,
+                   const bool has_constraints, const bool compliant)
+        : whole(rows), n_local_constraints(n_local_constraints), has_constraints(has_constraints),
+          compliant(compliant)
+    {
+    }
+
+    /// The interface becomes the rows that any rank has touched. Collective.
+    void set_rows(std::vector<char> touched);
+    const std::vector<unsigned int> &rows() const ///< ascending
+    {
+      return rows_;
+    }
+    unsigned int n_rows() const
+    {
+      return rows_.size();
+    }
+    bool is_compliant() const
+    {
+      return compliant;
+    }
+    /// Whether displacements must satisfy constraints.
+    bool is_constrained() const
+    {
+      return has_constraints && !compliant;
+    }
+
+    /// A matrix and its coefficient.
+    using Summand = std::pair<double, const Matrix *>;
+    /// Replaces the terms, by their orders. False if they couple other rows than the interface.
+    /// Collective.
+    bool set_terms(const std::array<std::vector<Summand>, 3> &summands);
+    /// Of the present terms.
+    const Constraints &left_constraints() const
+    {
+      return left;
+    }
+    const Constraints &right_constraints() const
+    {
+      return right;
+    }
+    /// How often the right constraints have changed.
+    unsigned int n_changes() const
+    {
+      return n_changes_;
+    }
+    /// Rows of constraints that couple to nothing.
+    std::vector<unsigned int> open_contacts() const;
+
+    /// The forces of the terms of one order on displacements, and on the pressures of a compliant
+    /// contact.
+    DenseMatrix forces(unsigned int order, const DenseMatrix &at_rows) const;
+    /// The forces of pressures by any matrix; empty if it has none. Collective.
+    DenseMatrix forces_of_pressures(const Matrix &matrix, const DenseMatrix &pressures) const;
+    /// The pressures C^{-1} N^T u of a compliant contact in the constraints' rows; with the
+    /// transposed matrices for left vectors.
+    DenseMatrix compliant_pressures(const DenseMatrix &at_rows, bool of_left) const;
+    /// sum += A B^T for displacements A and forces B.
+    void add_products(const DenseMatrix &a, const DenseMatrix &b, DenseMatrix &sum) const;
+
+  private:
+    /// Entries of matrices on all ranks, numbered within the interface.
+    struct Entries
+    {
+      std::vector<int> rows, columns;
+      std::vector<double> values;
+      /// Those of all ranks.
+      void gather(MPI_Comm comm);
+    };
+    /// Returns whether they have changed.
+    bool find_constraints(bool of_left, Constraints &constraints) const;
+    /// Entries times vectors, with or without pressures.
+    DenseMatrix apply(const Entries &entries, const DenseMatrix &at_rows, bool of_pressures) const;
+
+    RowRange whole;
+    unsigned int n_local_constraints = 0;
+    bool has_constraints = false, compliant = false;
+    std::vector<unsigned int> rows_;
+    std::vector<int> number;         ///< by row of the whole; -1
+    std::vector<char> is_constraint; ///< by interface row
+    std::array<Entries, 3> changing; ///< by order
+    Constraints left, right;
+    unsigned int n_changes_ = 0;
+  };
+} // namespace squeal
