@@ -206,14 +206,18 @@ namespace
 int main(int argc, char *argv[])
 {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
-  // These need not wait for MPI and PETSc. What is wrong with the arguments is said below.
+  // Questions need not wait for MPI and PETSc. What is wrong with the arguments is said below.
+  CommandLine command;
+  std::string objection;
   try
   {
-    if (is_alone() && answer(parse(arguments), std::cout))
+    command = parse(arguments);
+    if (is_alone() && answer(command, std::cout))
       return squeal::exit_finished;
   }
-  catch (const squeal::InputError &)
+  catch (const squeal::InputError &error)
   {
+    objection = error.what();
   }
   // PETSc would take --help and the like for its own options, so it sees only the program's name.
   int n_visible     = 1;
@@ -231,7 +235,9 @@ int main(int argc, char *argv[])
   const MPI_Comm comm = MPI_COMM_WORLD;
   try
   {
-    run(parse(arguments), comm);
+    if (!objection.empty())
+      throw squeal::InputError(objection);
+    run(command, comm);
   }
   catch (const squeal::InputError &error)
   {

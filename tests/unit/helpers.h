@@ -6,8 +6,12 @@
 
 #include <deal.II/base/mpi.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
 #include <vector>
@@ -51,6 +55,23 @@ namespace squeal::tests
   {
     return text.find(part) != std::string::npos;
   }
+
+  /// A file with this ending that disappears. Each rank has its own.
+  struct TemporaryFile
+  {
+    TemporaryFile(const std::string &text, const std::string &ending)
+        : name((std::filesystem::temp_directory_path() /
+                ("squeal-test-" + std::to_string(getpid()) + "." + ending))
+                   .string())
+    {
+      std::ofstream(name, std::ios::binary) << text;
+    }
+    ~TemporaryFile()
+    {
+      std::filesystem::remove(name);
+    }
+    const std::string name;
+  };
 
   /// A reproducible number in [-1, 1] that looks random.
   inline double scattered(const unsigned int i, const unsigned int j = 0)

@@ -194,10 +194,9 @@ TEST_CASE("eigensolvers: a chain that is free to move, dense")
   check_free_chain("dense", 0.1);
 }
 
-// Known defect: the double zero of the rigid-body mode comes as two real Ritz values.
-// refine_eigenpairs() keeps as many pairs as the search found inside the radius, those of the
-// smallest backward errors: the second zero pushes a mode of the window out, without a word. (Six
-// or seven rigid-body modes, as of a free rotor, make it give up instead.)
+// The double zero of the rigid-body mode comes as two real Ritz values. refine_eigenpairs() keeps
+// as many pairs as the search found inside the radius, those of the smallest backward errors: the
+// second zero must not push a mode of the window out.
 TEST_CASE("eigensolvers: a chain that is free to move, krylov")
 {
   check_free_chain("krylov", 0);
@@ -503,11 +502,10 @@ TEST_CASE("eigensolvers: constraints")
   check_constrained_chain("block_krylov", constrained_chain(0));
 }
 
-// Known defect: without a reference problem refine_eigenpairs() tests with the trial vectors
-// themselves. Among those are differences of parallel columns, blown up from rounding by
-// orthonormalize(), which violate the constraints; the Ritz values are then those of a system with
-// softer constraints and never converge. With Z = Q^-T M U, as in problems with friction, all is
-// well (n_constraints == 0 alone should decide).
+// Trial vectors have differences of parallel columns, blown up from rounding by orthonormalize(),
+// which violate the constraints: tested with themselves they would give the Ritz values of a system
+// with softer constraints, which never converge. With Z = Q^-T M U all is well, without a reference
+// problem, too.
 TEST_CASE("eigensolvers: constraints of a symmetric problem, krylov")
 {
   check_constrained_chain("krylov", constrained_chain(0));

@@ -15,27 +15,10 @@ using namespace squeal::tests;
 
 namespace
 {
-  /// A file that disappears. Each rank has its own.
-  struct TemporaryFile
-  {
-    explicit TemporaryFile(const std::string &text)
-        : name((std::filesystem::temp_directory_path() /
-                ("squeal-test-" + std::to_string(getpid()) + ".mtx"))
-                   .string())
-    {
-      std::ofstream(name, std::ios::binary) << text;
-    }
-    ~TemporaryFile()
-    {
-      std::filesystem::remove(name);
-    }
-    const std::string name;
-  };
-
   /// The file as a dense matrix; entries at the same place are added.
   DenseMatrix read(const std::string &text)
   {
-    const TemporaryFile temporary(text);
+    const TemporaryFile temporary(text, "mtx");
     const MatrixMarketFile file = read_matrix_market(temporary.name, "Matrices/Mass");
     DenseMatrix dense(file.n_rows, file.n_columns);
     for (std::size_t k = 0; k < file.values.size(); ++k)
@@ -53,7 +36,7 @@ namespace
   void check_error(const std::string &text, const unsigned int line, const std::string &part)
   {
     CAPTURE(text);
-    const TemporaryFile temporary(text);
+    const TemporaryFile temporary(text, "mtx");
     const std::string message =
         message_of<InputError>([&]() { read_matrix_market(temporary.name, "Matrices/Mass"); });
     CAPTURE(message);

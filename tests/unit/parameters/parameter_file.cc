@@ -16,27 +16,10 @@ using namespace squeal::tests;
 
 namespace
 {
-  /// A file that disappears. Each rank has its own.
-  struct TemporaryFile
-  {
-    explicit TemporaryFile(const std::string &text)
-        : name((std::filesystem::temp_directory_path() /
-                ("squeal-test-" + std::to_string(getpid()) + ".prm"))
-                   .string())
-    {
-      std::ofstream(name, std::ios::binary) << text;
-    }
-    ~TemporaryFile()
-    {
-      std::filesystem::remove(name);
-    }
-    const std::string name;
-  };
-
   std::unique_ptr<ParameterFile> read(const std::string &text,
                                       const std::vector<std::string> &overrides = {})
   {
-    const TemporaryFile temporary(text);
+    const TemporaryFile temporary(text, "prm");
     auto file = std::make_unique<ParameterFile>();
     file->read(temporary.name, overrides);
     return file;
@@ -45,7 +28,7 @@ namespace
   /// The message of the error, with the file's name as FILE.
   std::string error_of(const std::string &text, const std::vector<std::string> &overrides = {})
   {
-    const TemporaryFile temporary(text);
+    const TemporaryFile temporary(text, "prm");
     std::string message = message_of<InputError>(
         [&]()
         {
@@ -218,7 +201,7 @@ TEST_CASE("parameter_file: malformed lines name their line")
                  "/nowhere/brake.prm"));
 }
 
-// Known defect: a directory is read as an empty file, that is, all parameters at their defaults.
+// A stream of a directory is empty: it must not be read as all parameters at their defaults.
 TEST_CASE("parameter_file: a directory is no parameter file")
 {
   const std::string message = message_of<InputError>([]() { ParameterFile().read("/tmp", {}); });
