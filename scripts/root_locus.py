@@ -99,7 +99,8 @@ def results(file, arguments):
         fail(f"there are no recent results in {directory}, and the program {arguments.program} is missing.\n"
              "Build it (./scripts/build.sh), or name it: --program FILE.")
     print(f"running {file.name}")
-    run = subprocess.run([arguments.program, file, "--set", f"Output/Directory={directory}"], cwd=PROJECT,
+    run = subprocess.run([arguments.program, file, "--set", f"Output/Directory={directory}", "--overwrite"],
+                         cwd=PROJECT,
                          env={"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", **os.environ},
                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if run.returncode != 0:

@@ -61,18 +61,20 @@ namespace
   const char *usage =
       "squeal " SQUEAL_VERSION ": predicts disc-brake squeal\n"
       "\n"
-      "  squeal FILE.prm [--set \"Section/Key=value\"]...   run (in parallel: mpirun -np N squeal "
+      "  squeal FILE.prm [--set \"Section/Key=value\"]... [--overwrite]\n"
+      "                                                   run (in parallel: mpirun -np N squeal "
       "...)\n"
       "  squeal --check FILE.prm                          validate, print what would run\n"
       "  squeal --print-parameters=prm|json|md            every key with default, unit, allowed "
       "values\n"
       "  squeal --version | --help\n"
       "\n"
+      "--overwrite: the results of another run in the output directory may be replaced.\n"
       "Exit status: 0 finished, 2 the input is wrong, 3 a solver failed, 1 anything else.\n";
 
   struct CommandLine
   {
-    bool check = false, help = false, version = false;
+    bool check = false, help = false, version = false, overwrite = false;
     std::string print_format, filename;
     std::vector<std::string> overrides;
   };
@@ -91,6 +93,8 @@ namespace
         result.version = true;
       else if (argument == "--check")
         result.check = true;
+      else if (argument == "--overwrite")
+        result.overwrite = true;
       else if (argument == "--set")
       {
         if (++i == arguments.size())
@@ -159,14 +163,14 @@ namespace
     if (command.filename.empty())
       throw squeal::InputError(std::string("A parameter file is needed.\n\n") + usage);
     squeal::ParameterFile file;
-    file.read(command.filename, command.overrides);
+    file.read(command.filename, command.overrides, comm);
     std::string directory = file.parameters().output.directory;
     if (directory.empty())
       directory = "output/" + std::filesystem::path(command.filename).stem().string();
     if (command.check)
       out << command.filename << ": valid\n" << squeal::describe(file.parameters(), directory);
     else
-      squeal::run(file, directory, comm);
+      squeal::run(file, directory, comm, {command.overwrite, version()});
     out << std::flush;
   }
 

@@ -1,87 +1,13 @@
 #include <squeal/assessment/tables.h>
-#include <squeal/base/errors.h>
 #include <squeal/base/log.h>
-
-#include <deal.II/base/mpi.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 namespace squeal
 {
-  namespace
-  {
-    /// Results of an earlier run, which must not be taken for those of the next.
-    bool is_result(const std::filesystem::path &path)
-    {
-      const std::string name = path.filename(), extension = path.extension();
-      static const std::vector<std::string> names = {
-          "modes.csv",  "contributions.csv", "sensitivities.csv", "cycles.csv", "static.csv",
-          "ladder.csv", "convergence.csv",   "convergence.tex",   "sweep.csv",  "critical.csv",
-          "map.csv",    "border.csv",        "mesh.csv",          "log.txt",    "report.html"};
-      static const std::vector<std::string> extensions = {".vtu", ".pvtu", ".pvd", ".state"};
-      return std::count(names.begin(), names.end(), name) > 0 ||
-             std::count(extensions.begin(), extensions.end(), extension) > 0;
-    }
-
-    /// On one rank.
-    bool make_run_directory(const std::filesystem::path &directory, const ParameterFile &file)
-    {
-      const std::string key = "Output/Directory = " + directory.string();
-      std::error_code code;
-      std::filesystem::create_directories(directory, code);
-      if (code)
-        throw InputError(key + ": the directory cannot be made (" + code.message() + ").");
-      try
-      {
-        std::ostringstream used;
-        file.print_used(used);
-        // A run of the same parameters that was interrupted is resumed.
-        const std::filesystem::path record = directory / "parameters.prm";
-        std::ostringstream before;
-        if (std::filesystem::exists(record))
-          before << std::ifstream(record, std::ios::binary).rdbuf();
-        bool resumable = false;
-        for (const auto &entry : std::filesystem::directory_iterator(directory))
-          resumable |= entry.path().extension() == ".state" && before.str() == used.str();
-        write_file(directory / "original.prm",
-                   [&](std::ostream &out) { out << file.original_text(); });
-        write_file(record, [&](std::ostream &out) { out << used.str(); });
-        for (const auto &entry : std::filesystem::directory_iterator(directory))
-          if (entry.path().extension() == ".part" || (!resumable && is_result(entry.path())))
-            std::filesystem::remove(entry.path());
-        return resumable;
-      }
-      catch (const std::exception &error)
-      {
-        throw InputError(key + ": " + error.what());
-      }
-    }
-  } // namespace
-
-  bool start_run_directory(const std::string &directory, const ParameterFile &file,
-                           const MPI_Comm comm)
-  {
-    std::string error;
-    bool resumable = false;
-    if (is_rank_zero(comm))
-      try
-      {
-        resumable = make_run_directory(directory, file);
-      }
-      catch (const std::exception &e)
-      {
-        error = e.what();
-      }
-    error = dealii::Utilities::MPI::broadcast(comm, error);
-    if (!error.empty())
-      throw InputError(error);
-    return dealii::Utilities::MPI::broadcast(comm, resumable);
-  }
-
   namespace
   {
     std::string line_of(const std::vector<std::string> &texts)

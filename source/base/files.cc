@@ -1,8 +1,11 @@
 #include <squeal/base/files.h>
 #include <squeal/base/log.h>
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
-#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -11,18 +14,73 @@ namespace squeal
 {
   namespace
   {
-    [[noreturn]] void fail(const std::string &filename)
+    [[noreturn]] void fail(const std::string &filename, const int reason,
+                           const std::string &what = "written")
     {
-      const std::string reason = errno != 0 ? std::strerror(errno) : "unknown reason";
-      throw std::runtime_error("The file " + filename + " cannot be written: " + reason +
-                               ". Results so far are kept.");
+      throw std::runtime_error("The file " + filename + " cannot be " + what + ": " +
+                               (reason != 0 ? std::strerror(reason) : "unknown reason") +
+                               (what == "written" ? ". Results so far are kept." : "."));
+    }
+
+    /// Closes a file when it goes out of scope.
+    struct Descriptor
+    {
+      explicit Descriptor(const int number) : number(number) {}
+      ~Descriptor()
+      {
+        if (number >= 0)
+          close(number);
+      }
+      Descriptor(const Descriptor &)            = delete;
+      Descriptor &operator=(const Descriptor &) = delete;
+      const int number;
+    };
+
+    FileObserver &observer()
+    {
+      static FileObserver instance;
+      return instance;
+    }
+
+    std::string directory_of(const std::string &filename)
+    {
+      const std::string parent = std::filesystem::path(filename).parent_path().string();
+      return parent.empty() ? "." : parent;
     }
   } // namespace
 
+  void set_file_observer(FileObserver other)
+  {
+    observer() = std::move(other);
+  }
+
+  void announce_files(const std::vector<std::string> &filenames)
+  {
+    if (observer())
+      observer()(filenames);
+  }
+
+  void sync_to_disk(const std::string &filename)
+  {
+    const Descriptor file(open(filename.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (file.number < 0 && errno == ENOENT)
+      return;
+    // Some file systems cannot sync a directory: EINVAL.
+    if (file.number < 0 || (fsync(file.number) != 0 && errno != EINVAL))
+      fail(filename, errno);
+  }
+
   void write_file(const std::string &filename, const std::function<void(std::ostream &)> &write)
   {
+    announce_files({filename});
     const std::string unfinished = filename + ".part";
-    errno                        = 0;
+    const auto give_up           = [&](const int reason)
+    {
+      std::error_code ignored;
+      std::filesystem::remove(unfinished, ignored);
+      fail(filename, reason);
+    };
+    errno = 0;
     {
       std::ofstream out(unfinished, std::ios::binary);
       try
@@ -39,28 +97,47 @@ namespace squeal
       {
         const int reason = errno;
         out.close();
-        std::error_code ignored;
-        std::filesystem::remove(unfinished, ignored);
-        errno = reason;
-        fail(filename);
+        give_up(reason);
       }
     }
-    std::error_code error;
-    std::filesystem::rename(unfinished, filename, error);
-    if (error)
+    try
     {
-      errno = error.value();
-      fail(filename);
+      sync_to_disk(unfinished);
     }
+    catch (const std::runtime_error &)
+    {
+      give_up(errno);
+    }
+    if (std::rename(unfinished.c_str(), filename.c_str()) != 0)
+      give_up(errno);
+    sync_to_disk(directory_of(filename));
   }
 
   void append_to_file(const std::string &filename, const std::string &text)
   {
-    errno = 0;
-    std::ofstream out(filename, std::ios::app | std::ios::binary);
-    out << text;
-    if (!out.flush())
-      fail(filename);
+    announce_files({filename});
+    const Descriptor file(
+        open(filename.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666));
+    struct stat before
+    {
+    };
+    if (file.number < 0 || fstat(file.number, &before) != 0)
+      fail(filename, errno);
+    for (std::size_t done = 0; done < text.size();)
+    {
+      const ssize_t n = ::write(file.number, text.data() + done, text.size() - done);
+      if (n < 0 && errno == EINTR)
+        continue;
+      if (n <= 0)
+      {
+        const int reason = n == 0 ? ENOSPC : errno;
+        // Half a number as the last row would be a wrong one.
+        if (ftruncate(file.number, before.st_size) != 0)
+          fail(filename, errno);
+        fail(filename, reason);
+      }
+      done += n;
+    }
   }
 
   void write_text(const std::string &filename, const std::string &text, const MPI_Comm comm)
@@ -69,55 +146,35 @@ namespace squeal
       write_file(filename, [&](std::ostream &out) { out << text; });
   }
 
-  void save_numbers(const std::string &filename, const std::vector<double> &numbers)
+  std::string read_whole_file(const std::string &filename, const std::size_t most_bytes)
   {
-    write_file(filename,
-               [&](std::ostream &out)
-               {
-                 const std::uint64_t size = numbers.size();
-                 out.write(reinterpret_cast<const char *>(&size), sizeof(size));
-                 out.write(reinterpret_cast<const char *>(numbers.data()), size * sizeof(double));
-               });
-  }
-
-  std::optional<std::vector<double>> load_numbers(const std::string &filename)
-  {
-    std::ifstream in(filename, std::ios::binary);
-    std::uint64_t size = 0;
-    if (!in || !in.read(reinterpret_cast<char *>(&size), sizeof(size)) || size > (1ull << 32))
-      return std::nullopt;
-    std::vector<double> numbers(size);
-    if (!in.read(reinterpret_cast<char *>(numbers.data()), size * sizeof(double)))
-      return std::nullopt;
-    return numbers;
-  }
-
-  std::vector<std::uintmax_t> file_sizes(const std::string &directory,
-                                         const std::vector<std::string> &names)
-  {
-    std::vector<std::uintmax_t> sizes;
-    for (const std::string &name : names)
+    const Descriptor file(open(filename.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    struct stat status
     {
-      const std::string file = directory + "/" + name;
-      sizes.push_back(std::filesystem::exists(file) ? std::filesystem::file_size(file) : 0);
+    };
+    if (file.number < 0 || fstat(file.number, &status) != 0)
+      fail(filename, errno, "read");
+    if (!S_ISREG(status.st_mode))
+      throw std::runtime_error("The file " + filename +
+                               " cannot be read: it is not a regular file.");
+    if (std::size_t(status.st_size) > most_bytes)
+      throw std::runtime_error("The file " + filename + " cannot be read: it has " +
+                               std::to_string(status.st_size) + " bytes, allowed are " +
+                               std::to_string(most_bytes) + ".");
+    std::string text(status.st_size, '\0');
+    std::size_t done = 0;
+    while (done < text.size())
+    {
+      const ssize_t n = read(file.number, text.data() + done, text.size() - done);
+      if (n < 0 && errno == EINTR)
+        continue;
+      if (n < 0)
+        fail(filename, errno, "read");
+      if (n == 0)
+        break;
+      done += n;
     }
-    return sizes;
-  }
-
-  void cut_files(const std::string &directory, const std::vector<std::string> &names,
-                 const std::vector<std::uintmax_t> &sizes, const MPI_Comm comm)
-  {
-    if (is_rank_zero(comm))
-      for (unsigned int k = 0; k < names.size(); ++k)
-      {
-        const std::string file = directory + "/" + names[k];
-        if (!std::filesystem::exists(file))
-          continue;
-        if (sizes[k] == 0) // it did not exist
-          std::filesystem::remove(file);
-        else
-          std::filesystem::resize_file(file, sizes[k]);
-      }
-    MPI_Barrier(comm);
+    text.resize(done);
+    return text;
   }
 } // namespace squeal

@@ -12,6 +12,9 @@ namespace squeal
     extern "C" void remember(const int signal)
     {
       signal_received = signal;
+      // The next one has its usual effect, also if it is another one.
+      std::signal(SIGINT, SIG_DFL);
+      std::signal(SIGTERM, SIG_DFL);
     }
   } // namespace
 

@@ -1,9 +1,7 @@
-#include <squeal/base/files.h>
 #include <squeal/continuation/parameter_study.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 
 namespace squeal
@@ -49,7 +47,7 @@ namespace squeal
                                  Log &log)
       : file(file), parameters(parameters), options(options), directory(directory), comm(comm),
         log(log), tracker(options, file.parameters().eigenproblem.solver),
-        state_file(directory + "/" + name + ".state"), sought(sought), tables(tables)
+        state(directory, name, tables), sought(sought)
   {
     for (const std::string &parameter : parameters)
       original.push_back(file.value_of(parameter));
@@ -80,8 +78,12 @@ namespace squeal
     for (const unsigned int j : chosen)
     {
       result.lambda.push_back(modes.lambda[j]);
-      result.uncertainty +=
-          modes.condition[j] * modes.backward_error[j] * std::abs(modes.lambda[j]);
+      // A projected eigenvalue is of the first order in what the basis lacks, which its backward
+      // error in the whole norm hardly shows: it is known to the tolerance.
+      const double relative = tracker.is_whole(modes)
+                                  ? modes.backward_error[j]
+                                  : std::max(modes.backward_error[j], options.tolerance);
+      result.uncertainty += modes.condition[j] * relative * std::abs(modes.lambda[j]);
     }
     for (const std::string &parameter : parameters)
     {
@@ -123,40 +125,9 @@ namespace squeal
     return result;
   }
 
-  void ParameterStudy::save(std::vector<double> numbers, const unsigned int n_head) const
-  {
-    MPI_Barrier(comm);
-    const std::vector<std::uintmax_t> present = file_sizes(directory, tables);
-    numbers.insert(numbers.begin() + n_head, present.begin(), present.end());
-    if (is_rank_zero(comm))
-      save_numbers(state_file, numbers);
-    MPI_Barrier(comm);
-  }
-
-  std::optional<std::vector<double>> ParameterStudy::load(const unsigned int n_head,
-                                                          const unsigned int n_least)
-  {
-    std::optional<std::vector<double>> numbers = load_numbers(state_file);
-    int good = numbers && numbers->size() >= n_least + tables.size();
-    MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm);
-    if (!good)
-      return std::nullopt;
-    const auto first = numbers->begin() + n_head;
-    sizes.assign(first, first + tables.size());
-    numbers->erase(first, first + tables.size());
-    return numbers;
-  }
-
-  void ParameterStudy::cut_tables() const
-  {
-    cut_files(directory, tables, sizes, comm);
-  }
-
   void ParameterStudy::finish()
   {
     parameters_at(original);
-    MPI_Barrier(comm);
-    std::error_code ignored;
-    std::filesystem::remove(state_file, ignored);
+    state.remove(comm);
   }
 } // namespace squeal

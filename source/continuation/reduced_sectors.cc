@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 namespace squeal
 {
@@ -115,7 +116,12 @@ namespace squeal
 
   std::vector<double> ReducedSectors::varying_terms() const
   {
-    return parts.empty() ? std::vector<double>() : parts.front().reduced.varying_terms();
+    // The first sector that cannot be projected keeps the others from learning.
+    std::set<double> of_any;
+    for (const Part &part : parts)
+      for (const double number : part.reduced.varying_terms())
+        of_any.insert(number);
+    return {of_any.begin(), of_any.end()};
   }
 
   void ReducedSectors::keep_apart(const std::vector<double> &varying_terms)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 
 namespace squeal
 {
@@ -94,8 +95,9 @@ namespace squeal
   {
     const auto here = study.evaluate(values_at(at), {expected});
     Evaluation result;
-    result.lambda = here.lambda[0];
-    result.value  = result.lambda.real();
+    result.lambda      = here.lambda[0];
+    result.value       = result.lambda.real();
+    result.uncertainty = here.uncertainty;
     for (unsigned int k = 0; k < 2; ++k)
     {
       if (!here.derivatives[k].empty())
@@ -201,11 +203,13 @@ namespace squeal
   {
     const Position from = position_of(before), to = position_of(now);
     EigenvaluePredictor predictor(0, l_before, 1, l_now);
-    const auto along = [&](const double t)
+    double uncertainty = 0;
+    const auto along   = [&](const double t)
     {
       const Evaluation at = evaluate(between(from, to, t), predictor(t));
       const Complex slope = at.slope[0] * (to[0] - from[0]) + at.slope[1] * (to[1] - from[1]);
       predictor.add({t, at.lambda, slope});
+      uncertainty = at.uncertainty;
       return std::make_pair(at.value, slope.real());
     };
     Root root;
@@ -228,7 +232,7 @@ namespace squeal
       return;
     BoundaryPoint point;
     point.at       = between(from, to, std::clamp(root.value, 0., 1.));
-    point.accuracy = root.accuracy;
+    point.accuracy = root.accuracy + uncertainty / std::abs(last.slope.real());
     point.lambda   = {0, last.lambda.imag()};
     crossings.push_back(point);
   }
@@ -267,6 +271,8 @@ namespace squeal
       if (tracker.is_whole(modes))
       {
         tracker.set_expansion_point(study.parameters_at(values_at(at)), found.reuse);
+        // All parity sectors, as in a run that resumes here
+        tracker.keep_apart(tracker.varying_terms());
         save();
       }
       if (point % n == n - 1)
@@ -288,13 +294,11 @@ namespace squeal
       if (held >= 0)
         g[held] = 0;
       const double square = g[0] * g[0] + g[1] * g[1];
-      if (result.value == 0)
+      if (!(square > 0))
       {
         accuracy = 0;
-        return true;
+        return result.value == 0;
       }
-      if (!(square > 0))
-        return false;
       const double factor = result.value / square;
       for (unsigned int k = 0; k < 2; ++k)
         at[k] -= factor * g[k];
@@ -302,7 +306,10 @@ namespace squeal
       if (accuracy > 1)
         return false;
       if (accuracy <= 1e-9)
+      {
+        accuracy += result.uncertainty / std::sqrt(square);
         return true;
+      }
     }
     return false;
   }
@@ -471,7 +478,7 @@ namespace squeal
 
   // Files.
 
-  void StabilityMap::save() const
+  void StabilityMap::save()
   {
     const std::vector<double> varying_terms = tracker.varying_terms();
     std::vector<double> state               = {double(n_curves), double(varying_terms.size())};
@@ -486,32 +493,74 @@ namespace squeal
     for (const BoundaryPoint &point : crossings)
       state.insert(state.end(), {point.at[0], point.at[1], point.lambda.imag(), point.accuracy,
                                  double(point.divergence), double(point.done)});
-    study.save(std::move(state), 0);
+    study.save(state);
   }
 
   bool StabilityMap::resume()
   {
-    const std::optional<std::vector<double>> state = study.load(0, 4);
+    const std::optional<std::vector<double>> state = study.resume();
     if (!state)
       return false;
-    auto at  = state->begin();
-    n_curves = *at++;
-    std::vector<double> varying_terms(*at++);
-    for (double &number : varying_terms)
-      number = *at++;
-    eigenvalues.resize(*at++);
-    for (std::vector<Complex> &list : eigenvalues)
+    std::size_t at  = 0;
+    const auto next = [&]()
     {
-      list.resize(*at++);
-      for (Complex &l : list)
+      if (at == state->size())
+        throw std::out_of_range("state");
+      return (*state)[at++];
+    };
+    // A number of things that follow, each of so many numbers
+    const auto count = [&](const unsigned int n_each)
+    {
+      const double n = next();
+      if (!(n >= 0 && n * n_each <= state->size() - at && n == std::floor(n)))
+        throw std::out_of_range("state");
+      return std::size_t(n);
+    };
+    std::vector<std::vector<Complex>> known;
+    std::vector<BoundaryPoint> found;
+    std::vector<double> varying_terms;
+    double n_known_curves = 0;
+    try
+    {
+      n_known_curves = next();
+      varying_terms.resize(count(1));
+      for (double &number : varying_terms)
+        number = next();
+      known.resize(count(1));
+      for (std::vector<Complex> &list : known)
       {
-        l = {at[0], at[1]};
-        at += 2;
+        list.resize(count(2));
+        for (Complex &l : list)
+        {
+          l.real(next());
+          l.imag(next());
+        }
+      }
+      while (at < state->size())
+      {
+        BoundaryPoint point;
+        point.at         = {{next(), next()}};
+        point.lambda     = {0, next()};
+        point.accuracy   = next();
+        point.divergence = next() != 0;
+        point.done       = next() != 0;
+        found.push_back(point);
       }
     }
-    for (; at != state->end(); at += 6)
-      crossings.push_back({{{at[0], at[1]}}, {0, at[2]}, at[3], at[4] != 0, at[5] != 0});
-    study.cut_tables();
+    catch (const std::out_of_range &)
+    {
+      known.clear();
+    }
+    if (known.empty() || known.size() > values[0].size() * values[1].size() ||
+        !(n_known_curves >= 0 && n_known_curves <= found.size()))
+    {
+      log.line("The map that was interrupted is not resumed, it begins anew: map.state is not of "
+               "this map.");
+      return false;
+    }
+    n_curves    = n_known_curves;
+    eigenvalues = std::move(known);
+    crossings   = std::move(found);
     log.line("Resumed after " + std::to_string(eigenvalues.size()) + " points and " +
              std::to_string(n_curves) + " curves.");
     set_expansion_point(position_of(eigenvalues.size() - 1));

@@ -51,6 +51,11 @@ namespace squeal
           ": the equations of motion do not depend on it. Allowed are numbers of the sections "
           "Operation, Contact, Rotor, Pads, Strip, Mesh, Discretization, and of Matrices in the "
           "scene matrices.");
+    // A value that is not allowed is refused before anything is computed.
+    const double now = file.value_of(parameter);
+    for (const double value : values)
+      study.parameters_at({value});
+    study.parameters_at({now});
   }
 
   void Sweep::make_mesh(const double value)
@@ -155,10 +160,15 @@ namespace squeal
     }
     if (keeps_mesh)
       tracker.set_expansion_point(study.parameters_at({point.value}), point.reuse);
-    std::vector<double> state = {point.value, double(point.n_branches)};
+    // The terms that are known to vary are projected apart, also in a run that resumes here.
+    const std::vector<double> varying_terms = tracker.varying_terms();
+    tracker.keep_apart(varying_terms);
+    std::vector<double> state = {point.value, double(point.n_branches),
+                                 double(varying_terms.size())};
+    state.insert(state.end(), varying_terms.begin(), varying_terms.end());
     for (unsigned int j = 0; j < point.branches.size(); ++j)
       state.insert(state.end(), {double(point.branches[j]), point.overlaps[j]});
-    study.save(std::move(state), 2);
+    study.save(state);
     last_saved = std::chrono::steady_clock::now();
   }
 
@@ -172,27 +182,47 @@ namespace squeal
 
   bool Sweep::resume(BranchPoint &last, unsigned int &n_done)
   {
-    const std::optional<std::vector<double>> state = study.load(2, 2);
-    if (!state || std::count(values.begin(), values.end(), state->front()) == 0)
+    const std::optional<std::vector<double>> state = study.resume();
+    if (!state)
       return false;
-    last.value      = (*state)[0];
-    last.n_branches = (*state)[1];
-    for (unsigned int k = 2; k + 1 < state->size(); k += 2)
+    BranchPoint point;
+    const auto is_number = [](const double x) { return x >= 0 && x < 1e9 && x == std::floor(x); };
+    const auto fail      = [&](const std::string &reason)
     {
-      last.branches.push_back((*state)[k]);
-      last.overlaps.push_back((*state)[k + 1]);
+      log.line("The sweep that was interrupted is not resumed, it begins anew: " + reason);
+      return false;
+    };
+    if (state->size() < 3 || !is_number((*state)[1]) || !is_number((*state)[2]) ||
+        (*state)[2] > state->size() - 3 ||
+        std::count(values.begin(), values.end(), state->front()) == 0)
+      return fail("sweep.state is not of this sweep.");
+    const unsigned int n_varying = (*state)[2], first_branch = 3 + n_varying;
+    const std::vector<double> varying_terms(state->begin() + 3, state->begin() + first_branch);
+    point.value      = (*state)[0];
+    point.n_branches = (*state)[1];
+    for (unsigned int k = first_branch; k + 1 < state->size(); k += 2)
+    {
+      if (!is_number((*state)[k]))
+        return fail("sweep.state is not of this sweep.");
+      point.branches.push_back((*state)[k]);
+      point.overlaps.push_back((*state)[k + 1]);
     }
     if (!keeps_mesh)
-      make_mesh(last.value);
-    EigenSolution found = tracker.solve_fully(study.parameters_at({last.value}));
-    last.modes          = std::move(found.modes);
-    last.rows           = tracker.analyse(last.modes);
-    if (last.modes.lambda.size() != last.branches.size())
-      return false; // of another problem
+      make_mesh(point.value);
+    EigenSolution found = tracker.solve_fully(study.parameters_at({point.value}));
+    point.modes         = std::move(found.modes);
+    point.rows          = tracker.analyse(point.modes);
+    if (point.modes.lambda.size() != point.branches.size())
+      return fail("at " + parameter + " = " + number(point.value) + " there are " +
+                  std::to_string(point.modes.lambda.size()) + " modes, there were " +
+                  std::to_string(point.branches.size()) + ".");
     if (keeps_mesh)
-      tracker.set_expansion_point(study.parameters_at({last.value}), found.reuse);
-    n_done = std::find(values.begin(), values.end(), last.value) - values.begin() + 1;
-    study.cut_tables();
+    {
+      tracker.set_expansion_point(study.parameters_at({point.value}), found.reuse);
+      tracker.keep_apart(varying_terms);
+    }
+    n_done = std::find(values.begin(), values.end(), point.value) - values.begin() + 1;
+    last   = std::move(point);
     log.line("Resumed after " + std::to_string(n_done) + " of " + std::to_string(values.size()) +
              " values: " + parameter + " = " + number(last.value) + ".");
     return true;

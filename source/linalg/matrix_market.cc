@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -11,9 +12,12 @@ namespace squeal
 {
   MatrixMarketFile read_matrix_market(const std::string &filename, const std::string &key)
   {
-    std::ifstream in(filename);
-    if (!in)
+    std::ifstream in;
+    if (std::filesystem::is_regular_file(filename)) // a pipe would wait for ever
+      in.open(filename);
+    if (!in.is_open())
       throw InputError(key + " = " + filename + ": the file cannot be read.");
+    const long long n_bytes  = std::filesystem::file_size(filename);
     unsigned int line_number = 0;
     std::string line;
     const auto fail = [&](const std::string &what)
@@ -26,6 +30,8 @@ namespace squeal
       while (std::getline(in, line))
       {
         ++line_number;
+        if (line.find('\0') != std::string::npos)
+          fail("there is a NUL byte: the file is damaged.");
         if (line.find_first_not_of(" \t\r") != std::string::npos && line[0] != '%')
           return;
       }
@@ -65,6 +71,11 @@ namespace squeal
     if (!coordinate)
       for (long long j = 0; j < n_columns; ++j)
         n_entries += symmetric ? n_rows - j : skew ? n_rows - j - 1 : n_rows;
+    // An entry is a line of at least two bytes (array) or six (coordinate).
+    const long long least_bytes = coordinate ? 6 : 2;
+    if (n_entries > n_bytes / least_bytes + 1)
+      fail("the file of " + std::to_string(n_bytes) + " bytes is too short for " +
+           std::to_string(n_entries) + " entries.");
     file.n_rows    = n_rows;
     file.n_columns = n_columns;
 

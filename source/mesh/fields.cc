@@ -22,15 +22,19 @@ namespace squeal
     const unsigned int n    = Utilities::MPI::n_mpi_processes(comm);
     const auto piece        = [&](const unsigned int r)
     { return n == 1 ? base + ".vtu" : base + "." + std::to_string(r) + ".vtu"; };
-    write_file(directory + "/" + piece(rank), write_vtu);
+    std::vector<std::string> pieces, files;
+    for (unsigned int r = 0; r < n; ++r)
+    {
+      pieces.push_back(piece(r));
+      files.push_back(directory + "/" + pieces.back());
+    }
+    // Before the other ranks write theirs, which the first one is answerable for.
+    announce_files(files);
+    MPI_Barrier(comm);
+    write_file(files[rank], write_vtu);
     const std::string record = base + ".pvtu";
     if (rank == 0)
-    {
-      std::vector<std::string> pieces;
-      for (unsigned int r = 0; r < n; ++r)
-        pieces.push_back(piece(r));
       write_file(directory + "/" + record, [&](std::ostream &pvtu) { write_pvtu(pvtu, pieces); });
-    }
     return record;
   }
 

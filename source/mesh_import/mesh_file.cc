@@ -156,8 +156,10 @@ namespace squeal
       throw InputError("Mesh/File = " + filename +
                        ": the ending tells the format; allowed are .msh (Gmsh 2.2 or 4.1, text) "
                        "and .inp (Abaqus, CalculiX).");
-    std::ifstream in(filename);
-    if (!in || std::filesystem::is_directory(path))
+    std::ifstream in;
+    if (std::filesystem::is_regular_file(path)) // a pipe would wait for ever
+      in.open(filename);
+    if (!in.is_open())
     {
       const std::string script = std::filesystem::path(path).replace_extension(".geo").string();
       throw InputError("Mesh/File = " + filename + ": the file cannot be read." +

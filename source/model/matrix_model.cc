@@ -38,6 +38,12 @@ namespace squeal
       throw InputError("Matrices/Mass = " + names.mass + ": the matrix has " +
                        std::to_string(file.n_rows) + " rows and " + std::to_string(file.n_columns) +
                        " columns; it must be square.");
+    // Memory is taken by rows; a matrix without mass in most of them is none of a model.
+    constexpr std::size_t few = 1000000, rows_per_entry = 100;
+    if (file.n_rows > few && file.n_rows / rows_per_entry > file.values.size())
+      throw InputError("Matrices/Mass = " + names.mass + ": the matrix has " +
+                       std::to_string(file.n_rows) + " rows, but only " +
+                       std::to_string(file.values.size()) + " entries.");
     int n_ranks = 1;
     MPI_Comm_size(comm, &n_ranks);
     if (n_ranks > int(file.n_rows))

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <regex>
 #include <sstream>
 
 namespace squeal
@@ -42,6 +43,10 @@ namespace squeal
     std::shared_ptr<FunctionParser<n_variables>>
     parse(const std::string &text, const std::string &variables, const std::string &key)
     {
+      // A run must give the same results again.
+      if (std::regex_search(text, std::regex("\\brand(_seed)?\\b")))
+        throw InputError(key + " = " + text +
+                         ": rand and rand_seed are not allowed, since such a run does not repeat.");
       auto parser = std::make_shared<FunctionParser<n_variables>>();
       const ErrorOutput output;
       try

@@ -1,12 +1,14 @@
 #include <squeal/base/errors.h>
 #include <squeal/parameters/parameter_file.h>
 
+#include <deal.II/base/mpi.h>
 #include <deal.II/base/patterns.h>
 #include <deal.II/base/utilities.h>
 
 #include <boost/property_tree/json_parser.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -107,16 +109,48 @@ namespace squeal
     collect(collect, tree, {});
   }
 
-  void ParameterFile::read(const std::string &filename, const std::vector<std::string> &overrides)
+  namespace
   {
-    std::ifstream in(filename, std::ios::binary);
-    if (!in || std::filesystem::is_directory(filename))
-      throw InputError(filename + ": the parameter file cannot be read.");
-    std::ostringstream text;
-    text << in.rdbuf();
-    if (in.bad())
-      throw InputError(filename + ": the parameter file cannot be read; is it a directory?");
-    original = text.str();
+    /// The content of a parameter file. Throws InputError.
+    std::string text_of_file(const std::string &filename)
+    {
+      constexpr std::size_t most_bytes = 1 << 24;
+      std::ifstream in(filename, std::ios::binary);
+      if (!in || std::filesystem::is_directory(filename))
+        throw InputError(filename + ": the parameter file cannot be read.");
+      std::string text;
+      std::array<char, 1 << 12> buffer;
+      while (in.read(buffer.data(), buffer.size()), in.gcount() > 0)
+      {
+        text.append(buffer.data(), in.gcount());
+        if (text.size() > most_bytes)
+          throw InputError(filename + ": the parameter file has more than " +
+                           std::to_string(most_bytes) + " bytes.");
+      }
+      if (in.bad())
+        throw InputError(filename + ": the parameter file cannot be read; is it a directory?");
+      return text;
+    }
+  } // namespace
+
+  void ParameterFile::read(const std::string &filename, const std::vector<std::string> &overrides,
+                           const MPI_Comm comm)
+  {
+    std::string error;
+    name_ = filename;
+    if (dealii::Utilities::MPI::this_mpi_process(comm) == 0)
+      try
+      {
+        original = text_of_file(filename);
+      }
+      catch (const InputError &e)
+      {
+        error = e.what();
+      }
+    error    = dealii::Utilities::MPI::broadcast(comm, error);
+    original = dealii::Utilities::MPI::broadcast(comm, original);
+    if (!error.empty())
+      throw InputError(error);
     parse_text(original, filename);
 
     for (const std::string &override_text : overrides)
@@ -124,6 +158,10 @@ namespace squeal
       const std::size_t equals = override_text.find('=');
       if (equals == std::string::npos)
         throw InputError("--set \"" + override_text + "\": expected \"Section/Key=value\".");
+      if (override_text.find_first_of("#\n\r") != std::string::npos)
+        throw InputError("--set \"" + override_text +
+                         "\": a # begins a comment in parameter files, and a value ends with its "
+                         "line: parameters.prm could not reproduce this run.");
       set(trim(override_text.substr(0, equals)), trim(override_text.substr(equals + 1)),
           "--set \"" + override_text + "\"");
     }
@@ -203,6 +241,12 @@ namespace squeal
                                     [&](const Entry &e) { return e.path == path; });
     if (entry == entries.end())
     {
+      // The distance of names takes their lengths' product.
+      constexpr std::size_t longest = 200;
+      if (path.size() > longest)
+        throw InputError(where + ": unknown key '" + path.substr(0, longest) + "...' of " +
+                         std::to_string(path.size()) +
+                         " characters. All keys: squeal --print-parameters=md");
       // A key that exists elsewhere is more likely meant than one that is spelt alike.
       const std::string key = path.substr(path.rfind('/') + 1);
       const auto distance   = [&](const Entry &e)

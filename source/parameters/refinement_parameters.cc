@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 namespace squeal
@@ -51,7 +52,13 @@ namespace squeal
       std::vector<std::complex<double>> result;
       if (reference.empty())
         return result;
-      const std::string key = "Refinement/Reference = " + reference;
+      // Eigenvalues that are paired with modes: their distances are squared, and there is a table
+      // of all of them.
+      constexpr double largest        = 1e12;
+      constexpr std::size_t most_rows = 2000;
+      const std::string key           = "Refinement/Reference = " + reference;
+      if (std::filesystem::exists(reference) && !std::filesystem::is_regular_file(reference))
+        throw InputError(key + ": the file cannot be read: it is not a regular file.");
       std::ifstream in(reference);
       std::string line;
       if (!in || !std::getline(in, line))
@@ -99,10 +106,16 @@ namespace squeal
           }
           if (!std::isfinite(x))
             throw InputError(place + header[i] + " = " + fields[i] + " is not a number.");
+          if (std::abs(x) > largest)
+            throw InputError(place + header[i] + " = " + fields[i] +
+                             " is no eigenvalue of a brake; allowed are sizes up to 1e12.");
           return x;
         };
         if (value(frequency) < 0)
           throw InputError(place + "frequency_hz = " + fields[frequency] + " is negative.");
+        if (result.size() == most_rows)
+          throw InputError(place + "there are more than " + std::to_string(most_rows) +
+                           " modes; leave out those beyond Eigenproblem/Maximum frequency.");
         result.emplace_back(value(growth), 2 * M_PI * value(frequency));
       }
       if (result.empty())

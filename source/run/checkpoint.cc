@@ -1,9 +1,8 @@
-#include <squeal/base/files.h>
-#include <squeal/base/log.h>
+#include <squeal/base/state_file.h>
 #include <squeal/run/checkpoint.h>
 
-#include <algorithm>
-#include <filesystem>
+#include <cmath>
+#include <limits>
 
 namespace squeal
 {
@@ -12,10 +11,48 @@ namespace squeal
     const std::vector<std::string> tables = {"modes.csv", "cycles.csv", "contributions.csv",
                                              "sensitivities.csv", "static.csv"};
 
-    std::string state_file(const std::string &directory)
+    StateFile state_file(const std::string &directory)
     {
-      return directory + "/refinement.state";
+      return {directory, "refinement", tables};
     }
+
+    struct Damaged
+    {
+    };
+
+    /// Takes the numbers of a record, in one order, to a list.
+    struct Writer
+    {
+      std::vector<double> &numbers;
+
+      void operator()(const double value) const
+      {
+        numbers.push_back(value);
+      }
+      double most() const
+      {
+        return std::numeric_limits<double>::infinity();
+      }
+    };
+
+    /// Fills in the numbers of a record from a list. Throws Damaged at its end.
+    struct Reader
+    {
+      const std::vector<double> &numbers;
+      mutable std::size_t at = 0;
+
+      void operator()(double &value) const
+      {
+        if (at == numbers.size())
+          throw Damaged();
+        value = numbers[at++];
+      }
+      /// The length of no list in the record can be greater than that.
+      double most() const
+      {
+        return numbers.size() - at;
+      }
+    };
 
     /// Hands every number of a record, in one order, to save or to fill in.
     template <typename Visit>
@@ -76,17 +113,30 @@ namespace squeal
         visit(number);
         value = number;
       };
+      // Counts and names of cells
+      const auto visit_natural = [&](auto &value)
+      {
+        using Natural     = std::decay_t<decltype(value)>;
+        double number     = value;
+        const double most = std::numeric_limits<Natural>::max();
+        visit(number);
+        if (!(number >= 0 && number <= most && number == std::floor(number)))
+          throw Damaged();
+        value = number;
+      };
       const auto visit_size = [&](auto &list)
       {
-        std::size_t size = list.size();
-        visit_number(size);
+        double size = list.size();
+        visit(size);
+        if (!(size >= 0 && size <= visit.most() + list.size() && size == std::floor(size)))
+          throw Damaged();
         list.resize(size);
       };
-      visit_number(record.finished);
+      visit_natural(record.finished);
       visit_size(record.cycles);
       for (Checkpoint::Cycle &cycle : record.cycles)
       {
-        visit_number(cycle.n_unknowns);
+        visit_natural(cycle.n_unknowns);
         visit_number(cycle.seconds);
         visit_number(cycle.memory_gib);
         visit_size(cycle.rows);
@@ -95,63 +145,39 @@ namespace squeal
         visit_size(cycle.divided_cells);
         for (auto &cell : cycle.divided_cells)
           for (unsigned int &part : cell)
-            visit_number(part);
+            visit_natural(part);
       }
     }
-
-    struct Damaged
-    {
-    };
   } // namespace
 
   void Checkpoint::save(const std::string &directory, const MPI_Comm comm) const
   {
-    MPI_Barrier(comm);
-    if (is_rank_zero(comm))
-    {
-      std::vector<double> numbers;
-      for (const std::uintmax_t size : file_sizes(directory, tables))
-        numbers.push_back(size);
-      Checkpoint copy = *this;
-      visit_record(copy, [&](const double value) { numbers.push_back(value); });
-      save_numbers(state_file(directory), numbers);
-    }
-    MPI_Barrier(comm);
+    std::vector<double> numbers;
+    Checkpoint copy = *this;
+    visit_record(copy, Writer{numbers});
+    state_file(directory).save(numbers, comm);
   }
 
   std::optional<Checkpoint> Checkpoint::resume(const std::string &directory, const MPI_Comm comm)
   {
-    const std::optional<std::vector<double>> numbers = load_numbers(state_file(directory));
-    Checkpoint record;
-    int good = numbers && numbers->size() >= tables.size();
-    if (good)
-      try
-      {
-        auto at = numbers->begin() + tables.size();
-        visit_record(record,
-                     [&](double &value)
-                     {
-                       if (at == numbers->end())
-                         throw Damaged();
-                       value = *at++;
-                     });
-      }
-      catch (const Damaged &)
-      {
-        good = false;
-      }
-    MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm);
-    if (!good)
+    const std::optional<std::vector<double>> numbers = state_file(directory).resume(comm);
+    if (!numbers)
       return std::nullopt;
-    cut_files(directory, tables, {numbers->begin(), numbers->begin() + tables.size()}, comm);
-    return record;
+    Checkpoint record;
+    const Reader reader{*numbers};
+    try
+    {
+      visit_record(record, reader);
+    }
+    catch (const Damaged &)
+    {
+      return std::nullopt;
+    }
+    return reader.most() == 0 ? std::optional<Checkpoint>(record) : std::nullopt;
   }
 
   void Checkpoint::remove(const std::string &directory, const MPI_Comm comm)
   {
-    MPI_Barrier(comm);
-    std::error_code ignored;
-    if (is_rank_zero(comm))
-      std::filesystem::remove(state_file(directory), ignored);
+    state_file(directory).remove(comm);
   }
 } // namespace squeal

@@ -13,6 +13,7 @@
 #include <squeal/run/driver.h>
 #include <squeal/run/refinement.h>
 #include <squeal/run/report.h>
+#include <squeal/run/run_directory.h>
 #include <squeal/symmetry/sectors.h>
 
 #include <deal.II/distributed/grid_refinement.h>
@@ -55,12 +56,25 @@ namespace squeal
       const Parameters::All &prm;
       const std::string directory;
       const MPI_Comm comm;
+      RunDirectory place;
       Checkpoint checkpoint;
       Report report;
 
-      Run(ParameterFile &file, const std::string &directory, const MPI_Comm comm)
-          : Run(file, directory, comm, start_run_directory(directory, file, comm))
+      Run(ParameterFile &file, const std::string &directory, const MPI_Comm comm,
+          const RunDirectory::Options &options)
+          : file(file), prm(file.parameters()), directory(directory), comm(comm),
+            place(directory, file, options, comm),
+            checkpoint(place.resumes() ? Checkpoint::resume(directory, comm).value_or(Checkpoint())
+                                       : Checkpoint()),
+            report(prm, directory, comm, place.resumes(), !checkpoint.cycles.empty())
       {
+        report.log.print(place.message());
+      }
+
+      void end()
+      {
+        report.end();
+        place.finish();
       }
 
       /// Every mode of the window, and the proof.
@@ -103,15 +117,6 @@ namespace squeal
       }
 
     private:
-      Run(ParameterFile &file, const std::string &directory, const MPI_Comm comm,
-          const bool resumes)
-          : file(file), prm(file.parameters()), directory(directory), comm(comm),
-            checkpoint(resumes ? Checkpoint::resume(directory, comm).value_or(Checkpoint())
-                               : Checkpoint()),
-            report(prm, directory, comm, resumes, !checkpoint.cycles.empty())
-      {
-      }
-
       /// All stages one after the other (theory.md, section 5). Returns what the last one cost.
       EigenSolution::Cost climb(Model &model)
       {
@@ -140,10 +145,10 @@ namespace squeal
     {
     public:
       Driver(const Geometry<dim> &geometry, ParameterFile &file, const std::string &directory,
-             const MPI_Comm comm)
-          : common(file, directory, comm), prm(common.prm), report(common.report),
-            checkpoint(common.checkpoint), budget(prm.refinement),
-            model(geometry, prm, comm, report.log, report.timer)
+             const MPI_Comm comm, const RunDirectory::Options &options)
+          : common(file, directory, comm, options), prm(common.prm), report(common.report),
+            checkpoint(common.checkpoint), reference(prm.refinement.reference_eigenvalues()),
+            budget(prm.refinement), model(geometry, prm, comm, report.log, report.timer)
       {
         if (prm.eigenproblem.is_matrix_free() && geometry.may_move_rigidly)
           throw InputError("Eigenproblem/Solver = block_davidson: a body that is free to move as a "
@@ -181,7 +186,7 @@ namespace squeal
           common.continue_along_parameters(model, make_model());
         }
         Checkpoint::remove(common.directory, common.comm);
-        report.end();
+        common.end();
       }
 
     private:
@@ -379,7 +384,6 @@ namespace squeal
         const unsigned int n_cycles = checkpoint.cycles.size();
         if (!prm.eigenproblem.is_solved() || n_cycles == 0)
           return;
-        const auto reference = prm.refinement.reference_eigenvalues();
         if (n_cycles < 2 && reference.empty())
           return;
         std::vector<std::vector<ModeRow>> rows;
@@ -415,14 +419,16 @@ namespace squeal
       const Parameters::All &prm;
       Report &report;
       Checkpoint &checkpoint;
+      const std::vector<std::complex<double>> reference; ///< as it was when the run began
       RefinementBudget budget;
       BrakeModel<dim> model;
     };
 
     /// Matrix Market files in, modes out; no mesh.
-    void run_matrices(ParameterFile &file, const std::string &directory, const MPI_Comm comm)
+    void run_matrices(ParameterFile &file, const std::string &directory, const MPI_Comm comm,
+                      const RunDirectory::Options &options)
     {
-      Run common(file, directory, comm);
+      Run common(file, directory, comm, options);
       Report &report = common.report;
       std::optional<MatrixModel> model;
       {
@@ -440,18 +446,19 @@ namespace squeal
         common.tell(*model, 0, found, table, 0);
         report.cycle(0, 0, model->size(), 0, found.cost);
       }
-      report.end();
+      common.end();
     }
   } // namespace
 
-  void run(ParameterFile &file, const std::string &directory, const MPI_Comm comm)
+  void run(ParameterFile &file, const std::string &directory, const MPI_Comm comm,
+           const RunDirectory::Options &options)
   {
     const Parameters::All &prm = file.parameters();
     if (prm.scene == Scene::matrices)
-      run_matrices(file, directory, comm);
+      run_matrices(file, directory, comm, options);
     else if (prm.scene == Scene::strip)
-      Driver<2>(make_scene<2>(prm), file, directory, comm).run();
+      Driver<2>(make_scene<2>(prm), file, directory, comm, options).run();
     else
-      Driver<3>(make_scene<3>(prm), file, directory, comm).run();
+      Driver<3>(make_scene<3>(prm), file, directory, comm, options).run();
   }
 } // namespace squeal

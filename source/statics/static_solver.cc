@@ -85,8 +85,9 @@ namespace squeal
       cached.reset();
       close_contact<dim>(contact, problem.body_terms, nullptr);
     }
-    // What is known of earlier states is a good start of what follows.
-    if (before && found->space.basis.n_columns() == 0)
+    // What is known of earlier states is a good start of what follows; without nearby factors what
+    // follows is to be the same in a run that was interrupted here.
+    if (follows && before && found->space.basis.n_columns() == 0)
       found->space = std::move(before->space);
     of_last = KnownTerms(problem.body_terms);
     return std::move(*found);

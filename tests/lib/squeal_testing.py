@@ -141,8 +141,8 @@ class TestCase(unittest.TestCase):
         process = subprocess.Popen([str(SQUEAL), file.name], cwd=self.directory, env=ENVIRONMENT,
                                    stdout=subprocess.DEVNULL)
         deadline = time.monotonic() + 120
-        while not is_time(results) and time.monotonic() < deadline:
-            time.sleep(0.005)
+        while not is_time(results) and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.002)
         process.kill()
         process.wait()
         return results

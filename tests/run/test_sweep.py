@@ -130,7 +130,7 @@ class Sweeps(st.TestCase):
         results = self.directory / "theory"
         settings = [argument for override in overrides for argument in ("--set", override)]
         result = st.run(st.PROJECT / f"prm/theory/{name}.prm", "--set", f"Output/Directory={results}", *settings,
-                        directory=st.PROJECT)
+                        "--overwrite", directory=st.PROJECT)
         self.assertEqual(result.returncode, 0, result.stderr)
         return st.read_table(results / "critical.csv")
 

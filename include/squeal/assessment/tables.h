@@ -3,7 +3,6 @@
 #include <squeal/assessment/stability.h>
 #include <squeal/base/files.h>
 #include <squeal/base/text.h>
-#include <squeal/parameters/parameter_file.h>
 
 #include <mpi.h>
 
@@ -13,12 +12,6 @@
 
 namespace squeal
 {
-  /// Makes the directory and its record of the input: original.prm and parameters.prm. Results of
-  /// an earlier run are removed, unless it had the same parameters and was interrupted: then they
-  /// stay, and the return value is true. Collective; throws InputError on every rank if the
-  /// directory cannot be written.
-  bool start_run_directory(const std::string &directory, const ParameterFile &file, MPI_Comm comm);
-
   /// One field of a line of a table: its column and what stands there. Numbers have 12 digits;
   /// what is unknown or not finite is empty.
   struct Field

@@ -2,37 +2,37 @@
 
 #include <mpi.h>
 
-#include <cstdint>
 #include <functional>
 #include <iosfwd>
-#include <optional>
 #include <string>
 #include <vector>
 
 namespace squeal
 {
-  /// Writes a file that is complete or, if the run ends meanwhile, as it was before: under another
-  /// name first. Throws std::runtime_error, with the system's reason, if that fails.
+  /// Writes a file that is complete or, if the run or the machine ends meanwhile, as it was before:
+  /// under the name with ".part" first, and onto the disk before it is renamed. Throws
+  /// std::runtime_error, with the system's reason, if that fails.
   void write_file(const std::string &filename, const std::function<void(std::ostream &)> &write);
 
-  /// Adds to the end of a file what is on disk when this returns. Throws as write_file().
+  /// Adds to the end of a file: all of the text, or nothing if the disk is full. Throws as
+  /// write_file().
   void append_to_file(const std::string &filename, const std::string &text);
 
   /// Rank 0 writes a whole file.
   void write_text(const std::string &filename, const std::string &text, MPI_Comm comm);
 
-  /// Numbers in a file that is complete or does not exist.
-  void save_numbers(const std::string &filename, const std::vector<double> &numbers);
-  /// Nothing if there is no such file or it is damaged.
-  std::optional<std::vector<double>> load_numbers(const std::string &filename);
+  /// Waits until the content of a file, or the names in a directory, are on the disk. What does not
+  /// exist is passed over. Throws as write_file().
+  void sync_to_disk(const std::string &filename);
 
-  /// The sizes of files of a directory, zero for those that do not exist: what a run that is
-  /// interrupted may come back to.
-  std::vector<std::uintmax_t> file_sizes(const std::string &directory,
-                                         const std::vector<std::string> &names);
+  /// The content of a file. Throws std::runtime_error, with the system's reason, if it cannot be
+  /// read, is not a regular file (a pipe would wait for ever), or has more than @p most_bytes.
+  std::string read_whole_file(const std::string &filename, std::size_t most_bytes);
 
-  /// Takes off what an interrupted run wrote after the files had these sizes: a line may have been
-  /// cut. Collective.
-  void cut_files(const std::string &directory, const std::vector<std::string> &names,
-                 const std::vector<std::uintmax_t> &sizes, MPI_Comm comm);
+  /// Hears of each file before this process creates it (write_file, append_to_file,
+  /// announce_files): the manifest of the run. One at a time; an empty function ends it.
+  using FileObserver = std::function<void(const std::vector<std::string> &filenames)>;
+  void set_file_observer(FileObserver observer);
+  /// Tells the observer of this process about files that other processes, or libraries, create.
+  void announce_files(const std::vector<std::string> &filenames);
 } // namespace squeal

@@ -2,6 +2,7 @@
 
 #include <squeal/assessment/divergence.h>
 #include <squeal/base/log.h>
+#include <squeal/base/state_file.h>
 #include <squeal/continuation/mode_tracker.h>
 #include <squeal/parameters/parameter_file.h>
 
@@ -80,7 +81,9 @@ namespace squeal
     {
       std::vector<std::complex<double>> lambda;
       std::vector<std::vector<std::complex<double>>> derivatives;
-      double uncertainty = 0; ///< sum over the eigenvalues of condition, backward error and |l|
+      /// Sum over the eigenvalues of condition times |l| times the backward error; of projected
+      /// ones at least the tolerance.
+      double uncertainty = 0;
     };
     Evaluation evaluate(const std::vector<double> &values,
                         const std::vector<std::complex<double>> &expected);
@@ -92,15 +95,18 @@ namespace squeal
     StaticInstability::Result evaluate(const StaticInstability &instability,
                                        const std::vector<double> &values);
 
-    /// The numbers that a run resumes from: those given, after the first @p n_head of which the
-    /// sizes of the tables stand. Rank 0 writes.
-    void save(std::vector<double> numbers, unsigned int n_head) const;
-    /// Nothing if there is no state of at least @p n_least numbers beside the tables' sizes. The
-    /// sizes are taken out.
-    std::optional<std::vector<double>> load(unsigned int n_head, unsigned int n_least);
-    /// Takes off of the tables what was written after the state that was loaded last.
-    void cut_tables() const;
-    /// Gives the parameters their original values and removes the state.
+    /// The numbers that a run resumes from, with what is in the tables. Collective.
+    void save(const std::vector<double> &numbers)
+    {
+      state.save(numbers, comm);
+    }
+    /// The numbers of an interrupted run, whose tables are cut to what they were then; nothing if
+    /// there is none. Collective.
+    std::optional<std::vector<double>> resume()
+    {
+      return state.resume(comm);
+    }
+    /// Gives the parameters their original values and removes the state. Collective.
     void finish();
 
     ParameterFile &file;
@@ -112,9 +118,8 @@ namespace squeal
     ModeTracker tracker;
 
   private:
-    const std::string state_file, sought;
-    const std::vector<std::string> tables;
+    StateFile state;
+    const std::string sought;
     std::vector<double> original;
-    std::vector<std::uintmax_t> sizes; ///< of the tables in the state that was loaded
   };
 } // namespace squeal

@@ -40,7 +40,9 @@ namespace squeal
     {
       Position at{};
       std::complex<double> lambda;
-      double accuracy = 0; ///< last step of Newton's method, cells
+      /// The last step of Newton's method and what the eigenvalue's own error, by its backward
+      /// error and condition, moves the boundary by; cells.
+      double accuracy = 0;
       bool divergence = false;
       bool done       = false; ///< on a curve that was traced
     };
@@ -51,6 +53,7 @@ namespace squeal
     {
       double value = 0;
       Position gradient{};
+      double uncertainty = 0; ///< of the value
       std::complex<double> lambda;
       std::array<std::complex<double>, 2> slope{}; ///< dl by position
     };
@@ -95,7 +98,7 @@ namespace squeal
     static bool correct(const BoundaryFunction &function, Position &at, int held,
                         Evaluation &result, double &accuracy);
 
-    void save() const;
+    void save();
     bool resume();
 
     static constexpr double longest_step = 0.5, shortest_step = 0.01; ///< cells

@@ -2,6 +2,8 @@
 
 #include <squeal/parameters/parameters.h>
 
+#include <mpi.h>
+
 #include <iosfwd>
 #include <memory>
 #include <string>
@@ -19,7 +21,10 @@ namespace squeal
 
     /// Reads @p filename, then applies @p overrides of the form "Section/Key=value", then checks
     /// the rules across keys. Throws InputError.
-    void read(const std::string &filename, const std::vector<std::string> &overrides);
+    ///
+    /// Rank 0 reads, since a pipe can be read once only; 16 MiB at most. Collective.
+    void read(const std::string &filename, const std::vector<std::string> &overrides,
+              MPI_Comm comm = MPI_COMM_SELF);
 
     const Parameters::All &parameters() const
     {
@@ -36,6 +41,11 @@ namespace squeal
     /// Sets any key as vary() does.
     void choose(const std::string &path, const std::string &value);
 
+    /// The name of the file that was read.
+    const std::string &name() const
+    {
+      return name_;
+    }
     /// The text of the file, byte for byte.
     const std::string &original_text() const
     {
@@ -66,6 +76,6 @@ namespace squeal
     std::unique_ptr<Parameters::All> all;
     dealii::ParameterHandler prm;
     std::vector<Entry> entries;
-    std::string original;
+    std::string name_, original;
   };
 } // namespace squeal

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/parameters/parameter_file.h>
+#include <squeal/run/run_directory.h>
 
 #include <mpi.h>
 
@@ -10,5 +11,6 @@ namespace squeal
 {
   /// Runs what the parameter file asks for; log, tables and fields go to the directory. Throws
   /// InputError, SolverError, Interrupted. Collective.
-  void run(ParameterFile &file, const std::string &directory, MPI_Comm comm);
+  void run(ParameterFile &file, const std::string &directory, MPI_Comm comm,
+           const RunDirectory::Options &options);
 } // namespace squeal

@@ -1,0 +1,420 @@
+"""The run directory: one run at a time, no foreign file touched, no results of another run deleted unasked, and a resumed
+run that is the uninterrupted one or says why it begins anew. doc/reliability.md has what is promised."""
+
+import math
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import mesh_files  # noqa: E402
+import squeal_testing as st  # noqa: E402
+
+FRICTION = "Contact/Friction/Coefficient"
+BRAKE = {"Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1", "Discretization/Pad cells": "1, 2, 1",
+         "Eigenproblem/Maximum frequency": 3000, "Eigenproblem/Error bars": "false", "Output/Fields": "none"}
+SWEEP = {**BRAKE, "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1 : 0.5 : 9"}
+# Long enough to be killed on its way
+LONG = {**SWEEP, "Sweep/Values": "0.1 : 0.5 : 400"}
+MAP = {**BRAKE, "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1 : 1.5 : 9",
+       "Sweep/Second parameter": "Operation/Angular velocity", "Sweep/Second values": "5 : 20 : 3"}
+FALLING_MAP = {**MAP, "Contact/Friction/Law": "falling", "Eigenproblem/Maximum frequency": 6000,
+               "Sweep/Values": "0.1 : 0.6 : 9", "Sweep/Second values": "1 : 10 : 3"}
+ADAPTIVE = {**BRAKE, "Eigenproblem/Error bars": "true", "Refinement/Strategy": "adaptive", "Refinement/Cycles": 2,
+            "Refinement/Tolerance": 1e-4, "Sweep/Parameter": FRICTION, "Sweep/Values": "0.3, 0.4"}
+MESH = {**BRAKE, **mesh_files.SCENE, "Mesh/File": "brake.msh", "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1 : 0.5 : 400"}
+# Times and memory differ from run to run, and the log says that it was resumed.
+MAY_DIFFER = {"cycles.csv", "log.txt", "original.prm", "parameters.prm", "run.manifest", "run.lock"}
+STRACE = shutil.which("strace")
+
+
+class RunDirectory(st.TestCase):
+    def squeal(self, *arguments, **options):
+        return st.run(*arguments, directory=self.directory, **options)
+
+    def tables(self, results):
+        return {path.name: path.read_bytes() for path in sorted(results.iterdir()) if path.name not in MAY_DIFFER}
+
+    def other(self):
+        """What tells a run that it may replace the results of another one; nothing for programs before this test."""
+        return ["--overwrite"] if "--overwrite" in self.squeal("--help").stdout else []
+
+    def write_mesh(self, thickness=1.):
+        mesh = mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1))
+        mesh.move(lambda x, y, z: (x, y, thickness * z))
+        self.write("brake.msh", mesh_files.msh2(mesh))
+
+    def stopped(self, settings, n_lines=30):
+        """A sweep that was killed after some lines, with a state to resume from."""
+        results = self.kill(settings, lambda results: (results / "sweep.state").exists() and
+                            (results / "sweep.csv").read_text().count("\n") > n_lines)
+        self.assertTrue((results / "sweep.state").exists(), "the sweep ended too early for this test")
+        return results
+
+    def assertBeginsAnew(self, settings, reason, ranks=1):
+        """killed.prm started again gives the tables of a run of its own, and says why it does not go on."""
+        result = self.squeal("killed.prm", ranks=ranks)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertNotIn("Resumed after", result.stdout)
+        self.assertRegex(result.stdout, "not resumed.*begins? anew.*" + reason)
+        results, whole = self.directory / "output/killed", self.analyse(settings, ranks=ranks)
+        if ranks == 1:
+            self.assertEqual(self.tables(results), self.tables(whole))
+            return
+        # Sums over ranks have no order: the last digits of equal runs differ.
+        rows, expected = (st.read_table(place / "sweep.csv") for place in (results, whole))
+        self.assertEqual([(row["parameter"], row["branch"]) for row in rows],
+                         [(row["parameter"], row["branch"]) for row in expected])
+        for a, b in zip(rows, expected):
+            self.assertLess(abs(st.eigenvalue(a) - st.eigenvalue(b)), 1e-8 * abs(st.eigenvalue(b)))
+
+    # Point 1: the files that the parameters name.
+
+    def test_mesh_that_changed(self):
+        self.write_mesh()
+        self.stopped(MESH)
+        self.write_mesh(thickness=1.1)
+        self.assertBeginsAnew(MESH, "Mesh/File = brake.msh")
+
+    def test_matrix_that_changed(self):
+        for name in ["mass", "damping", "stiffness", "load"]:
+            shutil.copy(st.PROJECT / f"prm/theory/ziegler_{name}.mtx", self.directory)
+        pendulum = {"Scene": "matrices", "Matrices/Mass": "ziegler_mass.mtx", "Matrices/Velocity": "ziegler_damping.mtx",
+                    "Matrices/Stiffness": "ziegler_stiffness.mtx", "Matrices/Circulatory": "ziegler_load.mtx",
+                    "Eigenproblem/Maximum frequency": 1, "Sweep/Parameter": "Matrices/Circulatory factor",
+                    "Sweep/Values": "1 : 1.4 : 2000"}
+        self.stopped(pendulum)
+        stiffness = self.directory / "ziegler_stiffness.mtx"
+        stiffness.write_text((st.PROJECT / "prm/theory/ziegler_mass.mtx").read_text())
+        self.assertBeginsAnew(pendulum, "Matrices/Stiffness = ziegler_stiffness.mtx")
+
+    def test_other_number_of_ranks(self):
+        short = {**SWEEP, "Sweep/Values": "0.1 : 0.5 : 40"}
+        self.stopped(short, n_lines=1)
+        self.assertBeginsAnew(short, "ranks", ranks=2)
+
+    # Point 2: two runs at once.
+
+    def test_two_runs_at_once(self):
+        file = self.write("b.prm", LONG)
+        first = subprocess.Popen([str(st.SQUEAL), file.name], cwd=self.directory, env=st.ENVIRONMENT,
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        table = self.directory / "output/b/sweep.csv"
+        while not table.exists() and first.poll() is None:
+            time.sleep(0.005)
+        second = self.squeal(file.name)
+        self.assertIsNone(first.poll(), "the first run ended too early for this test")
+        self.assertEqual(second.returncode, 2, second.stdout)
+        self.assertIn(f"process {first.pid} on ", second.stderr)
+        _, err = first.communicate()
+        self.assertEqual(first.returncode, 0, err)
+        self.assertEqual(len({row["parameter"] for row in st.read_table(table)}), 400)
+        self.assertFalse((table.parent / "run.lock").exists())
+
+    def test_lock_of_a_killed_run(self):
+        """What kill -9 leaves does not keep others out."""
+        results = self.stopped(LONG)
+        self.assertTrue((results / "run.lock").exists())
+        self.resume()
+        self.assertFalse((results / "run.lock").exists())
+
+    # Point 3: a resumed map.
+
+    @unittest.skipUnless(STRACE, "needs strace")
+    def test_resumed_map(self):
+        """After each of its states a map goes on with the digits of the uninterrupted one. Resumed runs had other
+        starts of the static state, and other sums of the terms that vary: 1e-6."""
+        for settings in [MAP, FALLING_MAP]:
+            whole = self.tables(self.analyse(settings))
+            n_resumed = 0
+            for number in range(1, 40):
+                shutil.rmtree(self.directory / "output/killed", ignore_errors=True)
+                self.write("killed.prm", settings)
+                if not self.traced("rename", number, "killed.prm"):
+                    break
+                result = self.squeal("killed.prm")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                n_resumed += "Resumed after" in result.stdout
+                self.assertEqual(self.tables(self.directory / "output/killed"), whole, number)
+            self.assertGreater(n_resumed, 1)
+
+    def test_accuracy_of_a_border(self):
+        """A point of the border is where Re l = 0 for a run of its own, up to the accuracy that is told.
+
+        The run of its own finds the growth rate to 1e-9 |l| at most, and the slope is that of a difference quotient."""
+        directory = self.analyse(FALLING_MAP)
+        border = st.read_table(directory / "border.csv")
+        self.assertGreater(len(border), 3)
+        cell = [0.5 / 8, 9 / 2]
+        single = {key: value for key, value in FALLING_MAP.items() if not key.startswith("Sweep/")}
+
+        def growth(first, second, frequency):
+            modes = self.eigenvalues({**single, FRICTION: repr(first), "Operation/Angular velocity": repr(second),
+                                      "Eigenproblem/Solver": "dense", "Eigenproblem/Tolerance": 1e-12})
+            return min(modes, key=lambda l: abs(l.imag - 2 * math.pi * frequency)).real
+
+        for row in border:
+            mu, speed, frequency = row["first_value"], row["second_value"], row["frequency_hz"]
+            h = 1e-3
+            slope = math.hypot(*((growth(mu + h * cell[0] * i, speed + h * cell[1] * j, frequency) -
+                                  growth(mu - h * cell[0] * i, speed - h * cell[1] * j, frequency)) / (2 * h)
+                                 for i, j in [(1, 0), (0, 1)]))
+            rounding = 1e-12 * 2 * math.pi * frequency
+            distance = abs(growth(mu, speed, frequency)) / slope
+            self.assertLessEqual(distance, row["accuracy_cells"] + rounding / slope)
+
+    # Point 4: the order of writing. A kill at each system call that changes a name.
+
+    @unittest.skipUnless(STRACE, "needs strace")
+    def test_killed_at_the_start(self):
+        """Another brake is started in the directory of an interrupted sweep, and killed while it takes the directory.
+        Started again it must not go on with the first brake's values."""
+        other = {**LONG, "Pads/Thickness": 0.02}
+        whole = self.tables(self.analyse(other))
+        for call in ["unlink", "rename"]:
+            for number in range(1, 6):
+                with self.subTest(call=call, number=number):
+                    self.stopped(LONG)
+                    self.write("killed.prm", other)
+                    self.traced(call, number, "killed.prm", *self.other())
+                    result = self.squeal("killed.prm", *self.other())
+                    self.assertEqual(result.returncode, 0, result.stderr)
+                    self.assertEqual(self.tables(self.directory / "output/killed"), whole)
+
+    def traced(self, call, number, *arguments):
+        """Runs the program and kills it at the number-th such system call; whether it got so far."""
+        process = subprocess.run([STRACE, "-f", "-qq", "-o", "/dev/null", "-e", f"trace={call}", "-e",
+                                  f"inject={call}:signal=SIGKILL:when={number}", str(st.SQUEAL), *arguments],
+                                 cwd=self.directory, env=st.ENVIRONMENT, stdin=subprocess.DEVNULL,
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        return process.returncode in (-signal.SIGKILL, 128 + signal.SIGKILL)
+
+    @unittest.skipUnless(STRACE, "needs strace")
+    def test_killed_at_system_calls(self):
+        """Sweep, map, refinement: at every third rename, unlink and change of length."""
+        for settings in [SWEEP, MAP, ADAPTIVE]:
+            whole = self.tables(self.analyse(settings))
+            for call in ["rename", "unlink", "ftruncate", "fsync"]:
+                n_kills = 0
+                for number in range(1, 200, 17 if call == "fsync" else 5):
+                    shutil.rmtree(self.directory / "output/killed", ignore_errors=True)
+                    self.write("killed.prm", settings)
+                    if not self.traced(call, number, "killed.prm"):
+                        break
+                    n_kills += 1
+                    result = self.squeal("killed.prm")
+                    self.assertEqual(result.returncode, 0, f"{call} {number}: {result.stderr}")
+                    self.assertEqual(self.tables(self.directory / "output/killed"), whole, f"{call} {number}")
+                self.assertGreater(n_kills, 0, call)
+
+    # Point 5: input among the results.
+
+    def test_input_among_the_results(self):
+        """The modes of a coarse brake as the reference of a finer one, in the same directory."""
+        file = self.write("b.prm", BRAKE)
+        self.assertEqual(self.squeal(file.name).returncode, 0)
+        reference = self.directory / "output/b/modes.csv"
+        before = reference.read_text()
+        result = self.squeal(file.name, "--set", f"Refinement/Reference={reference}", *self.other())
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn("Refinement/Reference = ", result.stderr)
+        self.assertIn("Copy it", result.stderr)
+        self.assertEqual(reference.read_text(), before)
+        copy = self.directory / "coarse.csv"
+        copy.write_text(before)
+        result = self.squeal(file.name, "--set", f"Refinement/Reference={copy}", *self.other())
+        self.assertEqual(result.returncode, 0, result.stderr)
+
+    # Point 6: foreign files, and the results of another run.
+
+    def test_foreign_files_stay(self):
+        own = ["thesis.pvd", "shaft.vtu", "video.part", "solver.state", "original.txt", "report.html", "notes.csv"]
+        for name in own:
+            self.write(name, "mine")
+        self.write("b.prm", {**BRAKE, "Output/Directory": "."})
+        for _ in range(2):
+            result = self.squeal("b.prm")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            for name in own:
+                self.assertTrue((self.directory / name).exists(), name)
+                self.assertEqual((self.directory / name).read_text(), "mine")
+
+    def test_foreign_file_of_the_same_name(self):
+        for name in ["mesh.csv", "log.txt", "modes.csv", "original.prm", "modes.csv.part", "mode-0-001.vtu"]:
+            with self.subTest(name=name):
+                results = self.directory / name.replace(".", "-")
+                results.mkdir()
+                (results / name).write_text("mine")
+                self.write("b.prm", {**BRAKE, "Output/Directory": results})
+                for option in [[], self.other()]:
+                    result = self.squeal("b.prm", *option)
+                    self.assertEqual(result.returncode, 2, result.stdout)
+                    self.assertIn(name, result.stderr)
+                    self.assertEqual([path.name for path in results.iterdir()], [name])
+                    self.assertEqual((results / name).read_text(), "mine")
+
+    def test_results_of_another_run(self):
+        file = self.write("b.prm", BRAKE)
+        results = self.directory / "output/b"
+        self.assertEqual(self.squeal(file.name).returncode, 0)
+        before = self.tables(results)
+        # The same again is no other run.
+        self.assertEqual(self.squeal(file.name).returncode, 0)
+        self.assertEqual(self.tables(results), before)
+        other = self.write("other.prm", {**BRAKE, FRICTION: 0.3, "Output/Directory": "output/b"})
+        result = self.squeal(other.name)
+        self.assertEqual(result.returncode, 2, result.stdout)
+        for part in ["Output/Directory = output/b", f"{FRICTION} = 0.6 there, 0.3 now", "--overwrite"]:
+            self.assertIn(part, result.stderr)
+        self.assertEqual(self.tables(results), before)
+        result = self.squeal(other.name, "--overwrite")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn(f"Replaced: the results of another run ({FRICTION} = 0.6 there, 0.3 now", result.stdout)
+        self.assertNotEqual(self.tables(results)["modes.csv"], before["modes.csv"])
+
+    def test_same_file_with_other_parameters(self):
+        """Who changes a parameter file and runs it again gets the new results, and is told."""
+        file = self.write("b.prm", BRAKE)
+        self.assertEqual(self.squeal(file.name).returncode, 0)
+        result = self.squeal(file.name, "--set", f"{FRICTION}=0.3")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        said = f"Replaced: the results of another run ({FRICTION} = 0.6 there, 0.3 now)"
+        self.assertIn(said, result.stdout)
+        self.assertIn(said, (self.directory / "output/b/log.txt").read_text())
+
+    def test_interrupted_run_of_other_parameters(self):
+        results = self.stopped(LONG)
+        before = self.tables(results)
+        self.write("killed.prm", {**LONG, "Pads/Thickness": 0.02})
+        result = self.squeal("killed.prm")
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertEqual(self.tables(results), before)
+        self.write("killed.prm", LONG)
+        self.resume()
+
+    def test_older_version(self):
+        """Results without a manifest: the same parameters replace them, others are refused."""
+        file = self.write("b.prm", BRAKE)
+        results = self.directory / "output/b"
+        self.assertEqual(self.squeal(file.name).returncode, 0)
+        expected = self.tables(results)
+        for options, status in [([], 0), (["--set", f"{FRICTION}=0.3"], 2), (["--set", f"{FRICTION}=0.3", "--overwrite"], 0)]:
+            (results / "run.manifest").unlink()
+            (results / "mine.vtu").write_text("mine")
+            result = self.squeal(file.name, *options)
+            self.assertEqual(result.returncode, status, result.stderr)
+            self.assertEqual((results / "mine.vtu").read_text(), "mine")
+            (results / "mine.vtu").unlink()
+            if status == 2:
+                self.assertEqual(self.tables(results), expected)
+                self.assertEqual(self.squeal(file.name).returncode, 0)
+
+    # Point 7: states and tables that somebody changed.
+
+    def test_damaged_state(self):
+        whole = self.tables(self.analyse(LONG))
+        damages = {"half": lambda data: data[:len(data) // 2], "empty": lambda data: b"",
+                   "a bit": lambda data: data[:40] + bytes([data[40] ^ 1]) + data[41:],
+                   "a size": lambda data: data[:15] + b"\xff" * 8 + data[23:], "noise": lambda data: os.urandom(len(data)),
+                   "longer": lambda data: data + b"12345678"}
+        for name, damage in damages.items():
+            with self.subTest(damage=name):
+                results = self.stopped(LONG)
+                state = results / "sweep.state"
+                state.write_bytes(damage(state.read_bytes()))
+                result = self.squeal("killed.prm")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertIn("begins anew: sweep.state", result.stdout)
+                self.assertEqual(self.tables(results), whole)
+
+    def test_changed_table(self):
+        """Shortened, or saved by a spreadsheet: neither bytes of zero nor half lines."""
+        whole = self.tables(self.analyse(LONG))
+        changes = {"shorter": lambda text: text[:60], "saved": lambda text: text.replace(",", ";"),
+                   "carriage returns": lambda text: text.replace("\n", "\r\n")}
+        for name, change in changes.items():
+            with self.subTest(change=name):
+                results = self.stopped(LONG)
+                table = results / "sweep.csv"
+                table.write_bytes(change(table.read_bytes().decode()).encode())
+                result = self.squeal("killed.prm")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertIn("somebody changed it", result.stdout)
+                self.assertEqual(self.tables(results), whole)
+
+    @unittest.skipUnless(STRACE, "needs strace")
+    def test_synced_before_renamed(self):
+        """Tables and the state are on the disk before the state has its name."""
+        self.write("b.prm", SWEEP)
+        trace = self.directory / "trace"
+        subprocess.run([STRACE, "-f", "-qq", "-y", "-o", trace, "-e", "trace=fsync,rename", str(st.SQUEAL), "b.prm"],
+                       cwd=self.directory, env=st.ENVIRONMENT, stdout=subprocess.DEVNULL, check=True)
+        calls = trace.read_text().splitlines()
+        renames = [i for i, line in enumerate(calls) if "rename(" in line and "sweep.state.part" in line]
+        self.assertTrue(renames)
+        for i in renames:
+            before = "\n".join(calls[max(0, i - 4):i])
+            self.assertRegex(before, r"fsync\(\d+<[^>]*sweep\.csv>")
+            self.assertRegex(before, r"fsync\(\d+<[^>]*sweep\.state\.part>")
+
+    # Point 8.
+
+    def test_values_that_cannot_be_reproduced(self):
+        file = self.write("b.prm", BRAKE)
+        for value in ["Output/Directory=a#b", "Pads/Pressure profile=1 # 2", "Pads/Pressure profile=1\nset Stage = elastic"]:
+            result = self.squeal(file.name, "--set", value)
+            self.assertEqual(result.returncode, 2, result.stdout)
+            self.assertIn("comment", result.stderr)
+
+    def test_expressions_repeat(self):
+        file = self.write("b.prm", BRAKE)
+        for key in ["Pads/Pressure profile", "Contact/Initial gap"]:
+            result = self.squeal(file.name, "--set", f"{key}=1 + 0.1*rand()")
+            self.assertEqual(result.returncode, 2, result.stdout)
+            self.assertIn("does not repeat", result.stderr)
+
+    def test_nul_in_a_matrix(self):
+        for name in ["mass", "stiffness"]:
+            shutil.copy(st.PROJECT / f"prm/theory/ziegler_{name}.mtx", self.directory)
+        stiffness = self.directory / "ziegler_stiffness.mtx"
+        lines = stiffness.read_bytes().splitlines()
+        lines[-1] += b"\0" + b"00"
+        stiffness.write_bytes(b"\n".join(lines) + b"\n")
+        self.write("m.prm", {"Scene": "matrices", "Matrices/Mass": "ziegler_mass.mtx",
+                             "Matrices/Stiffness": "ziegler_stiffness.mtx", "Eigenproblem/Maximum frequency": 1})
+        result = self.squeal("m.prm")
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn("NUL", result.stderr)
+
+    def test_full_disk_leaves_whole_lines(self):
+        """A limit on the length of files stands for the full disk: what does not fit is not half there."""
+        file = self.write("b.prm", SWEEP)
+        import resource
+
+        def limit(n_bytes):
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, n_bytes))
+
+        self.squeal(file.name)
+        size = (self.directory / "output/b/sweep.csv").stat().st_size
+        statuses = []
+        for n_bytes in [size - 1000, size - 333, size - 77, size - 7]:
+            shutil.rmtree(self.directory / "output")
+            process = subprocess.run([str(st.SQUEAL), file.name], cwd=self.directory, env=st.ENVIRONMENT,
+                                     capture_output=True, text=True, preexec_fn=lambda n=n_bytes: limit(n))
+            statuses.append(process.returncode)
+            text = (self.directory / "output/b/sweep.csv").read_text()
+            self.assertTrue(text.endswith("\n"), n_bytes)
+            columns = text.splitlines()[0].count(",")
+            self.assertEqual({line.count(",") for line in text.splitlines()}, {columns})
+        self.assertIn(1, statuses)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
