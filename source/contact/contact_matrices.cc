@@ -122,9 +122,11 @@ namespace squeal
     auto [largest, slopes] = friction_slopes(contact, pressure);
     if (largest == 0)
       return {0., std::make_shared<const Matrix>(tangential_matrix(contact, slopes))};
-    const ContactModel<dim> &model      = contact.contact_model();
+    const ContactModel<dim> &model = contact.contact_model();
+    // The matrix holds the direction of sliding.
+    const double direction              = model.angular_velocity < 0 ? -1 : 1;
     const std::vector<double> constants = {double(model.mortar), contact.pressure_scale(),
-                                           model.penalty_stiffness};
+                                           model.penalty_stiffness, direction};
     typename Contact<dim>::Cache &cache = contact.cache();
     if (!contact.is_cached(cache.friction, constants, slopes))
       cache.friction = {contact.active_set(), constants, slopes,

@@ -80,6 +80,19 @@ namespace squeal
     return certain;
   }
 
+  bool Sweep::is_allowed(const double value)
+  {
+    try
+    {
+      study.parameters_at({value});
+      return true;
+    }
+    catch (const InputError &)
+    {
+      return false;
+    }
+  }
+
   BranchPoint Sweep::advance(const BranchPoint &from, const double value,
                              const unsigned int n_halvings)
   {
@@ -87,7 +100,7 @@ namespace squeal
       return advance_on_new_mesh(from, value);
     BranchPoint to;
     const bool certain = solve(value, &from, to, n_halvings == 0 && is_state_old());
-    if (!certain && n_halvings < max_halvings)
+    if (!certain && n_halvings < max_halvings && is_allowed((from.value + value) / 2))
     {
       const BranchPoint middle = advance(from, (from.value + value) / 2, n_halvings + 1);
       return advance(middle, value, n_halvings + 1);

@@ -319,7 +319,13 @@ namespace squeal
         contact.constants_of_normal() != base->contact.constants_of_normal() ||
         !KnownTerms(of_bodies).are(terms_of_order(body_terms, 0)))
       return false;
-    if (!with_friction || base->slopes.empty())
+    if (!with_friction)
+      return true;
+    // Friction turns round with the sliding.
+    if ((contact.contact_model().angular_velocity < 0) !=
+        (base->contact.contact_model().angular_velocity < 0))
+      return false;
+    if (base->slopes.empty())
       return true;
     const auto [coefficient, slopes] = friction_slopes(contact, contact.uniform_pressure(0));
     int same                         = coefficient == 0 || slopes == base->slopes;

@@ -79,6 +79,20 @@ class Sweeps(st.TestCase):
                 own = [st.eigenvalue(r) for r in st.read_table(directory / "sweep.csv") if r["parameter"] == last]
                 self.assertSameModes(own, self.eigenvalues({**settings, name: last}), 1e-8)
 
+    def test_speed_through_zero(self):
+        """The friction turns round with the rotor: each value has the modes of a run of its own."""
+        for pressure in ["uniform", "computed"]:
+            settings = {**st.SMALL_BRAKE, **st.MORTAR, "Discretization/Rotor cells": "2, 8, 1",
+                        "Discretization/Pad cells": "1, 2, 1", "Discretization/Clamp layers": 0,
+                        "Contact/Steady pressure": pressure, "Eigenproblem/Maximum frequency": 3000,
+                        "Eigenproblem/Error bars": "false", "Eigenproblem/Tolerance": 1e-10}
+            name, values = "Operation/Angular velocity", [-20, -5, 5, 20]
+            directory = self.analyse({**settings, "Sweep/Parameter": name, "Sweep/Values": str(values)[1:-1]})
+            rows = st.read_table(directory / "sweep.csv")
+            for value in values:
+                own = [st.eigenvalue(row) for row in rows if row["parameter"] == value]
+                self.assertSameModes(own, self.eigenvalues({**settings, name: value}), 1e-8)
+
     def test_long(self):
         """Pads that lift off on the way: bases are restarted, and what follows is as good as a run of its own.
 

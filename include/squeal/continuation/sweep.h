@@ -48,6 +48,9 @@ namespace squeal
     /// solved in full, from which alone a sweep can be resumed.
     bool is_state_old() const;
     void make_mesh(double value);
+    /// Whether the rules of the parameters allow a value between two of the sweep: the angular
+    /// velocity 0 may be none.
+    bool is_allowed(double value);
     /// From a point to a value: branches continued, critical values in between located.
     BranchPoint advance(const BranchPoint &from, double value, unsigned int n_halvings);
     BranchPoint advance_on_new_mesh(const BranchPoint &from, double value);
