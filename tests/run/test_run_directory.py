@@ -392,6 +392,39 @@ class RunDirectory(st.TestCase):
         self.assertEqual(result.returncode, 2, result.stdout)
         self.assertIn("NUL", result.stderr)
 
+    # Points 9 and 11: sizes in files, and what waits for ever.
+
+    def assertRefusedSoon(self, *arguments, part):
+        result = self.squeal("b.prm", *arguments, timeout=60)
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        self.assertIn(part, result.stderr)
+
+    def test_sizes_of_references(self):
+        self.write("b.prm", BRAKE)
+        for lines, part in [(["1e155,0"], "no eigenvalue of a brake"), (["100,-1e200"], "no eigenvalue of a brake"),
+                            (["100,0"] * 2001, "more than 2000 modes")]:
+            self.write("reference.csv", "\n".join(["frequency_hz,growth_rate_1_per_s", *lines, ""]))
+            self.assertRefusedSoon("--set", "Refinement/Reference=reference.csv", part=part)
+
+    def test_header_that_promises_too_much(self):
+        self.write("mass.mtx", "%%MatrixMarket matrix coordinate real general\n100000000 100000000 1\n1 1 1\n")
+        self.write("short.mtx", "%%MatrixMarket matrix coordinate real general\n4 4 90000000\n1 1 1\n")
+        for name, part in [("mass", "only 1 entries"), ("short", "too short for 90000000 entries")]:
+            self.write("b.prm", {"Scene": "matrices", "Matrices/Mass": f"{name}.mtx", "Matrices/Stiffness": "mass.mtx"})
+            self.assertRefusedSoon(part=part)
+
+    def test_pipes(self):
+        self.write("b.prm", BRAKE)
+        (self.directory / "output/b").mkdir(parents=True)
+        os.mkfifo(self.directory / "output/b/parameters.prm")
+        self.assertRefusedSoon(part="parameters.prm")
+        os.mkfifo(self.directory / "pipe.csv")
+        self.assertRefusedSoon("--set", "Refinement/Reference=pipe.csv", part="not a regular file")
+        process = subprocess.run(["mpirun", "-np", "2", str(st.SQUEAL), "/dev/stdin", "--set", "Output/Directory=piped"],
+                                 input=st.parameter_file(BRAKE), cwd=self.directory, env=st.ENVIRONMENT, text=True,
+                                 capture_output=True, timeout=120)
+        self.assertEqual(process.returncode, 0, process.stderr)
+
     def test_full_disk_leaves_whole_lines(self):
         """A limit on the length of files stands for the full disk: what does not fit is not half there."""
         file = self.write("b.prm", SWEEP)
