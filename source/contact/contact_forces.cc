@@ -183,19 +183,29 @@ namespace squeal
           const std::vector<double> in_contact = k.at_points(k.psi, flags);
           const std::vector<double> jump =
               state ? k.at_points(k.n(), k.local_values(global)) : std::vector<double>(k.n_points);
+          const auto extend = [&r](const double p)
+          {
+            r.max_pressure = std::max(r.max_pressure, p);
+            r.min_pressure = std::min(r.min_pressure, p);
+          };
+          // Where quadrature points lie depends on how the faces are numbered; nodes do not.
+          const bool at_nodes = model.mortar && state;
+          if (at_nodes)
+            for (const double multiplier : k.local_multipliers(global))
+              extend(contact.pressure_per_unknown(i, k.first_point) * multiplier);
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
             const unsigned int point = k.first_point + q;
             const double p           = pressure[i][point];
-            const double friction    = k.weights[q] * model.friction.traction(k.speeds[q], p).value;
+            if (!at_nodes)
+              extend(p);
+            const double friction = k.weights[q] * model.friction.traction(k.speeds[q], p).value;
             r.area +=
                 k.weights[q] *
                 (model.mortar ? in_contact[q] : double(contact.active_set().by_point[i][point]));
             r.normal_force += k.weights[q] * p;
             r.friction_force += friction;
             r.friction_torque += friction * k.radii[q];
-            r.max_pressure = std::max(r.max_pressure, p);
-            r.min_pressure = std::min(r.min_pressure, p);
             r.max_penetration =
                 std::max(r.max_penetration, jump[q] - contact.initial_gap(k.positions[q]));
           }
@@ -249,9 +259,7 @@ namespace squeal
             const unsigned int point = k.first_point + q;
             const double p_0         = pressure[i][point];
             dp[q] *= contact.pressure_per_unknown(i, point);
-            // The pressures at which friction() and friction_damping() linearise.
-            const auto law     = model.friction.traction(k.speeds[q], p_0),
-                       tau     = model.friction.traction(k.speeds[q], std::max(0., p_0));
+            const auto law     = model.friction.traction(k.speeds[q], p_0);
             const auto of_slip = [&](const double slope, const Complex jump, const Complex d_phi)
             {
               return -M_PI * slope *
@@ -261,9 +269,9 @@ namespace squeal
             work.friction[i].push_back(-M_PI * law.d_pressure *
                                        std::imag(std::conj(along_e[q]) * dp[q]));
             work.damping[i].push_back(
-                with_damping && dim == 3 ? of_slip(tau.over_speed, along_b[q], phi_b[q]) : 0.);
+                with_damping && dim == 3 ? of_slip(law.over_speed, along_b[q], phi_b[q]) : 0.);
             work.falling[i].push_back(with_damping && !model.friction.is_flat()
-                                          ? of_slip(tau.d_speed, along_e[q], phi_e[q])
+                                          ? of_slip(law.d_speed, along_e[q], phi_e[q])
                                           : 0.);
           }
         });

@@ -149,10 +149,10 @@ namespace squeal
           std::vector<double> turning(k.n_points), slope(k.n_points);
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
-            // Between its nodes the pressure of a partly released face may dip below zero; friction
-            // may not.
-            const double p = std::max(0., pressure[i][k.first_point + q]);
-            const auto tau = model.friction.traction(k.speeds[q], p);
+            // Between its nodes the pressure of a partly released face may dip below zero. It is
+            // taken as it is, as in N and T: cut off at zero it would have a kink inside of the
+            // face, which no quadrature sees, and more than the pad's normal force.
+            const auto tau = model.friction.traction(k.speeds[q], pressure[i][k.first_point + q]);
             turning[q]     = k.weights[q] * tau.over_speed;
             slope[q]       = k.weights[q] * tau.d_speed;
           }
@@ -199,7 +199,7 @@ namespace squeal
           std::vector<double> p(k.n_points), tau(k.n_points), turn(k.n_points), slope(k.n_points);
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
-            const double p_0 = std::max(0., pressure[i][k.first_point + q]), w = k.weights[q];
+            const double p_0 = pressure[i][k.first_point + q], w = k.weights[q];
             p[q] = -w * p_0;
             if (with_friction)
             {

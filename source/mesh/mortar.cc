@@ -241,11 +241,13 @@ namespace squeal
     /// triangle of a fan about the mean corner (collapsed product rule). Signed weights, positive
     /// for the orientation of the polygon. Where the edges are oblique, a product of two shape
     /// functions of degree @p p has the degree 4 p along them, and the surface element adds one.
+    /// One point more leaves of what is no polynomial, where faces are no parallelograms, so little
+    /// that eigenvalues do not depend on how the corners of cells are numbered.
     void quadrature_on_polygon(const Polygon &polygon, const unsigned int p,
                                std::vector<std::pair<Point<2>, double>> &points)
     {
       const bool is_quadrilateral = is_convex_quadrilateral(polygon);
-      const QGauss<1> rule(is_quadrilateral && is_aligned(polygon) ? p + 2 : 2 * p + 1);
+      const QGauss<1> rule(is_quadrilateral && is_aligned(polygon) ? p + 2 : 2 * p + 2);
       const auto add_quadrilateral = [&](const std::array<Point<2>, 4> &c)
       {
         for (unsigned int j = 0; j < rule.size(); ++j)

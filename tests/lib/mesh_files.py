@@ -3,6 +3,7 @@
 The mesh has no binary or generated file in git; the tests write what they need.
 """
 
+import itertools
 import math
 
 # Faces of a hexahedron with four nodes around the bottom, four around the top; Abaqus' S1 to S6.
@@ -41,8 +42,51 @@ class Mesh:
                         if on_side:
                             self.surfaces.setdefault(f"{name}.{side}", []).append([cell[v] for v in FACES[face]])
 
+    def drop(self, cells):
+        """Removes cells. Their named faces go too; the faces that they leave behind have no name."""
+        cells = set(cells)
+        gone = {tuple(sorted(self.cells[c][v] for v in face)) for c in cells for face in FACES}
+        kept = [c for c in range(len(self.cells)) if c not in cells]
+        number = {c: i for i, c in enumerate(kept)}
+        self.cells = [self.cells[c] for c in kept]
+        self.volumes = {name: [number[c] for c in group if c in number] for name, group in self.volumes.items()}
+        self.surfaces = {name: [face for face in faces if tuple(sorted(face)) not in gone]
+                         for name, faces in self.surfaces.items()}
+        self.weld()
+
+    def weld(self):
+        """Makes one node of those at the same place that belong to blocks of one name's first word; unused ones go."""
+        owner = {}
+        for name, group in self.volumes.items():
+            for c in group:
+                for v in self.cells[c]:
+                    owner[v] = name.split(".")[0]
+        places, new = {}, {}
+        nodes = []
+        for v in sorted(owner):
+            key = (owner[v], *(round(x, 9) for x in self.nodes[v]))
+            if key not in places:
+                places[key] = len(nodes)
+                nodes.append(self.nodes[v])
+            new[v] = places[key]
+        self.nodes = nodes
+        self.cells = [[new[v] for v in cell] for cell in self.cells]
+        self.surfaces = {name: [[new[v] for v in face] for face in faces] for name, faces in self.surfaces.items()}
+
     def move(self, function):
         self.nodes = [function(*x) for x in self.nodes]
+
+
+def rotations_of_corners():
+    """The 24 ways to number the corners of a hexahedron that do not turn it inside out."""
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    result = []
+    for axes in itertools.permutations(range(3)):
+        exchanges = sum(axes[j] > axes[i] for i in range(3) for j in range(i))
+        for flips in itertools.product((0, 1), repeat=3):
+            if (exchanges + sum(flips)) % 2 == 0:
+                result.append([corners.index(tuple(c[axes[d]] ^ flips[d] for d in range(3))) for c in corners])
+    return result
 
 
 def equal(a, b, n):
@@ -79,6 +123,72 @@ SCENE = {
     "Mesh/Clamped": "rotor.inner",
     "Mesh/Guided": "upper.high, lower.low",
     "Mesh/Pressure on": "upper.high, lower.low",
+}
+
+
+def layered_brake(layers, rotor_cells=(3, 30, 1), pad_cells=(2, 4), chamfer=0, slot=False, hat=False):
+    """The default brake's disc between two pads of layers, (name, thickness in mm, cells), from the contact face outwards:
+    volumes <pad>.<name>. With a chamfer the lining's ends begin that many mm further inside on the contact face; with
+    a slot the middle of the lining is missing; with a hat the disc is held by a ring that rises at its inner edge."""
+    mesh = Mesh()
+    low, high = -0.006, 0.006
+    if hat:
+        rotor_cells = (rotor_cells[0] + 1, *rotor_cells[1:])
+        radii = [0.05, 0.058, *equal(0.058, 0.15, rotor_cells[0] - 1)[1:]]
+    else:
+        radii = equal(0.05, 0.15, rotor_cells[0])
+    angles = equal(0, 2 * math.pi, rotor_cells[1])
+    mesh.sector("rotor", radii, angles, equal(low, high, rotor_cells[2]), ring=True)
+    if hat:
+        mesh.sector("rotor.hat", radii[:2], angles, equal(high, 0.036, 2), ring=True)
+    half = math.radians(25)
+    names, depths = [], [0.0]
+    for name, t, n in layers:
+        names += [name] * n
+        depths += [depths[-1] + t * 1e-3 * (i + 1) / n for i in range(n)]
+    # A slot is the middle one of an odd number of cells, 4 degrees wide.
+    around = equal(-half, half, pad_cells[1])
+    if slot:
+        wide = math.radians(2)
+        around = equal(-half, -wide, pad_cells[1] // 2) + equal(wide, half, pad_cells[1] // 2)
+    for pad in ("upper", "lower"):
+        heights = [high + d for d in depths] if pad == "upper" else [low - d for d in reversed(depths)]
+        of_layer = names if pad == "upper" else names[::-1]
+        mesh.sector(pad, equal(0.09, 0.14, pad_cells[0]), around, heights,
+                    volume_of=lambda k, pad=pad, of_layer=of_layer: f"{pad}.{of_layer[k]}")
+    if slot:
+        angle = lambda c: math.atan2(sum(mesh.nodes[v][1] for v in mesh.cells[c]),
+                                     sum(mesh.nodes[v][0] for v in mesh.cells[c]))
+        mesh.drop([c for pad in ("upper", "lower") for c in mesh.volumes[f"{pad}.lining"] if abs(angle(c)) < wide])
+    else:
+        mesh.weld()
+    if chamfer:
+        lining = layers[0][1] * 1e-3
+
+        def move(x, y, z):
+            depth = abs(z) - high
+            if depth < -1e-9 or depth > lining or math.hypot(x, y) < 0.0899:
+                return x, y, z
+            phi, r = math.atan2(y, x), math.hypot(x, y)
+            if abs(phi) > half + 1e-6:
+                return x, y, z
+            phi *= 1 - (1 - depth / lining) * chamfer * 1e-3 / (half * 0.115)
+            return r * math.cos(phi), r * math.sin(phi), z
+
+        rotor = {v for name in ("rotor", "rotor.hat") for c in mesh.volumes.get(name, []) for v in mesh.cells[c]}
+        mesh.nodes = [x if v in rotor else move(*x) for v, x in enumerate(mesh.nodes)]
+    if hat:
+        mesh.surfaces["rotor.inner"] = mesh.surfaces.pop("rotor.hat.high")
+        mesh.volumes["rotor"] += mesh.volumes.pop("rotor.hat")
+        inside = {tuple(sorted(face)) for face in mesh.surfaces["rotor.hat.low"]}
+        mesh.surfaces["rotor.high"] = [f for f in mesh.surfaces["rotor.high"] if tuple(sorted(f)) not in inside]
+        mesh.surfaces = {name: faces for name, faces in mesh.surfaces.items() if "hat" not in name}
+    return mesh
+
+
+LAYERED_SCENE = {
+    **SCENE,
+    "Mesh/Pads": "upper.lining, lower.lining",
 }
 
 

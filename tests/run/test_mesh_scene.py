@@ -6,6 +6,7 @@ and aligned cells are what only Scene = brake makes, so they are off.
 
 import math
 import pathlib
+import random
 import shutil
 import subprocess
 import sys
@@ -173,6 +174,58 @@ class SameAsBrake(st.TestCase):
         self.assertGreater(len(both), 3)
         for branch in both:
             self.assertLessEqual(abs(large[branch] * 1.25 - one[branch]), 1e-6 * one[branch])
+
+
+class Invariance(st.TestCase):
+    """The same brake however its cells are numbered and wherever its pads stand."""
+
+    SETTINGS = {**mesh_files.LAYERED_SCENE, "Discretization/Degree": 2, "Output/Fields": "none", "Pads/Pressure": 1e5,
+                "Operation/Angular velocity": 10, "Contact/Friction/Coefficient": 0.5,
+                "Eigenproblem/Maximum frequency": 2500, "Eigenproblem/Error bars": "false",
+                "Mesh/Part 1/Volumes": "upper.plate, lower.plate", "Mesh/Part 1/Body": "pads"}
+
+    @staticmethod
+    def brake():
+        """Pads with chamfers, whose contact faces are no parallelograms, on faces of the disc that do not match."""
+        mesh = mesh_files.layered_brake([("lining", 8, 1), ("plate", 5, 1)], (3, 18, 1), (2, 4), chamfer=6)
+        shift = lambda x, y, z: ((x, y, z) if abs(z) < 0.0061 and not 0.1 < math.hypot(x, y) < 0.13 else
+                                 (x + 2e-3 * math.sin(300 * x + 200 * y), y + 2e-3 * math.cos(250 * y - 150 * x), z))
+        lining = {v for pad in ("upper", "lower") for part in ("lining", "plate")
+                  for c in mesh.volumes[f"{pad}.{part}"] for v in mesh.cells[c]}
+        mesh.nodes = [shift(*x) if v in lining else x for v, x in enumerate(mesh.nodes)]
+        return mesh
+
+    def analyse_mesh(self, mesh):
+        self.write("brake.msh", mesh_files.msh2(mesh))
+        results = self.analyse({**self.SETTINGS, "Mesh/File": "brake.msh"})
+        overlap = min(row["overlap_m2"] for row in st.read_table(results / "mesh.csv") if row["kind"] == "pair")
+        return (map_eigenvalues(st.read_table(results / "modes.csv")), st.read_table(results / "static.csv"), overlap)
+
+    def test_numbering_and_angle(self):
+        expected, static, overlap = self.analyse_mesh(self.brake())
+        self.assertGreater(len(expected), 5)
+        # Part of the pads lifts off: the edge of the contact zone is in it.
+        self.assertTrue(all(row["contact_area_m2"] < 0.99 * overlap for row in static))
+        numbers = random.Random(1)
+        rotations = mesh_files.rotations_of_corners()
+
+        corners, cells, turned = self.brake(), self.brake(), self.brake()
+        corners.cells = [[cell[v] for v in numbers.choice(rotations)] for cell in corners.cells]
+        order = list(range(len(cells.cells)))
+        numbers.shuffle(order)
+        place = {c: i for i, c in enumerate(order)}
+        cells.cells = [cells.cells[c] for c in order]
+        cells.volumes = {name: sorted(place[c] for c in group) for name, group in cells.volumes.items()}
+        angle = 1.234
+        turned.move(lambda x, y, z: (x * math.cos(angle) - y * math.sin(angle),
+                                     x * math.sin(angle) + y * math.cos(angle), z))
+        for what, mesh in {"corners": corners, "cells": cells, "turned": turned}.items():
+            with self.subTest(what):
+                modes, other, _ = self.analyse_mesh(mesh)
+                self.assertSameModes(modes, expected, 1e-9)
+                for a, b in zip(other, static):
+                    for key in ["max_pressure_pa", "normal_force_n", "contact_area_m2"]:
+                        self.assertLessEqual(abs(a[key] - b[key]), 1e-6 * abs(b[key]), key)
 
 
 class RealisticBrake(st.TestCase):

@@ -33,7 +33,9 @@ namespace squeal
   {
     std::string name;
     double normal_force = 0, friction_force = 0, friction_torque = 0;
-    double area = 0, max_pressure = 0, min_pressure = 0;
+    double area = 0;
+    /// At the pad's nodes for mortar contact and a static state, else at the quadrature points.
+    double max_pressure = 0, min_pressure = 0;
     double max_penetration = 0; ///< meaningful only for a computed state
   };
 
