@@ -96,8 +96,10 @@ namespace squeal
       const DenseMatrix lift;
       CellResiduals<dim> cell_residuals;
       std::unique_ptr<CellMap<dim>> base_map, map;
-      MultiVector lifted;            ///< the columns, interpolated
-      std::vector<Column> residuals; ///< of the columns
+      std::unique_ptr<LocalProblems<dim>> local;
+      std::vector<std::vector<double>> resistances; ///< shares
+      MultiVector lifted;                           ///< the columns, interpolated
+      std::vector<Column> residuals;                ///< of the columns
       const std::vector<Parameters::BodyMaterial> materials;
       /// By material: the factors of its matrices at each eigenvalue.
       std::vector<std::vector<OperatorFactors>> factors;
@@ -307,43 +309,56 @@ namespace squeal
         }
     }
 
-    /// Residuals of faces, edges and vertices are divided among the cells that share them: with m
-    /// cells that have a local problem there, out of m' whose stiffness resists, each takes
-    /// 1/sqrt(m m') of it, so that the local energies sum to the right one for equal cells. m' > m
-    /// where finer cells hang on a face.
+    /// Residuals of faces, edges and vertices are divided among the cells that share them, in
+    /// proportion to the stiffness k_K with which each resists there, so that a soft cell does not
+    /// answer alone to what its stiff neighbour holds: with s_K = k_K / sum k the local energies
+    /// s_K^2 r^2 / k_K sum to r^2 / sum k. Where finer cells hang on a face they resist, too, but
+    /// have no local problem there: then s_K = k_K / sqrt(sum k (sum k + k_hanging)).
     template <int dim>
     void Estimator<dim>::share_faces()
     {
-      std::vector<Column> counts = map->zeros(2);
-      for (const auto &entries : map->cells)
-        for (const auto &entry : entries)
-          counts[!entry.direct].local_element(entry.index) += 1;
-      for (Column &count : counts)
+      // Sums over the cells that have a local problem; sums and numbers of those that hang
+      std::vector<Column> sums = map->zeros(3);
+      unsigned int number      = 0;
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          const Material &material = materials[material_of(cell)].material;
+          cell_residuals.reinit(cell);
+          resistances.push_back(local->resistance(material, cell_residuals));
+          for (const auto &entry : map->cells[number])
+            if (entry.direct)
+              sums[0].local_element(entry.index) += resistances[number][entry.unknown];
+            else
+            {
+              sums[1].local_element(entry.index) += resistances[number][entry.unknown];
+              sums[2].local_element(entry.index) += 1;
+            }
+          ++number;
+        }
+      for (Column &sum : sums)
       {
-        count.compress(VectorOperation::add);
-        count.update_ghost_values();
+        sum.compress(VectorOperation::add);
+        sum.update_ghost_values();
       }
-      std::vector<double> shares(lifted.n_local());
-      for (unsigned int i = 0; i < shares.size(); ++i)
-      {
-        const double direct = counts[0].local_element(i),
-                     all    = direct + (counts[1].local_element(i) > 0);
-        shares[i]           = std::sqrt(std::max(1., direct * all));
-      }
+      for (unsigned int cell = 0; cell < map->cells.size(); ++cell)
+        for (const auto &entry : map->cells[cell])
+          if (entry.direct)
+          {
+            const double direct = sums[0].local_element(entry.index),
+                         count  = sums[2].local_element(entry.index),
+                         // A cell of half the size resists half as much as one that fits.
+                hanging = count > 0 ? 2 * sums[1].local_element(entry.index) / count : 0;
+            resistances[cell][entry.unknown] /= std::sqrt(direct * (direct + hanging));
+          }
       for (Column &residual : residuals)
-      {
-        for (unsigned int i = 0; i < shares.size(); ++i)
-          residual.local_element(i) /= shares[i];
         residual.update_ghost_values();
-      }
     }
 
     template <int dim>
     void Estimator<dim>::eliminate(EigenvalueErrors &errors)
     {
-      LocalProblems<dim> local(spaces, *map, cell_residuals, contact.get(), prm.pads.pressure,
-                               prm.terms().friction);
-      const unsigned int n_w = local.functions.n_columns, n_wide = (dim + 1) * 4 * n_vectors;
+      const unsigned int n_w = local->functions.n_columns, n_wide = (dim + 1) * 4 * n_vectors;
       DenseMatrix all(n, n_wide), tested(n_w, n_wide);
       unsigned int number = 0;
       for (const auto &cell : spaces.nodes.active_cell_iterators())
@@ -353,14 +368,14 @@ namespace squeal
         const unsigned int material = material_of(cell);
         cell_residuals.reinit(cell);
         LocalProblem problem =
-            local.make(cell, number, materials[material].material, cell_residuals);
+            local->make(cell, number, materials[material].material, cell_residuals);
         std::fill(all.values.begin(), all.values.end(), 0.);
         for (unsigned int j = 0; j < 4 * n_vectors; ++j)
           for (const auto &entry : map->cells[number])
             if (entry.direct)
               all.values[std::size_t(j) * (dim + 1) * n + entry.unknown] =
-                  residuals[j].local_element(entry.index);
-        gemm(true, 1, local.functions, all, 0, tested);
+                  resistances[number][entry.unknown] * residuals[j].local_element(entry.index);
+        gemm(true, 1, local->functions, all, 0, tested);
         const unsigned int n_kept = problem.unknowns.size();
         DenseMatrix r(n_kept, 4 * n_vectors);
         for (unsigned int j = 0; j < 4 * n_vectors; ++j)
@@ -385,7 +400,7 @@ namespace squeal
           }
         errors.cells.push_back(std::move(parts));
         if (with_state)
-          add_state_correction(local.functions, number, problem.unknowns,
+          add_state_correction(local->functions, number, problem.unknowns,
                                &solution.values[n_kept * m]);
         ++number;
       }
@@ -553,6 +568,8 @@ namespace squeal
       if (with_state)
         add_static_residual();
       add_products();
+      local = std::make_unique<LocalProblems<dim>>(spaces, *map, cell_residuals, contact.get(),
+                                                   prm.pads.pressure, prm.terms().friction);
       share_faces();
       eliminate(errors);
       find_corrections(errors);

@@ -22,6 +22,51 @@ namespace squeal
                         update_JxW_values),
         stiffness(dim * functions.n_columns, dim * functions.n_columns)
   {
+    // In each direction: 0 at the lower end, 1 at the upper, 2 between
+    const std::vector<Point<dim>> &points = spaces.fe.get_unit_support_points();
+    for (const Point<dim> &x : points)
+    {
+      unsigned int entity = 0;
+      for (unsigned int d = 0; d < dim; ++d)
+        entity = 3 * entity + (x[d] < 1e-12 ? 0 : x[d] > 1 - 1e-12 ? 1 : 2);
+      entity_of_node.push_back(entity);
+    }
+    // A hat belongs to the end where it does not vanish; what vanishes at both ends is between.
+    for (unsigned int w = 0; w < functions.n_columns; ++w)
+    {
+      unsigned int entity = 0;
+      for (unsigned int d = 0; d < dim; ++d)
+      {
+        bool low = false, high = false;
+        for (unsigned int a = 0; a < n; ++a)
+          if (functions(a, w) != 0)
+          {
+            low |= points[a][d] < 1e-12;
+            high |= points[a][d] > 1 - 1e-12;
+          }
+        entity = 3 * entity + (low ? 0 : high ? 1 : 2);
+      }
+      entity_of_function.push_back(entity);
+    }
+  }
+
+  template <int dim>
+  std::vector<double> LocalProblems<dim>::resistance(const Material &material,
+                                                     const CellResiduals<dim> &integrals) const
+  {
+    const unsigned int n_w             = functions.n_columns;
+    const std::vector<double> diagonal = integrals.stiffness_diagonal(material, derivatives);
+    std::vector<double> result((dim + 1) * n, 1.), sums(Utilities::pow(3, dim));
+    for (unsigned int c = 0; c < dim; ++c)
+    {
+      std::fill(sums.begin(), sums.end(), 0.);
+      for (unsigned int w = 0; w < n_w; ++w)
+        sums[entity_of_function[w]] += diagonal[c * n_w + w];
+      for (unsigned int a = 0; a < n; ++a)
+        if (const double sum = sums[entity_of_node[a]]; sum > 0)
+          result[c * n + a] = sum;
+    }
+    return result;
   }
 
   template <int dim>

@@ -7,6 +7,7 @@ nearer to the reference.
 All tables with three meshes: tests/benchmark/error_bars.py.
 """
 
+import math
 import pathlib
 import sys
 import unittest
@@ -14,6 +15,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
 import error_statistics as es  # noqa: E402
+import layered_brakes as lp  # noqa: E402
 import squeal_testing as st  # noqa: E402
 
 # In these 22 to 25 modes lies the triple at 4750, 4769, 4773 Hz, closer together than the coarse mesh's errors, 65 Hz.
@@ -62,6 +64,31 @@ class AgainstReference(st.TestCase):
         decided = with_verdict(0, True) & with_verdict(1, False)
         self.assertTrue(decided, "no undecided mode was decided by refinement")
         self.assertTrue(any(table == "T6" for table, _ in decided))
+
+
+class LayeredPads(st.TestCase):
+    """A shim of 1 mm, 400 times softer than the plate behind it. A residual between a soft and a stiff cell is the stiff
+    one's: shared equally, the soft cell answers a hundred times too far, bars are hundreds of times the error, corrected
+    values worse than computed ones. All brakes of this kind: tests/benchmark/layered_pads.py."""
+
+    def test_soft_shim(self):
+        settings = {**lp.files(lp.BRAKES["soft_shim"], self.directory, 1, rotor_cells=(2, 20, 1), pad_cells=(1, 3)),
+                    "Eigenproblem/Maximum frequency": 1500}
+        coarse, fine = (self.modes({**settings, "Discretization/Degree": degree}) for degree in [2, 4])
+        self.assertGreaterEqual(len(coarse), 5)
+        self.assertEqual(len(coarse), len(fine))
+        long, worse = 0, 0
+        for row, better in zip(coarse, fine):
+            limit = es.corrected(better)
+            error, after = st.eigenvalue(row) - limit, es.corrected(row) - limit
+            worse += abs(after) > abs(error)
+            bars = complex(row["growth_rate_error_1_per_s"], 2 * math.pi * row["frequency_error_hz"])
+            self.assertLessEqual(abs(error.imag), bars.imag)
+            self.assertLessEqual(bars.imag, 5 * abs(error.imag), f"mode {row['mode']}")
+            self.assertLessEqual(abs(error.real), bars.real + better["growth_rate_error_1_per_s"])
+            long += bars.real > 10 * max(abs(error.real), better["growth_rate_error_1_per_s"])
+        self.assertEqual(worse, 0, "corrected values further from the finer solution's")
+        self.assertLessEqual(long, 1, "bars of growth rates more than ten times the error")
 
 
 class Parallel(st.TestCase):

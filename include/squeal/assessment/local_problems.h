@@ -37,6 +37,14 @@ namespace squeal
     LocalProblem make(const CellIterator &cell, unsigned int number, const Material &material,
                       CellResiduals<dim> &integrals);
 
+    /// How stiffly the cell, to whose shape @p integrals was set, resists motion of its faces,
+    /// edges and vertices: for each unknown (component times n plus node, pressures last) the sum
+    /// of the diagonal entries of the stiffness of the complement's functions of that component
+    /// that belong to the node's face or edge. Contact pressures, and what has no functions,
+    /// have 1.
+    std::vector<double> resistance(const Material &material,
+                                   const CellResiduals<dim> &integrals) const;
+
   private:
     /// The face of a pad's cell that is in contact, or -1.
     int contact_face(const CellIterator &cell) const;
@@ -52,6 +60,8 @@ namespace squeal
     const bool with_friction;
     const unsigned int n; ///< nodes of a cell
     const DenseMatrix derivatives;
+    /// Vertex, edge, face or inside of the reference cell to which a node and a function belong.
+    std::vector<unsigned int> entity_of_node, entity_of_function;
     dealii::FEFaceValues<dim> face_values;
     DenseMatrix stiffness;
   };
