@@ -12,12 +12,18 @@ namespace squeal
 
   namespace
   {
-    /// The eigenvalues of a complex matrix, column-major, nearest to the given ones: among those of
-    /// the real matrix [Re, -Im; Im, Re], which also has the conjugate ones.
-    std::vector<Complex> nearest_eigenvalues(const std::vector<Complex> &matrix,
-                                             const std::vector<Complex> &lambda)
+    /// The eigenvalues of a matrix, column-major, that belong to its diagonal entries: each to the
+    /// one whose unit vector its eigenvector is nearest to. Where vectors are mixtures of several,
+    /// the distance from @p lambda counts.
+    std::vector<Complex> eigenvalues_by_vector(const std::vector<Complex> &matrix,
+                                               const std::vector<Complex> &lambda)
     {
       const unsigned int n = lambda.size();
+      if (n <= 1)
+        return matrix;
+      // Real and imaginary parts: [Re, -Im; Im, Re] has the eigenvalues of A, with the vectors
+      // [x; -j x], and those of its conjugate, with the vectors [y; j y]. Of [a; b] the part x =
+      // (a + j b) / 2 belongs to A.
       DenseMatrix embedded(2 * n, 2 * n);
       for (unsigned int i = 0; i < n; ++i)
         for (unsigned int j = 0; j < n; ++j)
@@ -27,15 +33,30 @@ namespace squeal
           embedded(i, n + j)                      = -matrix[i + n * j].imag();
         }
       const DenseEigenpairs pairs = general_eigen(std::move(embedded));
+      double size                 = 0;
+      for (const Complex &l : lambda)
+        size = std::max(size, std::abs(l - lambda.front()));
       std::vector<Complex> roots;
-      for (unsigned int j = 0; j < 2 * n; ++j)
-        roots.emplace_back(pairs.re[j], pairs.im[j]);
       std::vector<std::vector<double>> costs(n);
-      for (unsigned int j = 0; j < n; ++j)
-        for (const Complex &root : roots)
-          costs[j].push_back(std::norm(root - lambda[j]));
+      for (unsigned int k = 0; k < 2 * n; ++k)
+      {
+        roots.emplace_back(pairs.re[k], pairs.im[k]);
+        // Of a conjugate pair LAPACK gives the real part of the vector, then the imaginary one.
+        const unsigned int first = pairs.im[k] < 0 ? k - 1 : k;
+        const auto entry         = [&](const unsigned int i)
+        {
+          const double im = pairs.im[k] == 0 ? 0. : pairs.vectors(i, first + 1);
+          return Complex(pairs.vectors(i, first), pairs.im[k] < 0 ? -im : im);
+        };
+        double norm = 0;
+        for (unsigned int i = 0; i < 2 * n; ++i)
+          norm += std::norm(entry(i)) / 2;
+        for (unsigned int j = 0; j < n; ++j)
+          costs[j].push_back(1 - std::norm((entry(j) + Complex(0, 1) * entry(n + j)) / 2.) / norm +
+                             std::abs(roots[k] - lambda[j]) / (5 * size + 1e-300));
+      }
       std::vector<Complex> result;
-      for (const int partner : assign(costs, roots.size()))
+      for (const int partner : assign(costs, 2 * n))
         result.push_back(roots[partner]);
       return result;
     }
@@ -55,7 +76,7 @@ namespace squeal
           matrix[i + n * j] = (i == j ? lambda[members[i]] : 0.) +
                               std::sqrt(t[i] * t[j]) * f[members[i] + m * members[j]];
       }
-      return nearest_eigenvalues(matrix, values);
+      return eigenvalues_by_vector(matrix, values);
     }
 
     /// The modes that may come closer to mode k than the errors of both, k first.
@@ -79,61 +100,112 @@ namespace squeal
       return members;
     }
 
+    using Effect = std::vector<Complex>; ///< on m eigenvalues: m times m numbers, column-major
+
+    ErrorBounds bound_errors_of_sector(const std::vector<Complex> &lambda, const Effect &f,
+                                       const std::vector<double> &growth_rate_parts,
+                                       const unsigned int degree,
+                                       const std::vector<std::vector<Effect>> &alternatives)
+    {
+      const unsigned int m = lambda.size();
+      const double p = degree, seen = 1 - p * p / ((p + 1) * (p + 1)), whole = 1.2 / seen;
+      std::vector<unsigned int> all(m);
+      std::iota(all.begin(), all.end(), 0u);
+      const std::vector<Complex> corrected = coupled(lambda, f, all, std::vector<double>(m, 1.)),
+                                 extrapolated =
+                                     coupled(lambda, f, all, std::vector<double>(m, whole));
+      std::vector<std::vector<std::vector<Complex>>> shifted;
+      for (const std::vector<std::vector<Complex>> &group : alternatives)
+      {
+        shifted.emplace_back();
+        for (std::vector<Complex> sum : group)
+        {
+          for (unsigned int i = 0; i < m * m; ++i)
+            sum[i] += whole * f[i];
+          shifted.back().push_back(coupled(lambda, sum, all, std::vector<double>(m, 1.)));
+        }
+      }
+      ErrorBounds bounds;
+      for (unsigned int k = 0; k < m; ++k)
+      {
+        bounds.correction.push_back(corrected[k] - lambda[k]);
+        std::vector<Complex> changes = {corrected[k] - lambda[k], extrapolated[k] - lambda[k]};
+        const std::vector<unsigned int> members = neighbours(lambda, f, k, whole);
+        for (unsigned int varied = 0; varied < members.size() && members.size() > 1; ++varied)
+          for (const bool up : {false, true})
+          {
+            std::vector<double> t(members.size(), up ? 1. : whole);
+            t[varied] = up ? whole : 1.;
+            changes.push_back(coupled(lambda, f, members, t)[0] - lambda[k]);
+          }
+        double re = 0, im = 0;
+        for (const Complex &change : changes)
+        {
+          re = std::max(re, std::abs(change.real()));
+          im = std::max(im, std::abs(change.imag()));
+        }
+        bounds.growth_rate.push_back(re + 0.02 * whole * growth_rate_parts[k]);
+        bounds.imaginary.push_back(im);
+        for (const std::vector<std::vector<Complex>> &group : shifted)
+        {
+          double group_re = 0, group_im = 0;
+          for (const std::vector<Complex> &roots : group)
+          {
+            group_re = std::max(group_re, std::abs((roots[k] - extrapolated[k]).real()));
+            group_im = std::max(group_im, std::abs((roots[k] - extrapolated[k]).imag()));
+          }
+          bounds.growth_rate.back() += group_re;
+          bounds.imaginary.back() += group_im;
+        }
+      }
+      return bounds;
+    }
   } // namespace
 
-  ErrorBounds bound_errors(const std::vector<Complex> &lambda, const std::vector<Complex> &f,
+  ErrorBounds bound_errors(const std::vector<Complex> &lambda, const std::vector<Parity> &parity,
+                           const std::vector<Complex> &f,
                            const std::vector<double> &growth_rate_parts, const unsigned int degree,
                            const std::vector<std::vector<std::vector<Complex>>> &alternatives)
   {
     const unsigned int m = lambda.size();
-    const double p = degree, seen = 1 - p * p / ((p + 1) * (p + 1)), whole = 1.2 / seen;
-    std::vector<unsigned int> all(m);
-    std::iota(all.begin(), all.end(), 0u);
-    const std::vector<Complex> corrected = coupled(lambda, f, all, std::vector<double>(m, 1.)),
-                               extrapolated =
-                                   coupled(lambda, f, all, std::vector<double>(m, whole));
-    std::vector<std::vector<std::vector<Complex>>> shifted;
-    for (const std::vector<std::vector<Complex>> &group : alternatives)
-    {
-      shifted.emplace_back();
-      for (std::vector<Complex> sum : group)
-      {
-        for (unsigned int i = 0; i < m * m; ++i)
-          sum[i] += whole * f[i];
-        shifted.back().push_back(coupled(lambda, sum, all, std::vector<double>(m, 1.)));
-      }
-    }
     ErrorBounds bounds;
-    for (unsigned int k = 0; k < m; ++k)
+    bounds.correction.resize(m);
+    bounds.growth_rate.resize(m);
+    bounds.imaginary.resize(m);
+    for (const Parity sector : {Parity::none, Parity::symmetric, Parity::antisymmetric})
     {
-      bounds.correction.push_back(corrected[k] - lambda[k]);
-      std::vector<Complex> changes = {corrected[k] - lambda[k], extrapolated[k] - lambda[k]};
-      const std::vector<unsigned int> members = neighbours(lambda, f, k, whole);
-      for (unsigned int varied = 0; varied < members.size() && members.size() > 1; ++varied)
-        for (const bool up : {false, true})
-        {
-          std::vector<double> t(members.size(), up ? 1. : whole);
-          t[varied] = up ? whole : 1.;
-          changes.push_back(coupled(lambda, f, members, t)[0] - lambda[k]);
-        }
-      double re = 0, im = 0;
-      for (const Complex &change : changes)
+      std::vector<unsigned int> members;
+      for (unsigned int j = 0; j < m; ++j)
+        if ((parity.empty() ? Parity::none : parity[j]) == sector)
+          members.push_back(j);
+      if (members.empty())
+        continue;
+      const auto within = [&](const Effect &effect)
       {
-        re = std::max(re, std::abs(change.real()));
-        im = std::max(im, std::abs(change.imag()));
+        Effect part;
+        for (const unsigned int j : members)
+          for (const unsigned int i : members)
+            part.push_back(effect[i + m * j]);
+        return part;
+      };
+      std::vector<Complex> own_lambda;
+      std::vector<double> own_parts;
+      for (const unsigned int j : members)
+      {
+        own_lambda.push_back(lambda[j]);
+        own_parts.push_back(growth_rate_parts[j]);
       }
-      bounds.growth_rate.push_back(re + 0.02 * whole * growth_rate_parts[k]);
-      bounds.imaginary.push_back(im);
-      for (const std::vector<std::vector<Complex>> &group : shifted)
+      std::vector<std::vector<Effect>> own_alternatives(alternatives.size());
+      for (unsigned int group = 0; group < alternatives.size(); ++group)
+        for (const Effect &effect : alternatives[group])
+          own_alternatives[group].push_back(within(effect));
+      const ErrorBounds own =
+          bound_errors_of_sector(own_lambda, within(f), own_parts, degree, own_alternatives);
+      for (unsigned int k = 0; k < members.size(); ++k)
       {
-        double group_re = 0, group_im = 0;
-        for (const std::vector<Complex> &roots : group)
-        {
-          group_re = std::max(group_re, std::abs((roots[k] - extrapolated[k]).real()));
-          group_im = std::max(group_im, std::abs((roots[k] - extrapolated[k]).imag()));
-        }
-        bounds.growth_rate.back() += group_re;
-        bounds.imaginary.back() += group_im;
+        bounds.correction[members[k]]  = own.correction[k];
+        bounds.growth_rate[members[k]] = own.growth_rate[k];
+        bounds.imaginary[members[k]]   = own.imaginary[k];
       }
     }
     return bounds;

@@ -511,8 +511,8 @@ namespace squeal
       std::vector<std::vector<std::vector<Complex>>> alternatives = {other_edges(errors)};
       if (with_state)
         alternatives.push_back({other_pressure()});
-      errors.bounds =
-          bound_errors(modes.lambda, f, {sums.end() - m, sums.end()}, base.fe.degree, alternatives);
+      errors.bounds = bound_errors(modes.lambda, modes.parity, f, {sums.end() - m, sums.end()},
+                                   base.fe.degree, alternatives);
       for (unsigned int j = 0; j < m; ++j)
       {
         const double algebraic =

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <squeal/eigen/eigenpairs.h>
+
 #include <complex>
 #include <vector>
 
@@ -26,10 +28,14 @@ namespace squeal
   /// growth rate cancel over the mesh; a fiftieth of their moduli is added for those that are not
   /// seen and may cancel less.
   ///
+  /// Modes of different @p parity (one for each mode, or empty) cannot couple: each parity has its
+  /// own small matrix. An eigenvalue of it belongs to the mode that its vector is nearest to.
+  ///
   /// @p alternatives are effects like @p f that may be so or not and belong to no correction: of
   /// each group of them, which exclude each other, the larger change is added.
   ErrorBounds bound_errors(
-      const std::vector<std::complex<double>> &lambda, const std::vector<std::complex<double>> &f,
-      const std::vector<double> &growth_rate_parts, unsigned int degree,
+      const std::vector<std::complex<double>> &lambda, const std::vector<Parity> &parity,
+      const std::vector<std::complex<double>> &f, const std::vector<double> &growth_rate_parts,
+      unsigned int degree,
       const std::vector<std::vector<std::vector<std::complex<double>>>> &alternatives = {});
 } // namespace squeal
