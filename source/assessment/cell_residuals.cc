@@ -219,35 +219,6 @@ namespace squeal
           }
   }
 
-  template <int dim>
-  std::vector<double> CellResiduals<dim>::stiffness_diagonal(const Material &material,
-                                                             const DenseMatrix &derivatives) const
-  {
-    const unsigned int n = derivatives.n_columns;
-    const ElasticModuli<dim> C(material);
-    std::vector<double> diagonal(dim * n);
-    for (unsigned int a = 0; a < n; ++a)
-    {
-      std::array<double, dim> squares{}; // int (d_j W_a)^2
-      for (unsigned int q = 0; q < n_q; ++q)
-        for (unsigned int d = 0; d < dim; ++d)
-        {
-          double derivative = 0;
-          for (unsigned int e = 0; e < dim; ++e)
-            derivative += points[q].inverse[e * dim + d] * derivatives((1 + e) * n_q + q, a);
-          squares[d] += jxw[q] * derivative * derivative;
-        }
-      for (unsigned int i = 0; i < dim; ++i)
-      {
-        double sum = (C.l[i][i] + C.m[i][i]) * squares[i];
-        for (unsigned int j = 0; j < dim; ++j)
-          sum += C.m[i][j] * squares[j];
-        diagonal[i * n + a] = sum;
-      }
-    }
-    return diagonal;
-  }
-
   template class CellResiduals<2>;
   template class CellResiduals<3>;
 } // namespace squeal

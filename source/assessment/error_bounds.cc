@@ -108,7 +108,8 @@ namespace squeal
                                        const std::vector<std::vector<Effect>> &alternatives)
     {
       const unsigned int m = lambda.size();
-      const double p = degree, seen = 1 - p * p / ((p + 1) * (p + 1)), whole = 1.2 / seen;
+      const double p = degree, seen = 1 - p * p / ((p + 1) * (p + 1)), whole = 1.2 / seen,
+                   unequal = 0.25;
       std::vector<unsigned int> all(m);
       std::iota(all.begin(), all.end(), 0u);
       const std::vector<Complex> corrected = coupled(lambda, f, all, std::vector<double>(m, 1.)),
@@ -132,10 +133,10 @@ namespace squeal
         std::vector<Complex> changes = {corrected[k] - lambda[k], extrapolated[k] - lambda[k]};
         const std::vector<unsigned int> members = neighbours(lambda, f, k, whole);
         for (unsigned int varied = 0; varied < members.size() && members.size() > 1; ++varied)
-          for (const bool up : {false, true})
+          for (const bool seen_only : {true, false})
           {
-            std::vector<double> t(members.size(), up ? 1. : whole);
-            t[varied] = up ? whole : 1.;
+            std::vector<double> t(members.size(), seen_only ? 1. : whole);
+            t[varied] *= seen_only ? 1 + unequal : 1 - unequal;
             changes.push_back(coupled(lambda, f, members, t)[0] - lambda[k]);
           }
         double re = 0, im = 0;

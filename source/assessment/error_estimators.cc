@@ -97,9 +97,9 @@ namespace squeal
       CellResiduals<dim> cell_residuals;
       std::unique_ptr<CellMap<dim>> base_map, map;
       std::unique_ptr<LocalProblems<dim>> local;
-      std::vector<std::vector<double>> resistances; ///< shares
-      MultiVector lifted;                           ///< the columns, interpolated
-      std::vector<Column> residuals;                ///< of the columns
+      std::vector<std::vector<double>> shares; ///< s_K of each cell's unknowns
+      MultiVector lifted;                      ///< the columns, interpolated
+      std::vector<Column> residuals;           ///< of the columns
       const std::vector<Parameters::BodyMaterial> materials;
       /// By material: the factors of its matrices at each eigenvalue.
       std::vector<std::vector<OperatorFactors>> factors;
@@ -309,11 +309,11 @@ namespace squeal
         }
     }
 
-    /// Residuals of faces, edges and vertices are divided among the cells that share them, in
-    /// proportion to the stiffness k_K with which each resists there, so that a soft cell does not
-    /// answer alone to what its stiff neighbour holds: with s_K = k_K / sum k the local energies
-    /// s_K^2 r^2 / k_K sum to r^2 / sum k. Where finer cells hang on a face they resist, too, but
-    /// have no local problem there: then s_K = k_K / sqrt(sum k (sum k + k_hanging)).
+    /// Residuals of faces and edges are divided among the cells that share them, in proportion to
+    /// the stiffness k_K with which each resists there (LocalProblems::resistance), so that a soft
+    /// cell does not answer alone to what its stiff neighbour holds: with s_K = k_K / sum k the
+    /// local energies s_K^2 r^2 / k_K sum to r^2 / sum k. Where finer cells hang on a face they
+    /// resist, too, but have no local problem there: s_K = k_K / sqrt(sum k (sum k + k_hanging)).
     template <int dim>
     void Estimator<dim>::share_faces()
     {
@@ -325,13 +325,13 @@ namespace squeal
         {
           const Material &material = materials[material_of(cell)].material;
           cell_residuals.reinit(cell);
-          resistances.push_back(local->resistance(material, cell_residuals));
+          shares.push_back(local->resistance(material, cell_residuals));
           for (const auto &entry : map->cells[number])
             if (entry.direct)
-              sums[0].local_element(entry.index) += resistances[number][entry.unknown];
+              sums[0].local_element(entry.index) += shares[number][entry.unknown];
             else
             {
-              sums[1].local_element(entry.index) += resistances[number][entry.unknown];
+              sums[1].local_element(entry.index) += shares[number][entry.unknown];
               sums[2].local_element(entry.index) += 1;
             }
           ++number;
@@ -349,7 +349,7 @@ namespace squeal
                          count  = sums[2].local_element(entry.index),
                          // A cell of half the size resists half as much as one that fits.
                 hanging = count > 0 ? 2 * sums[1].local_element(entry.index) / count : 0;
-            resistances[cell][entry.unknown] /= std::sqrt(direct * (direct + hanging));
+            shares[cell][entry.unknown] /= std::sqrt(direct * (direct + hanging));
           }
       for (Column &residual : residuals)
         residual.update_ghost_values();
@@ -374,7 +374,7 @@ namespace squeal
           for (const auto &entry : map->cells[number])
             if (entry.direct)
               all.values[std::size_t(j) * (dim + 1) * n + entry.unknown] =
-                  resistances[number][entry.unknown] * residuals[j].local_element(entry.index);
+                  shares[number][entry.unknown] * residuals[j].local_element(entry.index);
         gemm(true, 1, local->functions, all, 0, tested);
         const unsigned int n_kept = problem.unknowns.size();
         DenseMatrix r(n_kept, 4 * n_vectors);

@@ -52,16 +52,21 @@ namespace squeal
 
   template <int dim>
   std::vector<double> LocalProblems<dim>::resistance(const Material &material,
-                                                     const CellResiduals<dim> &integrals) const
+                                                     CellResiduals<dim> &integrals)
   {
-    const unsigned int n_w             = functions.n_columns;
-    const std::vector<double> diagonal = integrals.stiffness_diagonal(material, derivatives);
+    const unsigned int n_w = functions.n_columns;
+    integrals.stiffness(material, derivatives, stiffness);
+    // No rigid motion is among the functions: the matrix is definite.
+    DenseMatrix identity(dim * n_w, dim * n_w);
+    for (unsigned int r = 0; r < dim * n_w; ++r)
+      identity(r, r) = 1;
+    const DenseMatrix compliance = solve_positive(stiffness, std::move(identity));
     std::vector<double> result((dim + 1) * n, 1.), sums(Utilities::pow(3, dim));
     for (unsigned int c = 0; c < dim; ++c)
     {
       std::fill(sums.begin(), sums.end(), 0.);
       for (unsigned int w = 0; w < n_w; ++w)
-        sums[entity_of_function[w]] += diagonal[c * n_w + w];
+        sums[entity_of_function[w]] += 1 / compliance(c * n_w + w, c * n_w + w);
       for (unsigned int a = 0; a < n; ++a)
         if (const double sum = sums[entity_of_node[a]]; sum > 0)
           result[c * n + a] = sum;

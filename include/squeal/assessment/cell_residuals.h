@@ -47,10 +47,6 @@ namespace squeal
     /// + a, k n + b).
     void stiffness(const Material &material, const DenseMatrix &derivatives, DenseMatrix &result);
 
-    /// The diagonal of stiffness(): entry i n + a.
-    std::vector<double> stiffness_diagonal(const Material &material,
-                                           const DenseMatrix &derivatives) const;
-
   private:
     struct Point
     {

@@ -25,7 +25,8 @@ namespace squeal
   ///     T_ij = z_i^H Q+(l_j) x_j - rho_i^H B r_j,   r_j = Q+(l_j) x_j,   rho_i = Q+(l_i)^H z_i,
   /// where B approximates the inverse of Q+ on W: problems on single cells, in the hierarchical
   /// complement of V_h (Bank and Weiser 1985), with what residuals on faces there are divided
-  /// between the cells that share them. With z_i^H Q'(l_i) x_i = 2 l_i, the eigenvalues of
+  /// between the cells that share them, in proportion to their stiffness there. With z_i^H Q'(l_i)
+  /// x_i = 2 l_i, the eigenvalues of
   ///     l_i delta_ij - T_ij / (2 l_i)
   /// are the corrected ones: of second order in the errors of the vectors, coupling of
   /// near-coincident modes and square-root behaviour included (bound_errors()).

@@ -37,13 +37,12 @@ namespace squeal
     LocalProblem make(const CellIterator &cell, unsigned int number, const Material &material,
                       CellResiduals<dim> &integrals);
 
-    /// How stiffly the cell, to whose shape @p integrals was set, resists motion of its faces,
-    /// edges and vertices: for each unknown (component times n plus node, pressures last) the sum
-    /// of the diagonal entries of the stiffness of the complement's functions of that component
-    /// that belong to the node's face or edge. Contact pressures, and what has no functions,
-    /// have 1.
-    std::vector<double> resistance(const Material &material,
-                                   const CellResiduals<dim> &integrals) const;
+    /// How stiffly the cell, to whose shape @p integrals was set, resists forces on its faces and
+    /// edges: for each unknown (component times n plus node, pressures last) the sum of
+    /// 1/(K^{-1})_ww over the complement's functions w of that component that belong to the node's
+    /// face or edge. The diagonal of K itself would take a rubber between stiff cells for stiff,
+    /// which gives way by bulging. Contact pressures, and what has no functions, have 1.
+    std::vector<double> resistance(const Material &material, CellResiduals<dim> &integrals);
 
   private:
     /// The face of a pad's cell that is in contact, or -1.
