@@ -1,0 +1,76 @@
+"""What README and the tutorial print of runs is what these runs give, to the digits printed.
+
+The default brake: lines of modes in README's *A first result* and the tutorial's step 2. The realistic brake: the numbers of
+modes and of undecided ones in doc/mesh.md; skipped where there is no Gmsh.
+"""
+
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import squeal_testing as st  # noqa: E402
+
+MODE = re.compile(r"^ {4}[> ] +(\d+) +([-\d.]+) \+- ([-\d.e]+) +([-\d.]+) \+- ([-\d.e]+) .* (\w+)$", re.M)
+
+
+def section(document, begin, end):
+    text = (st.PROJECT / document).read_text()
+    return text[text.index(begin):text.index(end)]
+
+
+class DefaultBrake(st.TestCase):
+    def test_modes(self):
+        result = st.run(st.PROJECT / "prm/brake.prm", "--set", "Output/Fields=none", "--set", "Output/Directory=brake",
+                        directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        rows = {int(row["mode"]): row for row in st.read_table(self.directory / "brake/modes.csv")}
+        printed = {"README.md": section("README.md", "## A first result", "![Eigenvalues"),
+                   "doc/tutorial.md": section("doc/tutorial.md", "**The modes.**", "## 3. ")}
+        for document, text in printed.items():
+            lines = MODE.findall(text)
+            self.assertGreaterEqual(len(lines), 3, document)
+            for number, frequency, frequency_bar, growth, growth_bar, verdict in lines:
+                row = rows[int(number)]
+                with self.subTest(document, mode=number):
+                    self.assertEqual(verdict, row["verdict"])
+                    # Half a unit of the last digit, and another half for another processor's rounding.
+                    self.assertLessEqual(abs(float(frequency) - row["frequency_hz"]), 1e-4)
+                    self.assertLessEqual(abs(float(growth) - row["growth_rate_1_per_s"]), 1e-5)
+                    for bar, value in ((frequency_bar, row["frequency_error_hz"]),
+                                       (growth_bar, row["growth_rate_error_1_per_s"])):
+                        self.assertLessEqual(abs(float(bar) - value), 0.06 * value)
+            n_unstable, n_undecided = (sum(row["verdict"] in verdicts for row in rows.values())
+                                       for verdicts in (("flutter", "divergence"), ("undecided",)))
+            if "modes up to" in text:
+                self.assertIn(f"{len(rows)} modes up to 6000 Hz, {n_unstable} unstable (marked >), {n_undecided} undecided.",
+                              text)
+            why = re.search(r"Mode 15, growth rate .*", result.stdout)[0]
+            self.assertIn(why.split(" = ")[0], text)
+
+
+class RealisticBrake(st.TestCase):
+    def test_verdicts(self):
+        if not shutil.which("gmsh"):
+            self.skipTest("this test needs gmsh: scripts/install-dependencies.sh --mesh")
+        mesh = self.directory / "realistic_brake.msh"
+        subprocess.run(["gmsh", "-3", st.PROJECT / "prm/realistic_brake.geo", "-o", mesh], check=True,
+                       stdout=subprocess.DEVNULL, timeout=60)
+        result = st.run(st.PROJECT / "prm/realistic_brake.prm", "--set", f"Mesh/File={mesh}", "--set",
+                        "Output/Fields=none", "--set", "Output/Directory=brake", directory=self.directory, timeout=1100)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        rows = st.read_table(self.directory / "brake/modes.csv")
+        text = " ".join((st.PROJECT / "doc/mesh.md").read_text().split())
+        n_undecided = sum(row["verdict"] == "undecided" for row in rows)
+        self.assertIn(f"Of {len(rows)} modes below 6.5 kHz no one grows for certain, and {n_undecided} are undecided", text)
+        self.assertFalse([row for row in rows if row["verdict"] in ("flutter", "divergence")])
+        n_unknowns = st.read_table(self.directory / "brake/cycles.csv")[0]["dofs"]
+        self.assertIn(f"{n_unknowns:_.0f} unknowns".replace("_", " "), text)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
