@@ -89,8 +89,12 @@ namespace squeal
       std::vector<std::pair<double, unsigned int>> candidates;
       for (unsigned int j = 0; j < m; ++j)
       {
-        const double distance = std::abs(lambda[j] - lambda[k]);
-        if (distance <= 2 * factor * (std::abs(f[j + m * j]) + std::abs(f[k + m * k])))
+        const double distance = std::abs(lambda[j] - lambda[k]),
+                     size     = std::abs(f[j + m * j]) + std::abs(f[k + m * k]);
+        // Beyond rounding: modes of a symmetric brake whose parity was not told do not couple.
+        if (j != k && std::abs(f[j + m * k] * f[k + m * j]) <= 1e-10 * size * size)
+          continue;
+        if (distance <= 2 * factor * size)
           candidates.emplace_back(j == k ? -1. : distance, j);
       }
       std::sort(candidates.begin(), candidates.end());

@@ -159,3 +159,21 @@ TEST_CASE("error estimators: no bars where there is no error, none of a conserva
   for (unsigned int j = 0; j < solution.modes.lambda.size(); ++j)
     CHECK(solution.errors.bounds.growth_rate[j] <= 1e-9 * std::abs(solution.modes.lambda[j]));
 }
+
+TEST_CASE("error bounds: modes of different parity are not coupled, corrections cross by vector")
+{
+  // Corrections of +5 and -5 take 1000 and 1001 past each other: by distance alone each would get
+  // the other's.
+  const Complex j(0, 1);
+  const std::vector<Complex> lambda = {1000. * j, 1001. * j}, f = {5. * j, 1. * j, 1. * j, -5. * j};
+  const std::vector<double> parts(2);
+  const double mean = 1000.5, half = std::hypot(4.5, 1.); // of [1005, 1; 1, 996]
+  const ErrorBounds whole = bound_errors(lambda, {}, f, parts, 2);
+  CHECK(std::abs(lambda[0] + whole.correction[0] - j * (mean + half)) <= 1e-9);
+  CHECK(std::abs(lambda[1] + whole.correction[1] - j * (mean - half)) <= 1e-9);
+  const ErrorBounds apart =
+      bound_errors(lambda, {Parity::symmetric, Parity::antisymmetric}, f, parts, 2);
+  CHECK(std::abs(apart.correction[0] - f[0]) <= 1e-9);
+  CHECK(std::abs(apart.correction[1] - f[3]) <= 1e-9);
+  CHECK(apart.imaginary[0] < whole.imaginary[0]);
+}
