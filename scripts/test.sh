@@ -4,9 +4,9 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# In continuous integration no test skips for a missing tool: Gmsh, matplotlib and ParaView belong to it.
+# In continuous integration no test skips for a missing tool: Gmsh, matplotlib, ParaView, strace belong to it.
 tools=()
-if [[ ${CI:-} == true ]]; then tools=(--mesh --pictures); fi
+if [[ ${CI:-} == true ]]; then tools=(--mesh --pictures --tests); fi
 scripts/install-dependencies.sh ${tools[@]+"${tools[@]}"}
 # deal.II's assertions exist only in Debug mode; the test debug_build runs what is built here.
 scripts/build.sh debug
