@@ -2,6 +2,7 @@
 
 #include <deal.II/base/convergence_table.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -48,13 +49,17 @@ namespace squeal
       return std::abs(lambda.imag()) / (2 * M_PI);
     }
 
+    /// The reference's value of each mode, or -1. A reference may be the truth, near the corrected
+    /// value, or made on a mesh like this, near the computed one.
     std::vector<int> match_reference(const std::vector<ModeRow> &rows,
                                      const std::vector<std::complex<double>> &reference)
     {
       std::vector<std::vector<double>> costs(rows.size());
       for (unsigned int j = 0; j < rows.size(); ++j)
         for (const std::complex<double> &lambda : reference)
-          costs[j].push_back(std::norm(rows[j].corrected.value_or(rows[j].lambda) - lambda));
+          costs[j].push_back(
+              std::min(std::norm(rows[j].lambda - lambda),
+                       std::norm(rows[j].corrected.value_or(rows[j].lambda) - lambda)));
       return assign(costs, reference.size());
     }
   } // namespace
