@@ -198,10 +198,10 @@ namespace squeal
     crossings.push_back(point);
   }
 
-  void StabilityMap::add_crossing(const unsigned int before, const unsigned int now,
-                                  const Complex l_before, const Complex l_now)
+  bool StabilityMap::locate_crossing(const Position &from, const Position &to,
+                                     const Complex l_before, const Complex l_now,
+                                     std::vector<BoundaryPoint> &found)
   {
-    const Position from = position_of(before), to = position_of(now);
     EigenvaluePredictor predictor(0, l_before, 1, l_now);
     double uncertainty = 0;
     const auto along   = [&](const double t)
@@ -226,31 +226,53 @@ namespace squeal
     const EigenvaluePredictor::Known &last = predictor.last();
     // Where two modes meet, the search may have gone from the one to the other: no root there.
     if (std::abs(last.lambda.real()) > 1e-6 * std::abs(last.lambda))
-      return;
+      return false;
     // Without damping a mode stays marginal up to where it meets another: no boundary of Re l = 0.
     if (std::abs(last.slope.real()) <= 1e-4 * std::abs(last.slope))
-      return;
+      return true;
     BoundaryPoint point;
     point.at       = between(from, to, std::clamp(root.value, 0., 1.));
     point.accuracy = root.accuracy + uncertainty / std::abs(last.slope.real());
     point.lambda   = {0, last.lambda.imag()};
-    crossings.push_back(point);
+    found.push_back(point);
+    return true;
   }
 
-  void StabilityMap::find_crossings(const unsigned int before, const unsigned int now,
-                                    const EigenPairs &modes)
+  void StabilityMap::find_flutter(const Position &from, const Position &to,
+                                  const std::vector<Complex> &a, const std::vector<Complex> &b,
+                                  const unsigned int halvings)
   {
-    const std::vector<Complex> &a = eigenvalues[before], &b = modes.lambda;
     std::vector<std::vector<double>> cost(a.size(), std::vector<double>(b.size()));
     for (unsigned int i = 0; i < a.size(); ++i)
       for (unsigned int j = 0; j < b.size(); ++j)
         cost[i][j] = std::norm(a[i] - b[j]);
     const std::vector<int> partners = assign(cost, b.size());
     const auto grows = [&](const Complex l) { return l.real() > 0 && !study.is_marginal(l); };
+    std::vector<BoundaryPoint> found;
+    bool all_located = true;
     for (unsigned int i = 0; i < a.size(); ++i)
       if (const int j = partners[i];
           j >= 0 && a[i].imag() > 0 && b[j].imag() > 0 && grows(a[i]) != grows(b[j]))
-        add_crossing(before, now, a[i], b[j]);
+        all_located = locate_crossing(from, to, a[i], b[j], found) && all_located;
+    if (all_located || halvings == 0)
+    {
+      crossings.insert(crossings.end(), found.begin(), found.end());
+      return;
+    }
+    // Modes that meet on the way are told apart on a shorter one.
+    const Position middle = between(from, to, 0.5);
+    const std::vector<Complex> there =
+        tracker.solve(study.parameters_at(values_at(middle))).modes.lambda;
+    find_flutter(from, middle, a, there, halvings - 1);
+    find_flutter(middle, to, there, b, halvings - 1);
+  }
+
+  void StabilityMap::find_crossings(const unsigned int before, const unsigned int now,
+                                    const EigenPairs &modes)
+  {
+    constexpr unsigned int most_halvings = 6;
+    find_flutter(position_of(before), position_of(now), eigenvalues[before], modes.lambda,
+                 most_halvings);
     add_divergence(before, now, modes);
   }
 

@@ -81,8 +81,14 @@ namespace squeal
     void write(const Position &at, const EigenPairs &modes);
     /// The crossings between two neighbours of the grid, of which the second has just been solved.
     void find_crossings(unsigned int before, unsigned int now, const EigenPairs &modes);
-    void add_crossing(unsigned int before, unsigned int now, std::complex<double> l_before,
-                      std::complex<double> l_now);
+    /// Points of the boundary between two points of a line with these eigenvalues. Where modes meet
+    /// on the way, so that a search goes from one to another, the line is halved.
+    void find_flutter(const Position &from, const Position &to,
+                      const std::vector<std::complex<double>> &a,
+                      const std::vector<std::complex<double>> &b, unsigned int halvings);
+    /// Appends where the growth rate of a mode vanishes; false if the search ended at another mode.
+    bool locate_crossing(const Position &from, const Position &to, std::complex<double> l_before,
+                         std::complex<double> l_now, std::vector<BoundaryPoint> &found);
     void add_divergence(unsigned int before, unsigned int now, const EigenPairs &modes);
 
     void trace_boundaries();

@@ -118,7 +118,7 @@ TEST_CASE("stability map: one that was killed goes on with the same tables")
   const TemporaryDirectory directory;
   const Tables whole =
       run(*map_over("0.2 : 0.4 : 3", "0.002 : 0.01 : 3"), *TwoChains::model(), 0.26, directory);
-  for (const int most : {5, 40})
+  for (const int most : {5, 20})
   {
     CAPTURE(most);
     const auto model       = TwoChains::model();
