@@ -15,7 +15,8 @@ namespace squeal
   /// The grid is walked to and fro, so that each point starts from the vectors of a neighbour.
   /// Between neighbours the modes are paired by their eigenvalues; where the growth rate of a pair
   /// changes its sign, Re l = 0 is solved on that line of the grid (det Q = 0 where a real
-  /// eigenvalue grows). From each such point the curve is continued with steps of at most half a
+  /// eigenvalue grows); where the search goes from one mode to another that it meets, the line is
+  /// halved. From each such point the curve is continued with steps of at most half a
   /// cell: along its tangent, which the derivatives by both parameters give, and back onto it by
   /// Newton's method along the gradient. The derivatives come from left and right vectors, so the
   /// operators are never differentiated numerically here.
