@@ -41,18 +41,18 @@ namespace squeal
       for (unsigned int k = 0; k < 2 * n; ++k)
       {
         roots.emplace_back(pairs.re[k], pairs.im[k]);
-        // Of a conjugate pair LAPACK gives the real part of the vector, then the imaginary one.
-        const unsigned int first = pairs.im[k] < 0 ? k - 1 : k;
-        const auto entry         = [&](const unsigned int i)
+        const bool is_conjugate      = pairs.im[k] < 0;
+        std::vector<Complex> entries = pairs.vector(is_conjugate ? k - 1 : k);
+        double norm                  = 0;
+        for (Complex &entry : entries)
         {
-          const double im = pairs.im[k] == 0 ? 0. : pairs.vectors(i, first + 1);
-          return Complex(pairs.vectors(i, first), pairs.im[k] < 0 ? -im : im);
-        };
-        double norm = 0;
-        for (unsigned int i = 0; i < 2 * n; ++i)
-          norm += std::norm(entry(i)) / 2;
+          if (is_conjugate)
+            entry = std::conj(entry);
+          norm += std::norm(entry) / 2;
+        }
         for (unsigned int j = 0; j < n; ++j)
-          costs[j].push_back(1 - std::norm((entry(j) + Complex(0, 1) * entry(n + j)) / 2.) / norm +
+          costs[j].push_back(1 -
+                             std::norm((entries[j] + Complex(0, 1) * entries[n + j]) / 2.) / norm +
                              std::abs(roots[k] - lambda[j]) / (5 * size + 1e-300));
       }
       std::vector<Complex> result;

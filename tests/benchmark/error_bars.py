@@ -8,7 +8,6 @@ three meshes take some minutes.
 """
 
 import argparse
-import math
 import pathlib
 import sys
 import tempfile
@@ -45,15 +44,7 @@ def main():
                       f"{cycle['seconds_total']:.1f} s, of this error bars {cycle['seconds_estimate']:.1f} s, "
                       f"{cycle['memory_mib']:.0f} MiB", flush=True)
         if arguments.modes:
-            print("mesh  reference, Hz      1/s        frequency error  bar        corrected    growth error    bar"
-                  "       corrected   verdict")
-            for c in found:
-                better = es.corrected(c.row)
-                print(f"{c.cycle:4d}  {c.reference.imag / (2 * math.pi):13.4f} {c.reference.real:10.4f}   "
-                      f"{c.frequency_error:12.5f} {c.row['frequency_error_hz']:12.5f} "
-                      f"{abs(better.imag - c.reference.imag) / (2 * math.pi):12.5f}   "
-                      f"{c.growth_error:10.5f} {c.row['growth_rate_error_1_per_s']:10.5f} "
-                      f"{abs(better.real - c.reference.real):10.5f}   {c.row['verdict']}")
+            print(es.mode_table(found))
         comparisons += found
     print(es.table(comparisons))
 

@@ -12,8 +12,6 @@ below where they are compared with bars. All eight take a quarter of an hour; re
 """
 
 import argparse
-import dataclasses
-import math
 import pathlib
 import sys
 import tempfile
@@ -37,28 +35,13 @@ def modes(brake, degree, extra):
         return st.read_table(directory / "output/run/modes.csv"), cycle
 
 
-@dataclasses.dataclass
-class Comparison(es.Comparison):
-    """A mode beside the reference's, whose accuracy is its own bar."""
-
-    accuracy: complex = 0
-
-    @property
-    def frequency_accuracy(self):
-        return self.accuracy.imag
-
-    @property
-    def growth_accuracy(self):
-        return self.accuracy.real
-
-
 def compare(name, degree, rows, reference):
+    """Modes beside the corrected values of the reference, whose accuracy is its own bar."""
     values = [es.corrected(row) for row in reference]
-    partners = es.assign([[abs(es.corrected(row) - value) ** 2 for value in values] for row in rows])
-    return [Comparison(name, degree, row, values[partner],
+    return [es.KnownTo(name, degree, row, values[partner],
                        complex(reference[partner]["growth_rate_error_1_per_s"],
                                reference[partner]["frequency_error_hz"]))
-            for row, partner in zip(rows, partners) if partner is not None]
+            for row, partner in es.pair(rows, values)]
 
 
 def main():
@@ -98,16 +81,7 @@ def main():
             found = compare(name, degree, run(degree), reference)
             comparisons += found
             if arguments.modes:
-                print("reference, Hz        1/s     frequency error  bar       corrected   growth error    bar"
-                      "       corrected    accuracies")
-                for c in found:
-                    better = es.corrected(c.row)
-                    print(f"{c.reference.imag / (2 * math.pi):13.3f} {c.reference.real:10.3f}    "
-                          f"{c.frequency_error:10.4f} {c.row['frequency_error_hz']:10.4f} "
-                          f"{abs(better.imag - c.reference.imag) / (2 * math.pi):10.4f}   "
-                          f"{c.growth_error:10.4f} {c.row['growth_rate_error_1_per_s']:10.4f} "
-                          f"{abs(better.real - c.reference.real):10.4f}    "
-                          f"{c.frequency_accuracy:8.4f} {c.growth_accuracy:8.4f} {c.row['verdict']}")
+                print(es.mode_table(found))
     print(es.table(comparisons))
     for quantity, unit in (("frequency", "Hz"), ("growth", "1/s")):
         accuracies = sorted(getattr(c, f"{quantity}_accuracy") for c in comparisons)

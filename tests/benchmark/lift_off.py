@@ -54,20 +54,13 @@ def main():
                 "Refinement/Tolerance": 1e-9, "Refinement/Maximum unknowns": 120000})
             for mesh in meshes:
                 modes = [row for row in rows if row["cycle"] == mesh["cycle"]]
-                partners = es.assign([[abs(es.corrected(row) - value) ** 2 for value in values] for row in modes])
-                pairs = [(row, values[j]) for row, j in zip(modes, partners) if j is not None]
-                frequency = [(row["frequency_error_hz"], abs(st.eigenvalue(row).imag - value.imag) / 6.283185307179586)
-                             for row, value in pairs]
-                growth = [(row["growth_rate_error_1_per_s"], abs(st.eigenvalue(row).real - value.real))
-                          for row, value in pairs]
-                median = lambda ratios: sorted(ratios)[len(ratios) // 2]
-                print(f"{degree:6d} {mesh['cycle']:5.0f} {mesh['dofs']:9.0f} {len(pairs):6d} "
-                      f"{sum(bar >= error for bar, error in frequency):20d} "
-                      f"{median([bar / error for bar, error in frequency]):7.1f} "
-                      f"{sum(bar + ACCURACY >= error for bar, error in growth):22d} "
-                      f"{median([bar / max(error, ACCURACY) for bar, error in growth]):7.1f} "
-                      f"{max(error for _, error in growth):14.2f} "
-                      f"{sum(row['verdict'] == 'undecided' for row, _ in pairs):10d}", flush=True)
+                found = [es.KnownTo("lift-off", int(mesh["cycle"]), row, values[j], complex(ACCURACY, 0))
+                         for row, j in es.pair(modes, values)]
+                s = es.statistics(found)
+                print(f"{degree:6d} {mesh['cycle']:5.0f} {mesh['dofs']:9.0f} {s.modes:6d} "
+                      f"{s.covered['frequency']:20d} {s.median['frequency']:7.1f} "
+                      f"{s.covered['growth']:22d} {s.median['growth']:7.1f} "
+                      f"{max(c.growth_error for c in found):14.2f} {s.undecided:10d}", flush=True)
 
 
 if __name__ == "__main__":

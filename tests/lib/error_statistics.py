@@ -109,15 +109,35 @@ class Comparison:
         return better <= max(computed, self.frequency_accuracy)
 
 
+@dataclasses.dataclass
+class KnownTo(Comparison):
+    """A mode beside one of another run, which is known to an accuracy: of the growth rate, 1/s, and j times the frequency's,
+    Hz."""
+
+    accuracy: complex = 0
+
+    @property
+    def frequency_accuracy(self):
+        return self.accuracy.imag
+
+    @property
+    def growth_accuracy(self):
+        return self.accuracy.real
+
+
+def pair(rows, values):
+    """Lines of modes.csv, each with the number of its partner among the eigenvalues, by their corrected ones."""
+    partners = assign([[abs(corrected(row) - value) ** 2 for value in values] for row in rows])
+    return [(row, partner) for row, partner in zip(rows, partners) if partner is not None]
+
+
 def compare(table, rows):
     """The modes of all meshes (lines of modes.csv), paired with the reference by their corrected eigenvalues."""
     reference = st.reference_eigenvalues(TABLES[table][0])
     result = []
     for cycle in sorted({row["cycle"] for row in rows}):
         of_cycle = [row for row in rows if row["cycle"] == cycle]
-        partners = assign([[abs(corrected(row) - l) ** 2 for l in reference] for row in of_cycle])
-        result += [Comparison(table, int(cycle), row, reference[partner])
-                   for row, partner in zip(of_cycle, partners) if partner is not None]
+        result += [Comparison(table, int(cycle), row, reference[partner]) for row, partner in pair(of_cycle, reference)]
     return result
 
 
@@ -175,4 +195,18 @@ def table(comparisons):
     damped = [c for c in comparisons if c.table != "T3"]
     if len(damped) < len(comparisons) and damped:
         lines.append(line("T4-T6", "all", damped))
+    return "\n".join(lines)
+
+
+def mode_table(comparisons):
+    """Each mode's bars and true errors."""
+    lines = ["mesh  reference, Hz      1/s        frequency error  bar        corrected    growth error    bar"
+             "       corrected   verdict"]
+    for c in comparisons:
+        better = corrected(c.row)
+        lines.append(f"{c.cycle:4d}  {c.reference.imag / (2 * math.pi):13.4f} {c.reference.real:10.4f}   "
+                     f"{c.frequency_error:12.5f} {c.row['frequency_error_hz']:12.5f} "
+                     f"{abs(better.imag - c.reference.imag) / (2 * math.pi):12.5f}   "
+                     f"{c.growth_error:10.5f} {c.row['growth_rate_error_1_per_s']:10.5f} "
+                     f"{abs(better.real - c.reference.real):10.5f}   {c.row['verdict']}")
     return "\n".join(lines)
