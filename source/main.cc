@@ -43,14 +43,12 @@ namespace
   void use_kernels_of_this_processor()
   {
     if (!openblas_get_corename || !gotoblas_dynamic_quit || !gotoblas_dynamic_init ||
-        std::getenv("OPENBLAS_CORETYPE") ||
-        openblas_get_corename() != std::string("Prescott"))
+        std::getenv("OPENBLAS_CORETYPE") || openblas_get_corename() != std::string("Prescott"))
       return;
 #ifdef __x86_64__
-    const bool has_avx512 = __builtin_cpu_supports("avx512f") &&
-                            __builtin_cpu_supports("avx512bw") &&
-                            __builtin_cpu_supports("avx512vl") &&
-                            __builtin_cpu_supports("avx512dq"),
+    const bool has_avx512 =
+                   __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                   __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq"),
                has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
     if (!has_avx2)
       return;

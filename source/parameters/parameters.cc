@@ -334,6 +334,8 @@ namespace squeal
         throw InputError("Refinement/Reference = " + refinement.reference +
                          ": the modes of one scene with a mesh are compared; not in a sweep, in "
                          "Stage = ladder or in Scene = matrices.");
+      if (refinement.edge_levels > 0)
+        check_edge_levels();
       if (refinement.strategy == Strategy::adaptive && !eigenproblem.error_bars)
         throw InputError(
             "Refinement/Strategy = adaptive: it needs Eigenproblem/Error bars = true.");

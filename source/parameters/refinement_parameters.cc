@@ -22,6 +22,10 @@ namespace squeal
                  "whose error bar exceeds Tolerance (or whose verdict is undecided). A sweep "
                  "or map begins on the last mesh, made for the parameters as they stand.");
       prm.add_parameter("Cycles", cycles, "At most so many meshes.", Patterns::Integer(1, 100));
+      prm.add_parameter("Contact edge levels", edge_levels,
+                        "Before the first modes are sought, cells of the pads in which contact "
+                        "ends, by the static equilibrium, are divided; so many times.",
+                        Patterns::Integer(0, 8));
       prm.add_parameter(
           "Tolerance", tolerance,
           "Strategy adaptive: wanted relative error |dl|/|l| of every mode in the window, "
@@ -45,6 +49,22 @@ namespace squeal
     void Refinement::check() const
     {
       reference_eigenvalues();
+    }
+
+    void All::check_edge_levels() const
+    {
+      const auto refuse = [this](const bool given, const std::string &why)
+      {
+        if (given)
+          throw InputError("Refinement/Contact edge levels = " +
+                           std::to_string(refinement.edge_levels) + ": " + why + " Allowed is 0.");
+      };
+      refuse(scene == Scene::matrices || n_pads() == 0, "there are no pads.");
+      refuse(!contact.mortar(), "without contact pressures as unknowns quadrature points end the "
+                                "contact inside of a cell; Contact/Formulation = mortar has them.");
+      refuse(contact.steady_pressure != SteadyPressure::computed,
+             "no static equilibrium says where the pads touch.");
+      refuse(sweep.active(), "the edge moves in a sweep.");
     }
 
     std::vector<std::complex<double>> Refinement::reference_eigenvalues() const

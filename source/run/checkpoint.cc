@@ -132,7 +132,17 @@ namespace squeal
           throw Damaged();
         list.resize(size);
       };
+      const auto visit_cells = [&](auto &cells)
+      {
+        visit_size(cells);
+        for (auto &cell : cells)
+          for (unsigned int &part : cell)
+            visit_natural(part);
+      };
       visit_natural(record.finished);
+      visit_size(record.divided_at_edge);
+      for (auto &cells : record.divided_at_edge)
+        visit_cells(cells);
       visit_size(record.cycles);
       for (Checkpoint::Cycle &cycle : record.cycles)
       {
@@ -142,10 +152,7 @@ namespace squeal
         visit_size(cycle.rows);
         for (ModeRow &row : cycle.rows)
           visit_row(row, visit);
-        visit_size(cycle.divided_cells);
-        for (auto &cell : cycle.divided_cells)
-          for (unsigned int &part : cell)
-            visit_natural(part);
+        visit_cells(cycle.divided_cells);
       }
     }
   } // namespace

@@ -162,7 +162,9 @@ namespace squeal
       void run()
       {
         const unsigned int first = resume();
-        unsigned int cycle       = first;
+        if (first == 0)
+          refine_at_contact_edge();
+        unsigned int cycle = first;
         for (; has_mesh(cycle); ++cycle)
         {
           make_mesh(cycle);
@@ -209,6 +211,8 @@ namespace squeal
       /// Divides the cells that an interrupted run has divided. Returns the number of its meshes.
       unsigned int resume()
       {
+        for (const CellNames &divided : checkpoint.divided_at_edge)
+          divide_again(model.spaces().triangulation, divided);
         for (const Checkpoint::Cycle &done : checkpoint.cycles)
         {
           budget.add_mesh({double(done.n_unknowns), done.seconds, done.memory_gib});
@@ -219,6 +223,48 @@ namespace squeal
           report.log.line("\nResumed after " + std::to_string(n_done) +
                           (n_done == 1 ? " mesh." : " meshes."));
         return n_done;
+      }
+
+      /// Divides cells where the static equilibrium says that the contact ends: modes are sensitive
+      /// to the place, and it takes no modes to find it.
+      void refine_at_contact_edge()
+      {
+        Parameters::All without_bars         = prm;
+        without_bars.eigenproblem.error_bars = false;
+        auto &mesh                           = model.spaces().triangulation;
+        for (unsigned int level = 0; level < prm.refinement.edge_levels; ++level)
+        {
+          {
+            PhaseTimer::Scope scope(report.timer, "mesh");
+            model.distribute();
+          }
+          const SteadyState<dim> &state = model.find_steady_state(without_bars);
+          PhaseTimer::Scope scope(report.timer, "mesh");
+          std::vector<double> by_cell = cells_at_contact_edge(*state.contact);
+          if (Utilities::MPI::max(by_cell.size(), common.comm) == 0)
+          {
+            report.log.line("\nThe pads touch everywhere: no edge of the contact to refine.");
+            return;
+          }
+          model.keep_sectors(by_cell);
+          unsigned int number = 0;
+          for (const auto &cell : mesh.active_cell_iterators())
+            if (cell->is_locally_owned() && by_cell[number++] > 0)
+              cell->set_refine_flag();
+          const std::string objection =
+              budget.objection(model.spaces().rows.size * growth_by_flags(mesh));
+          if (!objection.empty())
+          {
+            report.log.line("\n" + objection);
+            for (const auto &cell : mesh.active_cell_iterators())
+              cell->clear_refine_flag();
+            return;
+          }
+          checkpoint.divided_at_edge.push_back(divide(mesh));
+          report.log.line(text_of("\nEdge of the contact, level ", level + 1, ": ",
+                                  checkpoint.divided_at_edge.back().size(),
+                                  " of the pads' cells divided."));
+        }
       }
 
       void make_mesh(const unsigned int cycle)

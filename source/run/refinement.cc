@@ -1,4 +1,5 @@
 #include <squeal/assessment/tables.h>
+#include <squeal/mesh/cell_map.h>
 #include <squeal/run/refinement.h>
 
 #include <deal.II/distributed/grid_refinement.h>
@@ -39,6 +40,32 @@ namespace squeal
       if (is_open)
         result.push_back(sum);
     }
+    return result;
+  }
+
+  template <int dim>
+  std::vector<double> cells_at_contact_edge(const Contact<dim> &contact)
+  {
+    const FiniteElementSpace<dim> &spaces = contact.spaces();
+    const unsigned int n_nodes            = spaces.fe.n_dofs_per_cell();
+    const CellMap<dim> map(spaces);
+    std::vector<Column> closed = map.zeros(1);
+    for (const unsigned int row : contact.multipliers())
+      if (spaces.rows.contains(row))
+        closed[0].local_element(row - spaces.rows.begin) = contact.is_closed(row);
+    closed[0].update_ghost_values();
+    std::vector<double> result;
+    for (const auto &entries : map.cells)
+    {
+      bool has_closed = false, has_open = false;
+      for (const auto &entry : entries)
+        if (entry.unknown / n_nodes == dim)
+          (closed[0].local_element(entry.index) > 0 ? has_closed : has_open) = true;
+      result.push_back(has_closed && has_open);
+    }
+    const double largest = result.empty() ? 0 : *std::max_element(result.begin(), result.end());
+    if (Utilities::MPI::max(largest, spaces.comm) == 0)
+      result.clear();
     return result;
   }
 
@@ -91,6 +118,8 @@ namespace squeal
     mesh.execute_coarsening_and_refinement();
   }
 
+  template std::vector<double> cells_at_contact_edge(const Contact<2> &);
+  template std::vector<double> cells_at_contact_edge(const Contact<3> &);
   template void flag_cells(Mesh<2> &, const std::vector<double> &);
   template void flag_cells(Mesh<3> &, const std::vector<double> &);
   template double growth_by_flags(const Mesh<2> &);

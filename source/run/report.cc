@@ -283,6 +283,9 @@ namespace squeal
                    : "rotor " + d.rotor_cells_text + ", each pad " + d.pad_cells_text + " cells")
            << "; degree " << d.degree << "; " << prm.refinement.n_cycles() << " mesh(es), "
            << name_of(prm.refinement.strategy);
+      if (prm.refinement.edge_levels > 0)
+        text << ", cells at the edge of the contact divided " << prm.refinement.edge_levels
+             << " times";
     }
     if (prm.eigenproblem.is_solved())
       text << "\nEvery mode " << window_of(prm.eigenproblem) << " by the solver "

@@ -66,8 +66,11 @@ class RealisticBrake(st.TestCase):
         rows = st.read_table(self.directory / "brake/modes.csv")
         text = " ".join((st.PROJECT / "doc/mesh.md").read_text().split())
         n_undecided = sum(row["verdict"] == "undecided" for row in rows)
-        self.assertIn(f"Of {len(rows)} modes below 6.5 kHz no one grows for certain, and {n_undecided} are undecided", text)
-        self.assertFalse([row for row in rows if row["verdict"] in ("flutter", "divergence")])
+        growing = [row for row in rows if row["verdict"] in ("flutter", "divergence")]
+        self.assertEqual([row["verdict"] for row in growing], ["flutter"])
+        self.assertIn(f"Of {len(rows)} modes below 6.5 kHz 1 grows for certain, by flutter at "
+                      f"{growing[0]['frequency_hz'] / 1000:.2f} kHz, and {n_undecided} are undecided", text)
+        self.assertLessEqual(n_undecided, 2)
         n_unknowns = st.read_table(self.directory / "brake/cycles.csv")[0]["dofs"]
         self.assertIn(f"{n_unknowns:_.0f} unknowns".replace("_", " "), text)
 

@@ -172,6 +172,7 @@ namespace squeal
     {
       Strategy strategy             = Strategy::none;
       unsigned int cycles           = 1;
+      unsigned int edge_levels      = 0;
       double tolerance              = 1e-3;
       unsigned int maximum_unknowns = 500000;
       double maximum_time           = 0;
@@ -338,6 +339,7 @@ namespace squeal
 
     private:
       void check_matrix_free() const;
+      void check_edge_levels() const;
     };
   } // namespace Parameters
 } // namespace squeal

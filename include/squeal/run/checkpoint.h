@@ -22,6 +22,8 @@ namespace squeal
       /// Those divided to make the next mesh (dealii::CellId::binary_type).
       std::vector<std::array<unsigned int, 4>> divided_cells;
     };
+    /// Those divided before the first mesh, one list after the other.
+    std::vector<std::vector<std::array<unsigned int, 4>>> divided_at_edge;
     std::vector<Cycle> cycles; ///< finished ones
     bool finished = false;     ///< there is no further mesh; a sweep follows
 

@@ -2,6 +2,7 @@
 
 #include <squeal/assessment/error_estimators.h>
 #include <squeal/assessment/stability.h>
+#include <squeal/contact/contact.h>
 #include <squeal/parameters/parameters.h>
 
 #include <deal.II/distributed/tria.h>
@@ -20,6 +21,12 @@ namespace squeal
   /// rate); empty if all are.
   std::vector<double> refinement_indicators(const std::vector<ModeRow> &rows,
                                             const EigenvalueErrors &errors, double tolerance);
+
+  /// One for each own cell in which some contact pressures are active and others have been
+  /// released, so that the contact ends inside of it, else zero; empty if there is none.
+  /// Collective.
+  template <int dim>
+  std::vector<double> cells_at_contact_edge(const Contact<dim> &contact);
 
   /// Flags the cells that make up the greater part of the sum of @p by_cell (bulk criterion,
   /// Doerfler 1996), one number for each own cell. Collective.

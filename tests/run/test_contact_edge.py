@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+"""Refinement/Contact edge levels: cells in which the contact ends are divided before the first modes are sought."""
+
+import pathlib
+import re
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import squeal_testing as st  # noqa: E402
+
+LIFTING_BRAKE = {**st.SMALL_BRAKE, **st.MORTAR, "Discretization/Degree": 1, "Discretization/Pad cells": "3, 6, 1",
+                 "Contact/Friction/Coefficient": 0.6, "Eigenproblem/Maximum frequency": 2000}
+LEVELS = {"Refinement/Contact edge levels": 2}
+
+
+class ContactEdge(st.TestCase):
+    def found(self, settings, **options):
+        """The log and the eigenvalues."""
+        results = self.analyse(settings, **options)
+        return (results / "log.txt").read_text(), [st.eigenvalue(row) for row in st.read_table(results / "modes.csv")]
+
+    def test_halves_and_ranks(self):
+        """The same cells are divided by halves and as a whole, with one and two ranks."""
+        log, expected = self.found({**LIFTING_BRAKE, **LEVELS})
+        divided = re.findall(r"Edge of the contact, level (\d): (\d+) of the pads' cells divided\.", log)
+        self.assertEqual([level for level, _ in divided], ["1", "2"])
+        self.assertTrue(all(0 < int(n_cells) < 2 * 18 for _, n_cells in divided), divided)
+        for settings, ranks in (({"Eigenproblem/Mirror symmetry": "false"}, 1), ({}, 2)):
+            other_log, found = self.found({**LIFTING_BRAKE, **LEVELS, **settings}, ranks=ranks)
+            self.assertSameModes(found, expected, 1e-8)
+            self.assertEqual(re.findall(r"Edge of the contact, .*", other_log),
+                             re.findall(r"Edge of the contact, .*", log))
+
+    def test_bars(self):
+        """With the edge known to a quarter the growth rates' bars are shorter, and both bars hold the other's value."""
+        settings = {**LIFTING_BRAKE, "Discretization/Degree": 3, "Discretization/Rotor cells": "3, 24, 1",
+                    "Eigenproblem/Maximum frequency": 1600}
+        coarse, fine = self.modes(settings), self.modes({**settings, **LEVELS})
+        self.assertEqual(len(coarse), len(fine))
+        shorter = sorted(f["growth_rate_error_1_per_s"] / c["growth_rate_error_1_per_s"] for f, c in zip(fine, coarse))
+        self.assertLess(shorter[len(shorter) // 2], 0.7, shorter)
+        for c, f in zip(coarse, fine):
+            self.assertLess(abs(c["growth_rate_1_per_s"] - f["growth_rate_1_per_s"]),
+                            c["growth_rate_error_1_per_s"] + f["growth_rate_error_1_per_s"])
+
+    def test_everything_touches(self):
+        settings = {**LIFTING_BRAKE, "Contact/Friction/Coefficient": 0.02}
+        log, found = self.found({**settings, **LEVELS})
+        self.assertIn("The pads touch everywhere: no edge of the contact to refine.", log)
+        self.assertSameModes(found, self.eigenvalues(settings), 1e-8)
+
+    def test_resumed(self):
+        """A refinement that is killed goes on with the cells divided at the edge, and writes what the other writes."""
+        settings = {**LIFTING_BRAKE, **LEVELS, "Refinement/Strategy": "adaptive", "Refinement/Cycles": 3,
+                    "Refinement/Tolerance": 1e-4}
+        expected = (self.analyse(settings) / "modes.csv").read_bytes()
+        results = self.kill(settings, lambda directory: (directory / "refinement.state").exists())
+        self.resume()
+        self.assertEqual((results / "modes.csv").read_bytes(), expected)
+
+    def test_refused(self):
+        for settings, part in (
+                ({"Contact/Steady pressure": "uniform"}, "no static equilibrium says where the pads touch"),
+                (st.PENALTY, "without contact pressures as unknowns"),
+                ({"Pads/Arrangement": "none"}, "there are no pads"),
+                ({"Sweep/Parameter": "Operation/Angular velocity", "Sweep/Values": "1, 2"}, "the edge moves in a sweep")):
+            file = self.write("refused.prm", {**LIFTING_BRAKE, **LEVELS, **settings})
+            result = st.run("--check", file.name, directory=self.directory)
+            self.assertEqual(result.returncode, 2, result.stdout)
+            self.assertIn("Refinement/Contact edge levels = 2: " + part, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
