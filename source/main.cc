@@ -141,7 +141,8 @@ namespace
     return result;
   }
 
-  /// The program's version and the versions of the libraries that it runs with.
+  /// The program's version and the versions of the libraries that it runs with. The last digits of
+  /// results depend on the kernels of the BLAS, too.
   std::string version()
   {
     char petsc[256], slepc[256], mpi[MPI_MAX_LIBRARY_VERSION_STRING];
@@ -159,7 +160,10 @@ namespace
     const std::string revision = squeal_revision, mpi_text(mpi, length);
     return "squeal " SQUEAL_VERSION + (revision.empty() ? "" : " (revision " + revision + ")") +
            "\n  deal.II " DEAL_II_PACKAGE_VERSION "\n  PETSc " + number(petsc) + "\n  SLEPc " +
-           number(slepc) + "\n  " + mpi_text.substr(0, mpi_text.find_first_of(",\n")) + "\n";
+           number(slepc) + "\n  " + mpi_text.substr(0, mpi_text.find_first_of(",\n")) + "\n" +
+           (openblas_get_corename
+                ? "  OpenBLAS with kernels for " + std::string(openblas_get_corename()) + "\n"
+                : "");
   }
 
   /// Prints what needs neither MPI nor PETSc; false if @p command asks for something else.
@@ -234,6 +238,7 @@ namespace
 
 int main(int argc, char *argv[])
 {
+  use_kernels_of_this_processor();
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   // Questions need not wait for MPI and PETSc. What is wrong with the arguments is said below.
   CommandLine command;
@@ -259,7 +264,6 @@ int main(int argc, char *argv[])
   dealii::deal_II_exceptions::disable_abort_on_exception();
 
   squeal::end_cleanly_on_signals();
-  use_kernels_of_this_processor();
   use_one_thread_unless_told();
 
   const MPI_Comm comm = MPI_COMM_WORLD;

@@ -84,6 +84,7 @@ def main():
                 print(es.mode_table(found))
     print(es.table(comparisons))
     for quantity, unit in (("frequency", "Hz"), ("growth", "1/s")):
+        print(f"{quantity} bars beyond 10 times the error: {100 * es.share_beyond(10, comparisons, quantity):.1f} %")
         accuracies = sorted(getattr(c, f"{quantity}_accuracy") for c in comparisons)
         print(f"reference's {quantity} bars: median {accuracies[len(accuracies) // 2]:.2g} {unit}, "
               f"largest {accuracies[-1]:.2g} {unit}")

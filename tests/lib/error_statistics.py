@@ -155,13 +155,25 @@ class Statistics:
 WIDE = 5
 
 
+def bars_beside_errors(comparisons, quantity):
+    """Bar, true error and the accuracy to which that is known, of "frequency" or "growth"."""
+    if quantity == "frequency":
+        return [(c.row["frequency_error_hz"], c.frequency_error, c.frequency_accuracy) for c in comparisons]
+    return [(c.row["growth_rate_error_1_per_s"], c.growth_error, c.growth_accuracy) for c in comparisons]
+
+
+def share_beyond(factor, comparisons, quantity):
+    """The share of bars more than that many times the true error."""
+    triples = bars_beside_errors(comparisons, quantity)
+    return sum(bar > factor * max(error, accuracy) for bar, error, accuracy in triples) / len(triples)
+
+
 def statistics(comparisons):
     """The true error is known to the reference's accuracy only: that is added to the bar for covering, and a true
     error below it counts as large as it."""
     covered, wide, median = {}, {}, {}
     for quantity in ["frequency", "growth"]:
-        triples = [(c.row["frequency_error_hz"], c.frequency_error, c.frequency_accuracy) if quantity == "frequency"
-                   else (c.row["growth_rate_error_1_per_s"], c.growth_error, c.growth_accuracy) for c in comparisons]
+        triples = bars_beside_errors(comparisons, quantity)
         covered[quantity] = sum(bar + accuracy >= error for bar, error, accuracy in triples)
         wide[quantity] = sum(bar > WIDE * max(error, accuracy) for bar, error, accuracy in triples)
         ratios = sorted(bar / max(error, accuracy) for bar, error, accuracy in triples)

@@ -2,6 +2,7 @@
 
 import json
 import pathlib
+import re
 import sys
 import unittest
 
@@ -32,7 +33,22 @@ class CommandLine(st.TestCase):
         """The revision is known where the program was built in git."""
         self.assertRegex(self.assertPrints("--version"),
                          r"^squeal \d+\.\d+\.\d+( \(revision [0-9a-f]{7,}(, modified)?\))?\n"
-                         r"  deal\.II 9\.\d+\.\d+\S*\n  PETSc .*\d\n  SLEPc .*\d\n  .*MPI.*\n$")
+                         r"  deal\.II 9\.\d+\.\d+\S*\n  PETSc .*\d\n  SLEPc .*\d\n  .*MPI.*\n"
+                         r"(  OpenBLAS with kernels for \w+\n)?$")
+
+    def test_kernels_of_blas(self):
+        """OpenBLAS takes those of the processor, or what OPENBLAS_CORETYPE says."""
+        def kernels(**told):
+            environment = {name: value for name, value in st.ENVIRONMENT.items() if name != "OPENBLAS_CORETYPE"}
+            text = st.run("--version", environment={**environment, **told}).stdout
+            found = re.search(r"OpenBLAS with kernels for (\w+)", text)
+            return found and found[1]
+
+        cpu = pathlib.Path("/proc/cpuinfo")
+        if kernels() is None or not cpu.exists() or " avx2 " not in cpu.read_text():
+            self.skipTest("this test needs OpenBLAS and a processor with AVX2")
+        self.assertNotEqual(kernels(), "Prescott")
+        self.assertEqual(kernels(OPENBLAS_CORETYPE="Nehalem"), "Nehalem")
 
     def test_help(self):
         text = self.assertPrints("--help")
