@@ -119,12 +119,20 @@ namespace squeal
 
     if (model.mortar)
     {
-      // Weighted gaps int psi_j ([[u]].n - g_0) and the weights' sizes int |psi_j|.
+      // Weighted gaps int psi_j ([[u]].n - g_0 - p/k_C), what the constraints of closed contacts
+      // make zero: pressures of their neighbours reach open ones. And the weights' sizes int
+      // |psi_j|.
       std::vector<double> gaps(2 * space->rows.size);
       for_each_pair(
           [&](const unsigned int, const Kinematics &k)
           {
-            const std::vector<double> jump = k.at_points(k.n(), k.local_values(global));
+            std::vector<double> jump = k.at_points(k.n(), k.local_values(global));
+            if (model.compliance > 0)
+            {
+              const std::vector<double> p = k.at_points(k.psi, k.local_multipliers(global));
+              for (unsigned int q = 0; q < k.n_points; ++q)
+                jump[q] -= model.compliance * scale * p[q];
+            }
             for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
               for (const FreeNode<dim> &node : k.pad->nodes[m])
                 if (node.equations[dim] >= 0)

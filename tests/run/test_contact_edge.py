@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Refinement/Contact edge levels: cells in which the contact ends are divided before the first modes are sought."""
 
+import math
 import pathlib
 import re
 import sys
@@ -50,6 +51,16 @@ class ContactEdge(st.TestCase):
         log, found = self.found({**settings, **LEVELS})
         self.assertIn("The pads touch everywhere: no edge of the contact to refine.", log)
         self.assertSameModes(found, self.eigenvalues(settings), 1e-8)
+
+    def test_compliant_contact(self):
+        """The active set settles where pressures have a compliance, too: those of closed contacts reach open ones."""
+        settings = {**LIFTING_BRAKE, "Discretization/Degree": 2, "Contact/Formulation": "mortar_penalty",
+                    "Contact/Penalty stiffness": 1e12, "Eigenproblem/Solver": "none", **LEVELS}
+        results = self.analyse(settings)
+        for row in st.read_table(results / "static.csv"):
+            self.assertLess(row["contact_area_m2"], 0.999 * math.radians(50) * (0.14**2 - 0.09**2) / 2)
+            force = 1e6 * math.radians(50) * (0.14**2 - 0.09**2) / 2
+            self.assertLess(abs(row["normal_force_n"] - force), 1e-4 * force)
 
     def test_resumed(self):
         """A refinement that is killed goes on with the cells divided at the edge, and writes what the other writes."""
