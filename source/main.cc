@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/memory.h>
 #include <squeal/base/signals.h>
 #include <squeal/run/advice.h>
 #include <squeal/run/driver.h>
@@ -10,11 +11,16 @@
 #include <slepcsys.h>
 #include <unistd.h>
 
+#include <petscblaslapack.h>
+
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <new>
+#include <sstream>
+#include <vector>
 
 // Written at build time by scripts/revision.cmake; empty outside of git.
 extern const char *const squeal_revision;
@@ -58,6 +64,43 @@ namespace
 #endif
   }
 
+  const char *out_of_memory =
+      "out of memory. Results so far are kept. Use a coarser mesh or a machine with more memory.";
+
+  /// Ends the process without the libraries' last words: they wait for threads that wait for
+  /// memory.
+  [[noreturn]] void end_without_memory()
+  {
+    std::cout.flush();
+    std::_Exit(squeal::exit_other);
+  }
+
+  /// Ends the process where a limit of its address space leaves no room for what MPI, PETSc and
+  /// OpenBLAS take before anything is computed. They do not say so: OpenBLAS tries for ever, and
+  /// the other ranks would wait for this one.
+  void need_memory_of_libraries()
+  {
+    constexpr double of_libraries_mib = 352; // a run of 300 unknowns takes 310 on two cores
+    const double left                 = squeal::available_address_space_mib();
+    if (left >= of_libraries_mib)
+      return;
+    std::cerr << "\nsqueal: out of memory: the limit of the address space (ulimit -v) leaves "
+              << int(left) << " MiB; MPI, PETSc and OpenBLAS take " << of_libraries_mib << "."
+              << std::endl;
+    end_without_memory();
+  }
+
+  /// OpenBLAS takes its buffer in the first product that is large enough, and keeps it. Once it has
+  /// one, it needs no more.
+  void let_blas_take_its_buffer()
+  {
+    constexpr PetscBLASInt n = 192;
+    const std::vector<double> a(n * n, 1.);
+    std::vector<double> b(n * n);
+    const double one = 1, zero = 0;
+    BLASgemm_("N", "N", &n, &n, &n, &one, a.data(), &n, a.data(), &n, &zero, b.data(), &n);
+  }
+
   /// Whether no mpirun or other launcher started this process.
   bool is_alone()
   {
@@ -96,6 +139,18 @@ namespace
       "\n"
       "--overwrite: the results of another run in the output directory may be replaced.\n"
       "Exit status: 0 finished, 2 the input is wrong, 3 a solver failed, 1 anything else.\n";
+
+  /// What was to be shown has not arrived: the disk is full, or what reads it has ended.
+  struct OutputFailed : std::runtime_error
+  {
+    using std::runtime_error::runtime_error;
+  };
+
+  void finish_output(std::ostream &out, const std::string &kept = "")
+  {
+    if (!out.flush())
+      throw OutputFailed("the standard output cannot be written." + kept);
+  }
 
   struct CommandLine
   {
@@ -169,22 +224,24 @@ namespace
   /// Prints what needs neither MPI nor PETSc; false if @p command asks for something else.
   bool answer(const CommandLine &command, std::ostream &out)
   {
+    std::ostringstream text; // libraries dump their stack where they cannot write
     if (command.help)
-      out << usage;
+      text << usage;
     else if (command.version)
-      out << version();
+      text << version();
     else if (!command.print_format.empty())
-      squeal::ParameterFile().print_manual(out, command.print_format);
+      squeal::ParameterFile().print_manual(text, command.print_format);
     else
       return false;
-    out << std::flush;
+    out << text.str();
+    finish_output(out);
     return true;
   }
 
   void run(const CommandLine &command, const MPI_Comm comm)
   {
     const bool speaks = dealii::Utilities::MPI::this_mpi_process(comm) == 0;
-    std::ostream nowhere(nullptr);
+    std::ostringstream nowhere;
     std::ostream &out = speaks ? std::cout : nowhere;
 
     if (answer(command, out))
@@ -200,7 +257,7 @@ namespace
       out << command.filename << ": valid\n" << squeal::describe(file.parameters(), directory);
     else
       squeal::run(file, directory, comm, {command.overwrite, version()});
-    out << std::flush;
+    finish_output(out, command.check ? "" : " The results in " + directory + " are complete.");
   }
 
   /// A message for a terminal. What users wrote is quoted in it: it may be long, a line of a binary
@@ -238,6 +295,7 @@ namespace
 
 int main(int argc, char *argv[])
 {
+  need_memory_of_libraries();
   use_kernels_of_this_processor();
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   // Questions need not wait for MPI and PETSc. What is wrong with the arguments is said below.
@@ -253,6 +311,11 @@ int main(int argc, char *argv[])
   {
     objection = error.what();
   }
+  catch (const OutputFailed &error)
+  {
+    std::cerr << "\nsqueal: " << error.what() << std::endl;
+    return squeal::exit_other;
+  }
   // PETSc would take --help and the like for its own options, so it sees only the program's name.
   int n_visible     = 1;
   char **visible    = argv;
@@ -265,6 +328,7 @@ int main(int argc, char *argv[])
 
   squeal::end_cleanly_on_signals();
   use_one_thread_unless_told();
+  let_blas_take_its_buffer();
 
   const MPI_Comm comm = MPI_COMM_WORLD;
   try
@@ -291,10 +355,8 @@ int main(int argc, char *argv[])
   }
   catch (const std::bad_alloc &)
   {
-    return fail(squeal::exit_solver_error,
-                "out of memory. Results so far are kept. Use a coarser mesh or a machine with more "
-                "memory.",
-                comm);
+    fail(squeal::exit_other, out_of_memory, comm);
+    end_without_memory();
   }
   catch (const std::exception &error)
   {

@@ -60,7 +60,22 @@ namespace squeal
     DenseMatrix identity(dim * n_w, dim * n_w);
     for (unsigned int r = 0; r < dim * n_w; ++r)
       identity(r, r) = 1;
-    const DenseMatrix compliance = solve_positive(stiffness, std::move(identity));
+    const auto invert = [&]
+    {
+      try
+      {
+        return solve_positive(stiffness, std::move(identity));
+      }
+      catch (const SolverError &) // of LAPACK, which knows a row
+      {
+        throw SolverError(
+            "The error bars solve a small elastic problem in each cell. In one cell its matrix is "
+            "not positive definite to rounding: the cell is too thin for its length. Try fewer "
+            "Discretization/Clamp layers or Discretization/Pad edge layers, or Eigenproblem/Error "
+            "bars = false.");
+      }
+    };
+    const DenseMatrix compliance = invert();
     std::vector<double> result((dim + 1) * n, 1.), sums(Utilities::pow(3, dim));
     for (unsigned int c = 0; c < dim; ++c)
     {

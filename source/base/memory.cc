@@ -4,9 +4,12 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace squeal
 {
@@ -15,7 +18,7 @@ namespace squeal
     constexpr double unlimited = std::numeric_limits<double>::infinity();
 
     /// The number after a word at the beginning of a line, in kilobytes.
-    double read_kilobytes(const char *filename, const std::string &word)
+    double read_kilobytes(const std::string &filename, const std::string &word)
     {
       std::ifstream in(filename);
       for (std::string line; std::getline(in, line);)
@@ -32,24 +35,73 @@ namespace squeal
       return in >> bytes ? bytes : unlimited;
     }
 
-    /// Of the control group (version 2, as systemd and containers set it up).
-    double available_in_group_mib()
+    /// Bytes behind words at the beginnings of lines, summed up.
+    double sum_of_bytes(const std::string &filename, const std::vector<std::string> &words)
     {
-      std::ifstream in("/proc/self/cgroup");
-      std::string line, directory = "/sys/fs/cgroup";
-      while (std::getline(in, line))
-        if (line.rfind("0::", 0) == 0)
-          directory += line.substr(3);
-      double available = unlimited;
+      std::ifstream in(filename);
+      std::string word;
+      double sum = 0, bytes = 0;
+      while (in >> word >> bytes)
+        if (std::count(words.begin(), words.end(), word))
+          sum += bytes;
+      return sum;
+    }
+
+    /// The names of a version of control groups.
+    struct GroupFiles
+    {
+      const char *limit, *used;
+      std::vector<std::string> file_cache; ///< in memory.stat: pages that can be read again
+    };
+
+    /// What a group and those above it leave, each with its own limit. What is used counts the page
+    /// cache of files, which the system gives up before it lets anybody go without.
+    double left_by_groups_mib(const std::filesystem::path &tree, const std::filesystem::path &group,
+                              const GroupFiles &files)
+    {
+      double left = unlimited;
       // Inside of a container the path is that of the host: then the root of the tree is the group.
-      for (const std::string &place : {directory, std::string("/sys/fs/cgroup")})
+      for (std::filesystem::path place = (tree / group.relative_path()).lexically_normal();;
+           place                       = place.parent_path())
       {
-        const double limit = read_bytes(place + "/memory.max"),
-                     used  = read_bytes(place + "/memory.current");
+        const double limit = read_bytes((place / files.limit).string()),
+                     used  = read_bytes((place / files.used).string());
         if (limit < unlimited && used < unlimited)
-          available = std::min(available, std::max(0., limit - used) / (1024 * 1024));
+        {
+          const double cache = sum_of_bytes((place / "memory.stat").string(), files.file_cache);
+          left = std::min(left, std::max(0., limit - std::max(0., used - cache)) / (1024 * 1024));
+        }
+        if (place == tree || !place.has_relative_path() ||
+            std::distance(place.begin(), place.end()) <= std::distance(tree.begin(), tree.end()))
+          return left;
       }
-      return available;
+    }
+
+    /// Of the control groups of this process, versions 2 ("0::/path") and 1 ("7:cpu,memory:/path").
+    double available_in_groups_mib(const std::string &root)
+    {
+      std::ifstream in(root + "/proc/self/cgroup");
+      double left = unlimited;
+      for (std::string line; std::getline(in, line);)
+      {
+        const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+        if (second == std::string::npos)
+          continue;
+        const std::string controllers    = "," + line.substr(first + 1, second - first - 1) + ",",
+                          group          = line.substr(second + 1);
+        const std::filesystem::path tree = root + "/sys/fs/cgroup";
+        if (controllers == ",,")
+          left = std::min(
+              left,
+              left_by_groups_mib(
+                  tree, group, {"memory.max", "memory.current", {"inactive_file", "active_file"}}));
+        else if (controllers.find(",memory,") != std::string::npos)
+          left = std::min(left, left_by_groups_mib(tree / "memory", group,
+                                                   {"memory.limit_in_bytes",
+                                                    "memory.usage_in_bytes",
+                                                    {"total_inactive_file", "total_active_file"}}));
+      }
+      return left;
     }
   } // namespace
 
@@ -62,24 +114,27 @@ namespace squeal
     return mib;
   }
 
-  double available_memory_mib()
+  double available_memory_mib(const std::string &root)
   {
-    double available =
-        std::min(read_kilobytes("/proc/meminfo", "MemAvailable:") / 1024, available_in_group_mib());
+    return std::min(read_kilobytes(root + "/proc/meminfo", "MemAvailable:") / 1024,
+                    available_in_groups_mib(root));
+  }
+
+  double available_address_space_mib()
+  {
     rlimit limit{};
-    if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
-    {
-      const double used = read_kilobytes("/proc/self/status", "VmSize:") / 1024;
-      available         = std::min(available, limit.rlim_cur / (1024. * 1024.) - used);
-    }
-    return std::max(0., available);
+    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+      return unlimited;
+    const double used = read_kilobytes("/proc/self/status", "VmSize:") / 1024;
+    return std::max(0., limit.rlim_cur / (1024. * 1024.) - used);
   }
 
   double memory_load(const double needed_mib, const MPI_Comm comm)
   {
     MPI_Comm machine = MPI_COMM_NULL;
     MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
-    double needed = needed_mib, available = available_memory_mib();
+    double needed    = needed_mib,
+           available = std::min(available_memory_mib(), available_address_space_mib());
     MPI_Allreduce(MPI_IN_PLACE, &needed, 1, MPI_DOUBLE, MPI_SUM, machine);
     MPI_Allreduce(MPI_IN_PLACE, &available, 1, MPI_DOUBLE, MPI_MIN, machine);
     MPI_Comm_free(&machine);

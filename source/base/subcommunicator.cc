@@ -2,6 +2,7 @@
 #include <squeal/base/subcommunicator.h>
 
 #include <algorithm>
+#include <new>
 #include <string>
 
 namespace squeal
@@ -34,6 +35,7 @@ namespace squeal
       wrong_input,
       singular,
       solver_failed,
+      without_memory,
       failed
     };
     int outcome = done;
@@ -65,6 +67,10 @@ namespace squeal
     {
       note(solver_failed, error);
       kinds = error.kinds;
+    }
+    catch (const std::bad_alloc &error)
+    {
+      note(without_memory, error);
     }
     catch (const std::exception &error)
     {
@@ -98,6 +104,8 @@ namespace squeal
       throw SingularMatrix(message, kinds);
     case solver_failed:
       throw SolverError(message, kinds);
+    case without_memory:
+      throw std::bad_alloc();
     default:
       throw std::runtime_error(message);
     }

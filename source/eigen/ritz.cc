@@ -144,6 +144,12 @@ namespace squeal
     };
     if (expand_until_accurate(12, correct, expand))
       return solution;
+    if (modes.lambda.empty()) // those found have no finite eigenvalue, or are rigid motions
+      throw SolverError("The eigenpairs could not be refined: none of the " +
+                            std::to_string(n_wanted) +
+                            " has a finite eigenvalue that is not zero to rounding. Numbers of the "
+                            "problem are too far apart to compute with.",
+                        {Failure::pairs_not_refined});
     std::ostringstream message;
     message << "The eigenpairs could not be refined to the tolerance " << options.tolerance << ": "
             << modes.lambda.size() << " of " << n_wanted << " pairs, largest backward error "

@@ -3,7 +3,10 @@
 #include <squeal/base/text.h>
 #include <squeal/linalg/factorization.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <new>
 #include <sstream>
 
 namespace squeal
@@ -63,9 +66,13 @@ namespace squeal
     // but may be infinite where all numbers are finite.
     PetscReal squares = 0;
     SQUEAL_PETSC(MatNorm(matrix, NORM_FROBENIUS, &squares));
-    if (std::isnan(squares) || !std::isfinite(matrix.infinity_norm()))
+    const double largest_sum = matrix.infinity_norm();
+    if (std::isnan(squares) || !std::isfinite(largest_sum))
       throw SolverError("Cannot factorise " + what + ": its numbers are too large to compute with.",
                         {Failure::numbers_too_large});
+    // MUMPS wants at least one entry.
+    if (largest_sum == 0)
+      throw SingularMatrix("Cannot factorise " + what + ": all its entries are zero.");
   }
 
   void Factorization::analyse(const Matrix &matrix)
@@ -97,12 +104,14 @@ namespace squeal
     MatMumpsGetInfog(mat, 2, &detail);
     const std::string message = text_of("MUMPS cannot factorise ", what, " (INFOG(1) = ", code,
                                         ", INFOG(2) = ", detail, "): ");
+    // Codes that mean a lack of memory (MUMPS' manual, section 8); PETSc knows some of them.
+    constexpr std::array<PetscInt, 6> of_memory = {{-5, -7, -8, -9, -13, -19}};
+    if (error == MAT_FACTOR_OUTMEMORY ||
+        std::find(of_memory.begin(), of_memory.end(), code) != of_memory.end())
+      throw std::bad_alloc();
     if (error == MAT_FACTOR_NUMERIC_ZEROPIVOT)
       throw SingularMatrix(message + "the matrix is singular", {Failure::singular_factors});
-    throw SolverError(message +
-                      (error == MAT_FACTOR_OUTMEMORY
-                           ? "out of memory: use a coarser mesh or a machine with more memory."
-                           : "see the MUMPS manual."));
+    throw SolverError(message + "see the MUMPS manual.");
   }
 
   void Factorization::check_memory(const MPI_Comm comm)

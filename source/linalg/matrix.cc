@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <numeric>
 
 namespace squeal
@@ -15,9 +16,10 @@ namespace squeal
     const char *text = nullptr;
     char *specific   = nullptr;
     PetscErrorMessage(code, &text, &specific);
-    std::string message = std::string("PETSc error ") + std::to_string(code);
     // Where it cannot allocate, PETSc may return the line of the call instead of a code.
-    message += std::string(" (") + (text ? text : "probably out of memory") + ")";
+    if (code == PETSC_ERR_MEM || !text)
+      throw std::bad_alloc();
+    std::string message = std::string("PETSc error ") + std::to_string(code) + " (" + text + ")";
     if (specific && *specific)
       message += std::string(": ") + specific;
     throw SolverError(message + " in " + call);

@@ -2,6 +2,7 @@
 #include <squeal/mesh_import/mesh_file.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <set>
 #include <unordered_map>
@@ -50,6 +51,52 @@ namespace squeal
     {
       return !field.empty() && field.find_first_not_of("+-0123456789") == std::string::npos;
     }
+
+    /// Numbers of nodes or elements. Generated ones are kept as first, last and step: a range may
+    /// name millions that do not exist.
+    struct NumberSet
+    {
+      std::set<long> numbers;
+      std::set<std::array<long, 3>> ranges;
+
+      void insert(const NumberSet &other)
+      {
+        numbers.insert(other.numbers.begin(), other.numbers.end());
+        ranges.insert(other.ranges.begin(), other.ranges.end());
+      }
+
+      /// Those that @p known, a map by number, has, ascending. The time is bounded by what is known
+      /// and not by what a range claims.
+      template <typename Known>
+      std::set<long> members_of(const Known &known) const
+      {
+        std::set<long> members;
+        for (const long number : numbers)
+          if (known.count(number) > 0)
+            members.insert(number);
+        long seen = -1; // ranges of step 1 begin behind what others have taken
+        for (const auto &[first, last, step] : ranges)
+        {
+          const long begin = step == 1 ? std::max(first, seen + 1) : first;
+          if (begin > last)
+            continue;
+          if (std::size_t((last - begin) / step) < known.size())
+            // Counted, since last + step may be too large for an integer.
+            for (long k = 0; k <= (last - begin) / step; ++k)
+            {
+              if (known.count(begin + k * step) > 0)
+                members.insert(begin + k * step);
+            }
+          else
+            for (const auto &entry : known)
+              if (entry.first >= begin && entry.first <= last && (entry.first - begin) % step == 0)
+                members.insert(entry.first);
+          if (step == 1)
+            seen = std::max(seen, last);
+        }
+        return members;
+      }
+    };
 
     /// One flat input file. Keywords that do not describe the mesh are passed over.
     class AbaqusReader
@@ -131,7 +178,7 @@ namespace squeal
           file.nodes.emplace_back(lines.real(fields[1]), lines.real(fields[2]),
                                   lines.real(fields[3]));
           if (!set.empty())
-            node_sets[set].insert(number);
+            node_sets[set].numbers.insert(number);
         };
       }
 
@@ -193,7 +240,7 @@ namespace squeal
         if (!is_new || cell_numbers.count(element[0]) + faces.count(element[0]) > 1)
           lines.fail("element " + number + " occurs twice.");
         if (!element_set.empty())
-          element_sets[element_set].insert(element[0]);
+          element_sets[element_set].numbers.insert(element[0]);
         element.clear();
       }
 
@@ -201,7 +248,7 @@ namespace squeal
       {
         auto &sets             = of_elements ? element_sets : node_sets;
         const std::string name = need_option(of_elements ? "ELSET" : "NSET");
-        std::set<long> &set    = sets[name];
+        NumberSet &set         = sets[name];
         const bool generate    = options.count("GENERATE");
         take = [this, &sets, &set, generate](const std::vector<std::string> &fields)
         {
@@ -215,20 +262,18 @@ namespace squeal
             if (step < 1 || first < 0 || last < first || (last - first) / step > 10000000)
               lines.fail("GENERATE: expected 0 <= first <= last, a step of at least 1, and at most "
                          "ten million members.");
-            // Counted, since last + step may be too large for an integer.
-            for (long k = 0; k <= (last - first) / step; ++k)
-              set.insert(first + k * step);
+            set.ranges.insert(std::array<long, 3>{{first, last, step}});
             return;
           }
           for (const std::string &field : fields)
             if (is_number(field))
-              set.insert(lines.integer(field));
+              set.numbers.insert(lines.integer(field));
             else if (!field.empty())
             {
               const auto other = sets.find(label(field));
               if (other == sets.end())
                 lines.fail("the set " + field + " is not known here.");
-              set.insert(other->second.begin(), other->second.end());
+              set.insert(other->second);
             }
         };
       }
@@ -242,10 +287,10 @@ namespace squeal
         const bool of_nodes = type == "NODE";
         take                = [this, name, of_nodes](const std::vector<std::string> &fields)
         {
-          const auto members = [&](const std::map<std::string, std::set<long>> &sets)
+          const auto members = [&](const std::map<std::string, NumberSet> &sets)
           {
             if (is_number(fields[0]))
-              return std::set<long>{lines.integer(fields[0])};
+              return NumberSet{{lines.integer(fields[0])}, {}};
             const auto set = sets.find(label(fields[0]));
             if (set == sets.end())
               lines.fail("the set " + fields[0] + " is not known here.");
@@ -253,21 +298,27 @@ namespace squeal
           };
           if (of_nodes)
           {
-            const std::set<long> nodes = members(node_sets);
-            node_sets[name].insert(nodes.begin(), nodes.end());
+            node_sets[name].insert(members(node_sets));
             return;
           }
           // Abaqus' faces S1 ... S6 of a hexahedron
           const std::string face = fields.size() > 1 ? capitals(fields[1]) : "";
           if (face.size() != 2 || face[0] != 'S' || face[1] < '1' || face[1] > '6')
             lines.fail("expected an element or a set and one of its faces S1 to S6.");
-          for (const long element : members(element_sets))
+          const NumberSet elements = members(element_sets);
+          const auto add           = [&](const long element)
           {
             const auto cell = cell_numbers.find(element);
             if (cell == cell_numbers.end())
               lines.fail("element " + std::to_string(element) + " is no hexahedron of this file.");
             file.surfaces[name].push_back(file.face(cell->second, face[1] - '1'));
-          }
+          };
+          for (const long element : elements.numbers)
+            add(element);
+          // The first that does not exist ends it.
+          for (const auto &[first, last, step] : elements.ranges)
+            for (long k = 0; k <= (last - first) / step; ++k)
+              add(first + k * step);
         };
       }
 
@@ -275,15 +326,15 @@ namespace squeal
       void resolve()
       {
         for (const auto &[name, elements] : element_sets)
-          for (const long element : elements)
-            if (const auto cell = cell_numbers.find(element); cell != cell_numbers.end())
-              file.volumes[name].push_back(cell->second);
-            else if (const auto face = faces.find(element); face != faces.end())
-              file.surfaces[name].push_back(face->second);
+        {
+          for (const long element : elements.members_of(cell_numbers))
+            file.volumes[name].push_back(cell_numbers.at(element));
+          for (const long element : elements.members_of(faces))
+            file.surfaces[name].push_back(faces.at(element));
+        }
         for (const auto &[name, nodes] : node_sets)
-          for (const long node : nodes)
-            if (const auto number = node_numbers.find(node); number != node_numbers.end())
-              file.node_sets[name].push_back(number->second);
+          for (const long node : nodes.members_of(node_numbers))
+            file.node_sets[name].push_back(node_numbers.at(node));
       }
 
       LineReader lines;
@@ -297,7 +348,7 @@ namespace squeal
       std::vector<long> element; ///< number and nodes so far
       std::unordered_map<long, unsigned int> node_numbers, cell_numbers;
       std::unordered_map<long, MeshFile::Face> faces;
-      std::map<std::string, std::set<long>> element_sets, node_sets;
+      std::map<std::string, NumberSet> element_sets, node_sets;
     };
   } // namespace
 

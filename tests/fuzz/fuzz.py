@@ -7,7 +7,7 @@
 
 Every case starts from a parameter file of prm/, made small, or from a mesh of mesh_files.py, and changes it: cases with
 an even number the form of the files (lines, words, bytes), those with an odd number the meaning (values, nodes, cells,
-groups). A case depends on the seed and its number only, so that 40 cases are the first 40 of 200.
+groups); each tenth is a run that was killed, with changed states, tables or manifest. A case depends on the seed and its number only, so that 40 cases are the first 40 of 200.
 
 Allowed: the run ends well (status 0) with finite tables; the input is refused (2) or a solver gives up (3) with a message
 that a user can read. Everything else is listed with the command that repeats it: exit status 1 fails.
@@ -255,6 +255,15 @@ def mutate_form(rng, case, _keys):
     small = SMALL_STRIP if b"strip" in case.files[next(n for n in names if n.endswith(".prm"))] else SMALL
     for path, value in small.items():
         case.arguments += ["--set", f"{path}={value}"]
+
+
+def mutate_interrupted(rng, case, _keys):
+    """What an interrupted run has left: states, tables, manifest. Parameters and arguments stay, or nothing would be read."""
+    names = sorted(name for name in case.files if name.startswith("output/"))
+    states = [name for name in names if name.endswith((".state", ".manifest"))]
+    for _ in range(rng.choice([1, 1, 2])):
+        name = rng.choice(states if rng.random() < 0.7 else names)
+        case.files[name] = rng.choice(FORM)(rng, case.files[name])
 
 
 # ---- Mutations of the meaning
@@ -507,14 +516,45 @@ class Result:
         self.category, self.detail, self.seconds, self.memory = "", "", 0, 0
 
 
-def make_case(number, seed, keys):
-    """The case of a number: what it starts from goes round, how it is changed is random."""
+def make_case(number, seed, keys, interrupted):
+    """The case of a number: what it starts from goes round, how it is changed is random. Every tenth resumes."""
     rng = random.Random(f"{seed}-{number}")
+    if number % 10 == 8:
+        base = interrupted[number // 10 % len(interrupted)]
+        case = Case(base.name, base.files)
+        mutate_interrupted(rng, case, keys)
+        return case
     all_bases = bases()
     base = all_bases[(number // 2 * 7 + number % 2 * 3 + seed) % len(all_bases)]
     case = Case(base.name, base.files, base.arguments)
     (mutate_meaning if number % 2 else mutate_form)(rng, case, keys)
     return case
+
+
+def interrupted_runs(program):
+    """A sweep and a map of a small brake that were killed, with what they left."""
+    settings = {**SMALL, "Output/Fields": "none", "Sweep/Parameter": "Contact/Friction/Coefficient",
+                "Sweep/Values": "0 : 0.5 : 40"}
+    of_a_map = {**settings, "Sweep/Values": "0 : 0.5 : 6", "Sweep/Second parameter": "Operation/Angular velocity",
+                "Sweep/Second values": "1 : 30 : 6"}
+    of_meshes = {**SMALL, "Output/Fields": "none", "Refinement/Cycles": 3, "Refinement/Maximum unknowns": 20000}
+    cases = []
+    for name, values in (("sweep", settings), ("map", of_a_map), ("refinement", of_meshes)):
+        with tempfile.TemporaryDirectory(prefix="squeal-fuzz-") as scratch:
+            file = pathlib.Path(scratch) / f"{name}.prm"
+            file.write_text(st.parameter_file(values))
+            process = subprocess.Popen([program, file.name], cwd=scratch, env=environment(), stdin=subprocess.DEVNULL,
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            while process.poll() is None and not list(file.parent.glob("output/*/*.state")):
+                time.sleep(0.005)
+            process.kill()
+            process.wait()
+            if not list(file.parent.glob("output/*/*.state")):
+                sys.exit(f"The {name} ended before it could be killed.")
+            cases.append(Case(f"interrupted {name}", {str(path.relative_to(scratch)): path.read_bytes()
+                                                      for path in sorted(file.parent.rglob("*"))
+                                                      if path.is_file() and path.name != "run.lock"}))
+    return cases
 
 
 def usage(pid):
@@ -573,15 +613,15 @@ def judge(status, out, err, directory):
     return "exit 1", f"exit {status}"
 
 
-def run_case(number, options, keys, top):
-    case = make_case(number, options.seed, keys)
+def run_case(number, options, keys, top, interrupted):
+    case = make_case(number, options.seed, keys, interrupted)
     directory = top / f"case-{number:03}"
     shutil.rmtree(directory, ignore_errors=True)
     for name, data in case.files.items():
         path = directory / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
-    prm = next(name for name in case.files if name.endswith(".prm"))
+    prm = next(name for name in sorted(case.files) if name.endswith(".prm") and not name.startswith("output/"))
     command = [str(options.program), prm, *case.arguments]
     result = Result(number, case, directory, command)
     encoded = [os.fsencode(argument.replace("\0", "")) for argument in command]
@@ -638,11 +678,12 @@ def main():
     top = options.keep.resolve() if options.keep else pathlib.Path(tempfile.mkdtemp(prefix="squeal-fuzz-"))
     top.mkdir(parents=True, exist_ok=True)
     keys = keys_of(options.program)
+    interrupted = interrupted_runs(options.program)
     numbers = options.case if options.case is not None else range(options.number)
     start = time.monotonic()
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         results = []
-        for result in pool.map(lambda number: run_case(number, options, keys, top), numbers):
+        for result in pool.map(lambda number: run_case(number, options, keys, top, interrupted), numbers):
             results.append(result)
             if options.verbose:
                 print(f"{result.number:4} {result.case.name:24} {result.category:12} {result.seconds:6.1f} s "

@@ -1,4 +1,7 @@
-"""Runs that are ended from outside: signals, kill -9, too little memory, a full disk, a directory that is not writable."""
+"""Runs that are ended from outside: signals, kill -9, too little memory, a full disk, a directory that is not writable.
+
+With SQUEAL_ALL_FAILURES=1 at 20 sizes of the memory and the disk in place of a few: doc/reliability.md, "Outcomes".
+"""
 
 import os
 import pathlib
@@ -21,6 +24,9 @@ ADAPTIVE_SWEEP = {**st.SMALL_BRAKE, **st.MORTAR, "Discretization/Degree": 1, "Ou
                   "Output/Animation frames": 2, "Eigenproblem/Maximum frequency": 2500,
                   "Refinement/Strategy": "adaptive", "Refinement/Cycles": 3, "Refinement/Tolerance": 1e-4,
                   "Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.3 : 0.4 : 4"}
+EVERY_SIZE = bool(os.environ.get("SQUEAL_ALL_FAILURES"))
+BRAKE_OF_SECONDS = {**st.SMALL_BRAKE, "Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1",
+                    "Discretization/Pad cells": "1, 2, 1", "Eigenproblem/Maximum frequency": 3000}
 # Times and memory differ from run to run, the log says that it was resumed, and the manifest names the parameter file.
 MAY_DIFFER = {"cycles.csv", "log.txt", "original.prm", "parameters.prm", "run.manifest"}
 
@@ -132,6 +138,86 @@ class Robustness(st.TestCase):
                 self.assertRegex(err, r"memory|needs about .* GiB")
                 messages += err
         self.assertRegex(messages, r"The factorisation of .* needs about .* GiB, .* times what is available")
+
+    def test_small_address_space(self):
+        """Whatever a process may take, down to what its libraries need to be loaded: it ends within seconds, finished or
+        with one message."""
+        file = self.write("small.prm", BRAKE_OF_SECONDS)
+        # As users start it: with the threads of OpenBLAS, which once waited for memory for ever.
+        environment = {name: value for name, value in st.ENVIRONMENT.items() if not name.endswith("NUM_THREADS")}
+        outcomes = {}
+        for limit in (range(500, 1100, 30) if EVERY_SIZE else (600, 720, 950)):
+            size = limit * 2 ** 20
+            process = subprocess.Popen([str(st.SQUEAL), file.name], cwd=self.directory, env=environment, text=True,
+                                       stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                       preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (size, size)))
+            try:
+                out, err = process.communicate(timeout=60)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                self.fail(f"{limit} MiB: the run does not end. {process.communicate()[1]}")
+            outcomes[limit] = (process.returncode, err.strip()[:90])
+            if process.returncode == 127 and "error while loading shared libraries" in err:
+                continue
+            if process.returncode == 3:
+                self.assertRegex(err, r"needs about .* GiB", limit)
+            elif process.returncode != 0:
+                self.assertEqual(process.returncode, 1, f"{limit} MiB: {err}")
+                self.assertRegex(err, r"^\s*squeal: out of memory", f"{limit} MiB")
+                self.assertEqual(err.count("squeal:"), 1, f"{limit} MiB: {err}")
+        if EVERY_SIZE:
+            print(*outcomes.items(), sep="\n")
+        self.assertIn(1, [status for status, _ in outcomes.values()])
+
+    def test_one_rank_without_memory(self):
+        """One rank of two that lacks memory ends both."""
+        file = self.write("small.prm", BRAKE_OF_SECONDS)
+        outcomes = {}
+        for limit in (range(500, 1100, 30) if EVERY_SIZE else (600, 720)):
+            command = ["mpirun", "-np", "1", str(st.SQUEAL), file.name, ":",
+                       "-np", "1", "sh", "-c", f"ulimit -v {1024 * limit}; exec {st.SQUEAL} {file.name}"]
+            process = subprocess.Popen(command, cwd=self.directory, env=st.ENVIRONMENT, text=True,
+                                       stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            try:
+                out, err = process.communicate(timeout=60)
+            except subprocess.TimeoutExpired:
+                process.terminate()
+                self.fail(f"{limit} MiB: the run does not end. {process.communicate()[1]}")
+            outcomes[limit] = (process.returncode, err.strip()[:90])
+            if process.returncode:
+                self.assertRegex(err, "out of memory|needs about .* GiB|error while loading shared libraries",
+                                 f"{limit} MiB")
+        if EVERY_SIZE:
+            print(*outcomes.items(), sep="\n")
+        self.assertNotIn(0, [status for limit, (status, _) in outcomes.items() if limit < 720])
+
+    def test_second_signal(self):
+        """Whatever a run does, the second signal ends it, be it the same or the other one."""
+        dense = {**st.SMALL_BRAKE, "Discretization/Rotor cells": "2, 9, 1", "Eigenproblem/Solver": "dense"}
+        sweep = {**BRAKE_OF_SECONDS, "Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0 : 0.5 : 1000"}
+        cases = {"dense": dense, "sweep": sweep,
+                 "map": {**sweep, "Sweep/Values": "0 : 0.5 : 30", "Sweep/Second parameter": "Operation/Angular velocity",
+                         "Sweep/Second values": "1 : 30 : 30"},
+                 "refinement": {**ADAPTIVE_SWEEP, "Refinement/Cycles": 6},
+                 "statics": {"Discretization/Rotor cells": "8, 72, 4", "Output/Fields": "none"}}
+        signals = [(signal.SIGINT, signal.SIGTERM), (signal.SIGTERM, signal.SIGTERM), (signal.SIGTERM, signal.SIGINT),
+                   (signal.SIGINT, signal.SIGINT)]
+        for number, (name, settings) in enumerate(cases.items()):
+            file = self.write(f"{name}.prm", settings)
+            for first, second in (signals if EVERY_SIZE else [signals[number % 4]]):
+                process = self.start(file)
+                log = self.directory / f"output/{name}/log.txt"
+                while process.poll() is None and not log.exists():
+                    time.sleep(0.01)
+                time.sleep(0.4)
+                process.send_signal(first)
+                time.sleep(0.02)
+                process.send_signal(second)
+                sent = time.monotonic()
+                status, out, err = self.finish(process, timeout=60)
+                self.assertLess(time.monotonic() - sent, 5, f"{name}, {first.name} {second.name}")
+                # The first one may have done it before the second came.
+                self.assertIn(status, [-second, 1], f"{name}, {first.name} {second.name}: {err}")
 
     def test_not_writable(self):
         if os.geteuid() != 0:

@@ -2,15 +2,20 @@
 
 #include <mpi.h>
 
+#include <string>
+
 namespace squeal
 {
   /// Peak resident memory so far, summed over ranks, MiB.
   double peak_memory_mib(MPI_Comm comm);
 
-  /// What this process may still take, MiB: the machine's memory that is free or can be made so,
-  /// within the limits of the control group and of the process (RLIMIT_AS); infinite where the
-  /// system does not say.
-  double available_memory_mib();
+  /// Memory of the machine that is free or can be made so, MiB, within the limits of the control
+  /// groups of this process (versions 1 and 2) and of those above them; infinite where the system
+  /// does not say. @p root: the directory in which /proc and /sys stand.
+  double available_memory_mib(const std::string &root = "");
+
+  /// What the limit of this process' address space (RLIMIT_AS) leaves, MiB; infinite without one.
+  double available_address_space_mib();
 
   /// The largest part of what is available that any machine would need if each rank, also outside
   /// of the communicator, took
