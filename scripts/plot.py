@@ -40,7 +40,7 @@ def read_modes(directory):
         fail(f"there is no directory {directory}; give the output directory of a run, e.g. output/brake")
     if not os.path.isfile(path):
         fail(f"{path} is missing; has the run finished a mesh? (A sweep writes sweep.csv instead.)")
-    with open(path, newline="", encoding="utf-8") as file:
+    with open(path, newline="", encoding="utf-8", errors="replace") as file:
         reader = csv.DictReader(file)
         header = reader.fieldnames or []
         missing = [name for name in ("cycle", GROWTH, FREQUENCY, "verdict") if name not in header]
@@ -65,7 +65,7 @@ def read_parameters(directory):
     """parameters.prm as {"Section/Key": "value"}; empty if there is no such file."""
     parameters, section = {}, []
     try:
-        with open(os.path.join(directory, "parameters.prm"), encoding="utf-8") as file:
+        with open(os.path.join(directory, "parameters.prm"), encoding="utf-8", errors="replace") as file:
             for line in file:
                 words = line.split("#")[0].split()
                 if words[:1] == ["subsection"]:

@@ -56,13 +56,37 @@ def fail(message):
     sys.exit("report.py: " + message)
 
 
-def read_table(directory, name):
-    """The lines of a table as dictionaries; none if there is no such file."""
+# Of these columns numbers are taken.
+NUMBERS = {"cycle", "mode", "parameter", "value", "contact_area_m2", "max_pressure_pa", "dofs", "processor_seconds", GROWTH,
+           FREQUENCY}
+
+
+def is_whole(row):
+    """Whether a line has a field for each column, and numbers where there must be some."""
+    if None in row or None in row.values():
+        return False
     try:
-        with open(directory / name, newline="", encoding="utf-8") as file:
-            return list(csv.DictReader(file))
+        return all(math.isfinite(float(row[name])) for name in NUMBERS & row.keys())
+    except ValueError:
+        return False
+
+
+def read_table(directory, name, damaged=None):
+    """The whole lines of a table as dictionaries; none if there is no such file. A line that somebody or a full disk cut is
+    left out; @p damaged, a list, gets a sentence about it."""
+    try:
+        with open(directory / name, newline="", encoding="utf-8", errors="replace") as file:
+            rows = list(csv.DictReader(line.replace("\0", "\N{REPLACEMENT CHARACTER}") for line in file))
     except OSError:
         return []
+    except csv.Error as error:
+        rows = []
+        if damaged is not None:
+            damaged.append(f"{name}: {error}")
+    whole = [row for row in rows if is_whole(row)]
+    if damaged is not None and len(whole) < len(rows):
+        damaged.append(f"{name}: {len(rows) - len(whole)} of {len(rows)} lines are incomplete")
+    return whole
 
 
 def number(text, digits=5):
@@ -103,11 +127,14 @@ class Report:
         self.directory, self.most_modes = directory, most_modes
         self.body, self.missing = [], []
         self.parameters = read_parameters(str(directory))
-        modes = read_table(directory, "modes.csv")
-        self.cycle = max((int(row["cycle"]) for row in modes), default=0)
-        self.modes = [row for row in modes if int(row["cycle"]) == self.cycle]
-        self.cycles = read_table(directory, "cycles.csv")
-        self.sweep, self.map = read_table(directory, "sweep.csv"), read_table(directory, "map.csv")
+        modes = [row for row in self.rows("modes.csv") if "cycle" in row]
+        self.cycle = max((int(float(row["cycle"])) for row in modes), default=0)
+        self.modes = [row for row in modes if int(float(row["cycle"])) == self.cycle]
+        self.cycles = self.rows("cycles.csv")
+        self.sweep, self.map = self.rows("sweep.csv"), self.rows("map.csv")
+
+    def rows(self, name):
+        return read_table(self.directory, name, self.missing)
 
     # Pieces of the page.
 
@@ -212,7 +239,7 @@ class Report:
 
     def causes(self):
         shares = {}
-        for row in read_table(self.directory, "contributions.csv"):
+        for row in self.rows("contributions.csv"):
             if int(row["cycle"]) == self.cycle:
                 of_mode = shares.setdefault(row["mode"], {})
                 of_mode[row["origin"]] = of_mode.get(row["origin"], 0) + float(row["growth_rate_1_per_s"])
@@ -237,7 +264,7 @@ class Report:
         branches = {}
         for row in self.sweep:
             branches.setdefault(row["branch"], []).append(row)
-        critical = read_table(self.directory, "critical.csv")
+        critical = self.rows("critical.csv")
 
         def draw(pyplot):
             pyplot.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
@@ -277,7 +304,7 @@ class Report:
     # What the numbers rest on.
 
     def convergence(self):
-        study = read_table(self.directory, "convergence.csv")
+        study = self.rows("convergence.csv")
         if len(self.cycles) < 2 and not study:
             return
         self.section("Meshes")
@@ -304,7 +331,7 @@ class Report:
             self.figure("Estimated error against unknowns and time", draw)
 
     def contact(self):
-        rows = [row for row in read_table(self.directory, "static.csv") if row["cycle"] == str(self.cycle)]
+        rows = [row for row in self.rows("static.csv") if row["cycle"] == str(self.cycle)]
         if not rows:
             return
         self.section("Contact in the steady state")
@@ -350,13 +377,16 @@ class Report:
         scene = self.parameters.get("Scene", "")
         title = f"squeal: {self.directory.name}"
         described = f"Scene {scene}, stage {self.parameters.get('Stage', '')}" if scene else ""
-        if self.cycles:
-            unknowns = f"{int(self.cycles[-1]['dofs']):,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+        if self.cycles and self.cycles[-1].get("dofs"):
+            unknowns = f"{int(float(self.cycles[-1]['dofs'])):,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
             described += f", {unknowns} unknowns"
         self.body.append(f"<h1>{html.escape(title)}</h1><p>{html.escape(described)}</p>")
         for part in (self.summary, self.verdicts, self.causes, self.sweeps, self.stability_map, self.pictures_of_modes,
                      self.contact, self.convergence, self.input_and_log):
-            part()
+            try:
+                part()
+            except (KeyError, ValueError, TypeError) as error:  # of a table with other columns, or words for numbers
+                self.missing.append(f"{part.__name__.replace('_', ' ')}: a table is damaged ({error})")
         if self.missing:
             self.section("Not shown")
             self.body.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in self.missing) + "</ul>")
@@ -372,13 +402,16 @@ def main():
     parser.add_argument("--output", metavar="FILE.html", type=Path, help="default: OUTPUT_DIR/report.html")
     parser.add_argument("--modes", metavar="N", type=int, default=3, help="pictures of at most so many modes; default 3")
     arguments = parser.parse_args()
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="surrogateescape")
     directory = arguments.directory.resolve()
     if not (directory / "log.txt").is_file():
         fail(f"{arguments.directory} is no output directory of a run: log.txt is missing")
     output = arguments.output or directory / "report.html"
     unfinished = output.with_name(output.name + ".part")
     try:
-        unfinished.write_text(Report(directory, arguments.modes).page(), encoding="utf-8")
+        # Names may have bytes that are no text.
+        unfinished.write_text(Report(directory, arguments.modes).page(), encoding="utf-8", errors="replace")
         os.replace(unfinished, output)
     except OSError as error:
         fail(f"{output} cannot be written: {error.strerror}")

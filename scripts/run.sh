@@ -35,12 +35,21 @@ cd "$root"
 scripts/install-dependencies.sh
 scripts/build.sh release squeal
 
-# The mesh of a parameter file for which there is a Gmsh script: made if it is missing or older.
+# The mesh of an example whose Gmsh script came with squeal (in prm/): made if it is missing or older. Scripts of Gmsh
+# may start any program: those from elsewhere are not run, but named. Whole paths, since a name may begin with a dash.
 mesh=$(sed -n 's/^[[:space:]]*set[[:space:]][[:space:]]*File[[:space:]]*=[[:space:]]*\(.*\.msh\).*/\1/p' "$file" 2> /dev/null || true)
-script=${mesh%.msh}.geo
-if [[ -n $mesh && -e $script && ! $mesh -nt $script ]]; then
-  command -v gmsh > /dev/null || scripts/install-dependencies.sh --mesh
-  gmsh -3 "$script" -o "$mesh" -v 2
+if [[ -n $mesh ]]; then
+  mesh=$(realpath -m -- "$mesh")
+  script=${mesh%.msh}.geo
+  if [[ -e $script && ! $mesh -nt $script ]]; then
+    if [[ $(realpath -- "$script") == "$(realpath prm)"/* ]]; then
+      command -v gmsh > /dev/null || scripts/install-dependencies.sh --mesh
+      gmsh -3 "$script" -o "$mesh" -v 2
+    else
+      printf 'The mesh is missing or older than %q; if you trust that script: gmsh -3 %q -o %q\n' \
+        "$script" "$script" "$mesh" >&2
+    fi
+  fi
 fi
 
 squeal=(build/release/squeal)

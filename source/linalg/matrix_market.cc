@@ -13,7 +13,8 @@ namespace squeal
   MatrixMarketFile read_matrix_market(const std::string &filename, const std::string &key)
   {
     std::ifstream in;
-    if (std::filesystem::is_regular_file(filename)) // a pipe would wait for ever
+    std::error_code impossible; // as of a name that is too long
+    if (std::filesystem::is_regular_file(filename, impossible)) // a pipe would wait for ever
       in.open(filename);
     if (!in.is_open())
       throw InputError(key + " = " + filename + ": the file cannot be read.");

@@ -157,14 +157,16 @@ namespace squeal
                        ": the ending tells the format; allowed are .msh (Gmsh 2.2 or 4.1, text) "
                        "and .inp (Abaqus, CalculiX).");
     std::ifstream in;
-    if (std::filesystem::is_regular_file(path)) // a pipe would wait for ever
+    std::error_code impossible; // as of a name that is too long
+    if (std::filesystem::is_regular_file(path, impossible)) // a pipe would wait for ever
       in.open(filename);
     if (!in.is_open())
     {
-      const std::string script = std::filesystem::path(path).replace_extension(".geo").string();
+      const std::string script = std::filesystem::path(path).replace_extension(".geo").string(),
+                        here   = filename[0] == '-' ? "./" : ""; // no options of Gmsh
       throw InputError("Mesh/File = " + filename + ": the file cannot be read." +
-                       (std::filesystem::exists(script)
-                            ? " Make it: gmsh -3 " + script + " -o " + filename
+                       (std::filesystem::exists(script, impossible)
+                            ? " Make it: gmsh -3 " + here + script + " -o " + here + filename
                             : " Names are relative to the directory in which squeal is started."));
     }
     MeshFile file;

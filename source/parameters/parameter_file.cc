@@ -264,6 +264,11 @@ namespace squeal
                           const std::string &where)
   {
     const Entry *entry = &entry_of(path, where);
+    // Lists are taken apart in a time that grows like the square of their length.
+    constexpr std::size_t longest = 1 << 18;
+    if (value.size() > longest)
+      throw InputError(where + ": the value of " + path + " has " + std::to_string(value.size()) +
+                       " characters; allowed are " + std::to_string(longest) + ".");
     if (!dealii::Patterns::pattern_factory(entry->pattern)->match(value))
       throw InputError(where + ": " + path + " = " + value + ": not allowed. Allowed: " +
                        allowed(entry->pattern) + " " + entry->documentation);

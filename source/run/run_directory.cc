@@ -117,8 +117,16 @@ namespace squeal
     /// What the tables depend on: not where they are.
     std::string without_directory(const std::string &text)
     {
-      static const std::regex line("[ \\t]*set Directory[ \\t]*=[^\\n]*\\n");
-      return std::regex_replace(text, line, "");
+      // Line by line, since std::regex takes stack for each character of a match.
+      std::string result;
+      for (std::size_t begin = 0, end = 0; begin < text.size(); begin = end)
+      {
+        end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+        const std::size_t word = std::min(text.find_first_not_of(" \t", begin), end);
+        if (text.compare(word, 13, "set Directory") != 0)
+          result.append(text, begin, end - begin);
+      }
+      return result;
     }
 
     /// What the modes depend on: not what of them is written.

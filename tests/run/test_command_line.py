@@ -1,8 +1,11 @@
 """The command line, the manual of parameters, and the record that each run keeps of its input."""
 
 import json
+import os
 import pathlib
 import re
+import shutil
+import subprocess
 import sys
 import unittest
 
@@ -54,6 +57,57 @@ class CommandLine(st.TestCase):
         text = self.assertPrints("--help")
         for option in ["--set", "--check", "--print-parameters", "--version", "--help"]:
             self.assertIn(option, text)
+
+    def test_output_that_cannot_be_written(self):
+        """What was asked for has not arrived: status 1 and one message. /dev/full is a disk that is full."""
+        file = self.write("brake.prm", {})
+        small = self.write("small.prm", {**st.SMALL_BRAKE, "Discretization/Degree": 1,
+                                         "Eigenproblem/Maximum frequency": 2000})
+        for arguments in (["--print-parameters"], ["--print-parameters=md"], ["--help"], ["--version"], ["--check", file],
+                          [small]):
+            with open("/dev/full", "w") as full:
+                result = subprocess.run([st.SQUEAL, *arguments], stdout=full, stderr=subprocess.PIPE, text=True,
+                                        env=st.ENVIRONMENT, cwd=self.directory, timeout=100)
+            self.assertEqual(result.returncode, 1, f"{arguments}: {result.stderr}")
+            self.assertRegex(result.stderr, r"^\s*squeal: the standard output cannot be written", arguments)
+        self.assertTrue((self.directory / "output/small/modes.csv").exists())
+
+    def test_gmsh_scripts_of_others_are_not_run(self):
+        """scripts/run.sh makes meshes of squeal's examples only: a Gmsh script may start any program. It names the command.
+        Names that begin with a dash are no options. Everything that run.sh starts is a dummy here."""
+        root, called = self.directory / "project", self.directory / "called"
+        for folder in ("scripts", "prm", "build/release", "bin"):
+            (root / folder).mkdir(parents=True)
+        shutil.copy(st.PROJECT / "scripts/run.sh", root / "scripts")
+        for name, text in (("scripts/install-dependencies.sh", ""), ("scripts/build.sh", ""), ("build/release/squeal", ""),
+                           ("bin/gmsh", f'printf "%s\\n" "$@" >> "{called}"')):
+            (root / name).write_text(f"#!/bin/bash\n{text}\n")
+            (root / name).chmod(0o755)
+        environment = {**os.environ, "PATH": f"{root}/bin:{os.environ['PATH']}"}
+
+        def run(mesh, place):
+            (place / mesh).with_suffix(".geo").write_text('SystemCall "touch called";')
+            called.unlink(missing_ok=True)
+            name = mesh if place == root else place / mesh
+            file = self.write("it.prm", {"Scene": "mesh", "Mesh/File": name})
+            result = subprocess.run([root / "scripts/run.sh", file], env=environment, cwd=self.directory, text=True,
+                                    capture_output=True)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            return called.read_text().splitlines() if called.exists() else None, result.stderr
+
+        arguments, _ = run("example.msh", root / "prm")
+        self.assertEqual(arguments[1], str(root / "prm/example.geo"))
+        arguments, err = run("mine.msh", self.directory)
+        self.assertIsNone(arguments)
+        self.assertIn("if you trust that script: gmsh -3", err)
+        arguments, err = run("-x.msh", root)
+        self.assertIsNone(arguments)
+        self.assertIn(f"gmsh -3 {root}/-x.geo", err)
+        # A link from the examples to elsewhere is elsewhere.
+        (root / "prm/link.geo").symlink_to(self.directory / "mine.geo")
+        file = self.write("it.prm", {"Scene": "mesh", "Mesh/File": "prm/link.msh"})
+        subprocess.run([root / "scripts/run.sh", file], env=environment, cwd=self.directory, capture_output=True)
+        self.assertFalse(called.exists())
 
     def test_check_computes_nothing(self):
         self.write("case.prm", {**st.SMALL_BRAKE, "Contact/Friction/Coefficient": 0.123})

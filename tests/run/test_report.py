@@ -3,6 +3,7 @@
 matplotlib may be missing on a machine that only tests: then the page lists the pictures it lacks. Both ways are right.
 """
 
+import os
 import pathlib
 import re
 import subprocess
@@ -83,6 +84,36 @@ class Reports(st.TestCase):
         self.assertRegex(words, "Lock-in diagram")
         branches = {row["branch"] for row in st.read_table(results / "sweep.csv")}
         self.assertIn(f"{len(branches)} modes at 2 values of Contact/Friction/Coefficient from 0.1 to 0.2", words)
+
+    def test_damaged_tables(self):
+        """Lines that a full disk has cut, bytes that are no text: the page leaves them out and says so."""
+        results = self.analyse({**st.SMALL_BRAKE, "Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1",
+                                "Discretization/Pad cells": "1, 2, 1", "Eigenproblem/Maximum frequency": 3000})
+        n_modes = len(st.read_table(results / "modes.csv"))
+        for path in results.glob("*.csv"):
+            whole = path.read_bytes()
+            path.write_bytes(whole + whole.splitlines()[-1][:len(whole.splitlines()[-1]) // 2])
+        page, words = self.page(results)
+        self.assertIn(f"{n_modes} modes up to 3000 Hz", words)
+        self.assertIn(f"modes.csv: 1 of {n_modes + 1} lines are incomplete", words)
+        modes = results / "modes.csv"
+        text = modes.read_bytes()
+        for damage in (b"", b"\0" * 100, text.replace(b"verdict", b"\xff\xfe"), text.replace(b".", b","),
+                       text.replace(b"cycle", b"circle"), text[:len(text) // 2]):
+            modes.write_bytes(damage)
+            result = self.report(results, "--modes", "0")
+            self.assertEqual((result.returncode, result.stderr), (0, ""), damage[:40])
+
+    def test_names_that_are_no_text(self):
+        results = self.analyse({**st.SMALL_BRAKE, "Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1",
+                                "Discretization/Pad cells": "1, 2, 1", "Eigenproblem/Maximum frequency": 3000})
+        strange = bytes(self.directory) + b"/\xff\xfe"
+        os.rename(results, strange)
+        (pathlib.Path(os.fsdecode(strange)) / "original.prm").write_bytes(b"# \xe4\n")
+        result = subprocess.run([sys.executable, SCRIPT, strange, "--modes", "0"], capture_output=True, check=False, timeout=600)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(result.stdout.strip(), strange + b"/report.html")
+        self.assertTrue(os.path.exists(strange + b"/report.html"))
 
     def test_errors(self):
         result = self.report(self.directory)
