@@ -60,8 +60,10 @@ namespace squeal
                               const GroupFiles &files)
     {
       double left = unlimited;
-      // Inside of a container the path is that of the host: then the root of the tree is the group.
-      for (std::filesystem::path place = (tree / group.relative_path()).lexically_normal();;
+      // Inside of a container the path is that of the host, and may lead out of the tree
+      // ("/../.."); the tree's root is the group then.
+      const std::filesystem::path inside = (std::filesystem::path("/") / group).lexically_normal();
+      for (std::filesystem::path place = tree / inside.relative_path();;
            place                       = place.parent_path())
       {
         const double limit = read_bytes((place / files.limit).string()),
@@ -71,8 +73,7 @@ namespace squeal
           const double cache = sum_of_bytes((place / "memory.stat").string(), files.file_cache);
           left = std::min(left, std::max(0., limit - std::max(0., used - cache)) / (1024 * 1024));
         }
-        if (place == tree || !place.has_relative_path() ||
-            std::distance(place.begin(), place.end()) <= std::distance(tree.begin(), tree.end()))
+        if (place == tree || !place.has_relative_path())
           return left;
       }
     }

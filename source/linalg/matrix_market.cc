@@ -13,7 +13,7 @@ namespace squeal
   MatrixMarketFile read_matrix_market(const std::string &filename, const std::string &key)
   {
     std::ifstream in;
-    std::error_code impossible; // as of a name that is too long
+    std::error_code impossible;                                 // as of a name that is too long
     if (std::filesystem::is_regular_file(filename, impossible)) // a pipe would wait for ever
       in.open(filename);
     if (!in.is_open())

@@ -157,7 +157,7 @@ namespace squeal
                        ": the ending tells the format; allowed are .msh (Gmsh 2.2 or 4.1, text) "
                        "and .inp (Abaqus, CalculiX).");
     std::ifstream in;
-    std::error_code impossible; // as of a name that is too long
+    std::error_code impossible;                             // as of a name that is too long
     if (std::filesystem::is_regular_file(path, impossible)) // a pipe would wait for ever
       in.open(filename);
     if (!in.is_open())

@@ -265,7 +265,7 @@ namespace squeal
   {
     const Entry *entry = &entry_of(path, where);
     // Lists are taken apart in a time that grows like the square of their length.
-    constexpr std::size_t longest = 1 << 18;
+    constexpr std::size_t longest = 1 << 16;
     if (value.size() > longest)
       throw InputError(where + ": the value of " + path + " has " + std::to_string(value.size()) +
                        " characters; allowed are " + std::to_string(longest) + ".");

@@ -11,6 +11,7 @@
 #include <squeal/model/matrix_model.h>
 #include <squeal/run/checkpoint.h>
 #include <squeal/run/driver.h>
+#include <squeal/run/memory_prediction.h>
 #include <squeal/run/refinement.h>
 #include <squeal/run/report.h>
 #include <squeal/run/run_directory.h>
@@ -276,6 +277,37 @@ namespace squeal
                                 spaces.triangulation.n_global_active_cells(), " cells of degree ",
                                 spaces.fe.degree, ", ", spaces.n_displacements, " displacements, ",
                                 spaces.n_multipliers, " contact pressures"));
+        need_memory();
+      }
+
+      /// What a mesh that is @p growth times as large as the present one asks for.
+      RunSize size_of_run(const double growth = 1) const
+      {
+        const FiniteElementSpace<dim> &spaces = model.spaces();
+        return {growth * spaces.triangulation.n_global_active_cells(),
+                growth * spaces.rows.size,
+                spaces.fe.degree,
+                Utilities::MPI::n_mpi_processes(common.comm),
+                expected_number_of_modes(prm),
+                prm.eigenproblem.error_bars};
+      }
+      bool predicts_memory() const
+      {
+        return prm.eigenproblem.is_solved() && !prm.eigenproblem.is_matrix_free();
+      }
+
+      /// Refuses what cannot fit before hours go into it.
+      void need_memory()
+      {
+        if (!predicts_memory())
+          return;
+        const RunSize size = size_of_run();
+        const double mib = expected_peak_mib(size), load = expected_memory_load(size, common.comm);
+        report.log.line(formatted("Expected peak memory about %.0f MiB", mib));
+        if (load > 1)
+          throw SolverError("The run needs about " + number(mib / 1024, 3) + " GiB, " +
+                                number(load, 3) + " times what is available.",
+                            {Failure::factors_too_large});
       }
 
       EquationsOfMotion linearise(const SteadyState<dim> &state)
@@ -413,8 +445,14 @@ namespace squeal
           flag_cells(mesh, by_cell);
         }
         // Ranks measure different times: the first one's word counts.
-        const std::string objection = Utilities::MPI::broadcast(
-            common.comm, budget.objection(model.spaces().rows.size * growth_by_flags(mesh)));
+        const double growth   = growth_by_flags(mesh);
+        std::string objection = Utilities::MPI::broadcast(
+            common.comm, budget.objection(model.spaces().rows.size * growth));
+        if (objection.empty() && predicts_memory() &&
+            expected_memory_load(size_of_run(growth), common.comm) > 1)
+          objection = "No further mesh: it would need about " +
+                      number(expected_peak_mib(size_of_run(growth)) / 1024, 3) +
+                      " GiB, more than there is.";
         if (!objection.empty())
         {
           report.log.line("\n" + objection);

@@ -121,7 +121,7 @@ namespace squeal
       std::string result;
       for (std::size_t begin = 0, end = 0; begin < text.size(); begin = end)
       {
-        end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+        end                    = std::min(text.find('\n', begin), text.size() - 1) + 1;
         const std::size_t word = std::min(text.find_first_not_of(" \t", begin), end);
         if (text.compare(word, 13, "set Directory") != 0)
           result.append(text, begin, end - begin);

@@ -537,7 +537,8 @@ def interrupted_runs(program):
                 "Sweep/Values": "0 : 0.5 : 40"}
     of_a_map = {**settings, "Sweep/Values": "0 : 0.5 : 6", "Sweep/Second parameter": "Operation/Angular velocity",
                 "Sweep/Second values": "1 : 30 : 6"}
-    of_meshes = {**SMALL, "Output/Fields": "none", "Refinement/Cycles": 3, "Refinement/Maximum unknowns": 20000}
+    of_meshes = {**SMALL, "Output/Fields": "none", "Refinement/Strategy": "uniform",
+                 "Refinement/Cycles": 3, "Refinement/Maximum unknowns": 20000}
     cases = []
     for name, values in (("sweep", settings), ("map", of_a_map), ("refinement", of_meshes)):
         with tempfile.TemporaryDirectory(prefix="squeal-fuzz-") as scratch:

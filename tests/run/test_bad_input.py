@@ -2,6 +2,7 @@
 
 import pathlib
 import sys
+import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
@@ -82,6 +83,19 @@ class BadInput(st.TestCase):
 
     # Form of a parameter file
 
+    def test_very_long_values(self):
+        """Of a megabyte: refused at once. Lists of numbers once took 14 s, a directory ended the stack."""
+        numbers = "1," * 500_000 + "1"
+        for key, words in (("Discretization/Rotor cells", "1000001 characters"), ("Sweep/Values", "1000001 characters"),
+                           ("Pads/Pressure profile", "1000001 characters")):
+            start = time.monotonic()
+            self.assertFileRefused({key: numbers}, key, words)
+            self.assertLess(time.monotonic() - start, 5, key)
+        self.assertFileRefused({"Output/Directory": "d" * 100_000}, "Output/Directory", "100000 characters")
+        self.assertFileRefused({"Output/Directory": "d" * 60_000}, "Output/Directory", "File name too long")
+        self.assertFileRefused({"Refinement/Reference": "d" * 300}, "Refinement/Reference", "cannot be read")
+        self.assertFileRefused({"K" * 1_000_000: 1}, "1000000 characters")
+
     def test_set_without_equals_sign(self):
         self.assertFileRefused("subsection Rotor\n  set Thickness 0.01\nend\n", "bad.prm:2", "set Thickness 0.01")
 
@@ -121,6 +135,27 @@ class BadInput(st.TestCase):
             with self.subTest(what):
                 self.write("stiffness.mtx", text)
                 self.assertFileRefused(ZERO_MATRIX_FILES, "Matrices/Stiffness", "stiffness.mtx", f"line {line}")
+
+    def assertGivesUp(self, settings, *words):
+        """Exit status 3 and one message in which no word is a library's."""
+        self.write("bad.prm", settings)
+        result = st.run("bad.prm", directory=self.directory, timeout=100)
+        self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
+        for word in words:
+            self.assertIn(word, result.stderr)
+        self.assertNotRegex(result.stderr, "INFOG|LAPACK|MUMPS|std::")
+
+    def test_zero_matrices(self):
+        self.write("mass.mtx", "%%MatrixMarket matrix coordinate real general\n2 2 0\n")
+        self.write("stiffness.mtx", "%%MatrixMarket matrix coordinate real general\n2 2 0\n")
+        self.assertGivesUp(ZERO_MATRIX_FILES, "all its entries are zero")
+
+    def test_cells_without_thickness(self):
+        """20 clamp layers: the thinnest cell is below rounding for the error bars."""
+        self.assertGivesUp({"Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1",
+                            "Discretization/Pad cells": "1, 2, 1", "Discretization/Clamp layers": 20,
+                            "Eigenproblem/Maximum frequency": 3000, "Output/Fields": "none"},
+                           "error bars", "Clamp layers")
 
     def test_matrices_of_different_size(self):
         self.write("mass.mtx", UNIT_2)

@@ -2,6 +2,8 @@
 
 import math
 import pathlib
+import resource
+import subprocess
 import sys
 import unittest
 
@@ -74,6 +76,19 @@ class BadMesh(st.TestCase):
                 ("surface", nodes + "*SURFACE, NAME=A\n1, S7\n", "line 5", "S6")]:
             with self.subTest(what):
                 self.assertRefused({}, "Mesh/File", "brake.inp", *words, text=text, name="brake.inp")
+
+    def test_generated_set(self):
+        """A range of ten million numbers for a few nodes: what exists of it is taken, and memory for no more."""
+        lines = "".join(f"{first}, {first + 10_000_000 - 1}, 1\n" for first in range(1, 40))
+        deck = mesh_files.inp(mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1)))
+        self.write("brake.inp", deck + "*NSET, NSET=MANY, GENERATE\n" + lines + "*ELSET, ELSET=MORE, GENERATE\n" + lines)
+        file = self.write("brake.prm", {**st.SMALL_BRAKE, **mesh_files.SCENE, "Discretization/Degree": 1,
+                                        "Eigenproblem/Solver": "none", "Mesh/File": "brake.inp"})
+        limit = 1100 * 2 ** 20  # of the address space: the libraries take 900
+        process = subprocess.run([st.SQUEAL, file.name], cwd=self.directory, env=st.ENVIRONMENT, capture_output=True,
+                                 text=True, timeout=100,
+                                 preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
+        self.assertEqual(process.returncode, 0, process.stderr)
 
     def test_tetrahedra(self):
         good = mesh_files.msh2(mesh_files.brake())

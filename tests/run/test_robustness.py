@@ -139,6 +139,36 @@ class Robustness(st.TestCase):
                 messages += err
         self.assertRegex(messages, r"The factorisation of .* needs about .* GiB, .* times what is available")
 
+    def test_predicted_memory(self):
+        """The peak of memory that the log expects is right within 25 %, and a run that cannot fit is refused before it has
+        a steady state. Ten runs with SQUEAL_ALL_FAILURES."""
+        discretisation = "Discretization/Rotor cells", "Discretization/Pad cells"
+        runs = [{"Discretization/Degree": 1, **dict(zip(discretisation, ("4, 36, 2", "2, 6, 1")))},
+                {**dict(zip(discretisation, ("3, 18, 1", "2, 3, 1")))}]
+        if EVERY_SIZE:
+            runs += [{}, {"Discretization/Degree": 1, **dict(zip(discretisation, ("6, 60, 2", "3, 8, 1")))},
+                     {"Discretization/Degree": 3},
+                     {"Rotor/Thickness": 0.02, **dict(zip(discretisation, ("5, 40, 2", "3, 6, 1")))},
+                     {"Eigenproblem/Maximum frequency": 10000, **dict(zip(discretisation, ("5, 48, 1", "3, 6, 1")))},
+                     {"Discretization/Pad edge layers": 3, **dict(zip(discretisation, ("4, 30, 2", "3, 5, 1")))},
+                     {"Discretization/Clamp layers": 6, **dict(zip(discretisation, ("4, 30, 1", "2, 4, 1")))},
+                     {"Pads/Arrangement": "upper", **dict(zip(discretisation, ("5, 48, 2", "3, 6, 2")))}]
+        for settings in runs:
+            log = (self.analyse({"Output/Fields": "none", **settings}) / "log.txt").read_text()
+            expected, peak = (float(re.search(pattern, log).group(1)) for pattern in
+                              (r"Expected peak memory about (\d+) MiB", r"Peak memory (\d+) MiB"))
+            if EVERY_SIZE:
+                print(f"{settings}: expected {expected:.0f} MiB, used {peak:.0f} MiB, ratio {expected / peak:.2f}")
+            self.assertLess(abs(expected / peak - 1), 0.25, settings)
+        size = 1400 * 2 ** 20
+        file = self.write("large.prm", {"Output/Fields": "none", "Discretization/Rotor cells": "12, 96, 2",
+                                        "Discretization/Pad cells": "4, 12, 2"})
+        process = self.start(file, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (size, size)))
+        status, out, err = self.finish(process, timeout=100)
+        self.assertEqual(status, 3, err)
+        self.assertRegex(err, r"The run needs about .* GiB, .* times what is available")
+        self.assertNotIn("Static equilibrium", out)
+
     def test_small_address_space(self):
         """Whatever a process may take, down to what its libraries need to be loaded: it ends within seconds, finished or
         with one message."""
