@@ -22,14 +22,13 @@ namespace squeal
 
   double expected_peak_mib(const RunSize &size)
   {
-    constexpr double libraries = 192, mib = 1. / (1024 * 1024);
-    // Functions of a cell in the space of the error bars.
-    const double n_functions = 3 * std::pow(size.degree + 2, 3);
-    double peak              = size.n_ranks * libraries + 8.51e-3 * size.n_unknowns +
-                  23.5 * sizeof(double) * mib * size.n_unknowns * size.n_modes;
+    constexpr double libraries = 196, mib = sizeof(double) * 1e-6;
+    // Functions of a cell in the space of displacements and in that of the error bars.
+    const double n = 3 * std::pow(size.degree + 1, 3), n_bars = 3 * std::pow(size.degree + 2, 3);
+    double peak = size.n_ranks * libraries + 38.7 * mib * size.n_unknowns * size.n_modes +
+                  2.77 * mib * size.n_cells * n * n;
     if (size.error_bars)
-      peak += 0.0787 * size.n_cells +
-              2.71 * sizeof(double) * mib * size.n_cells * size.n_modes * n_functions;
+      peak += 0.095 * size.n_cells + 2.73 * mib * size.n_cells * size.n_modes * n_bars;
     return peak;
   }
 

@@ -143,16 +143,19 @@ class Robustness(st.TestCase):
         """The peak of memory that the log expects is right within 25 %, and a run that cannot fit is refused before it has
         a steady state. Ten runs with SQUEAL_ALL_FAILURES."""
         discretisation = "Discretization/Rotor cells", "Discretization/Pad cells"
-        runs = [{"Discretization/Degree": 1, **dict(zip(discretisation, ("4, 36, 2", "2, 6, 1")))},
-                {**dict(zip(discretisation, ("3, 18, 1", "2, 3, 1")))}]
-        if EVERY_SIZE:
-            runs += [{}, {"Discretization/Degree": 1, **dict(zip(discretisation, ("6, 60, 2", "3, 8, 1")))},
-                     {"Discretization/Degree": 3},
-                     {"Rotor/Thickness": 0.02, **dict(zip(discretisation, ("5, 40, 2", "3, 6, 1")))},
-                     {"Eigenproblem/Maximum frequency": 10000, **dict(zip(discretisation, ("5, 48, 1", "3, 6, 1")))},
-                     {"Discretization/Pad edge layers": 3, **dict(zip(discretisation, ("4, 30, 2", "3, 5, 1")))},
-                     {"Discretization/Clamp layers": 6, **dict(zip(discretisation, ("4, 30, 1", "2, 4, 1")))},
-                     {"Pads/Arrangement": "upper", **dict(zip(discretisation, ("5, 48, 2", "3, 6, 2")))}]
+        def run(cells, of_pads, **settings):
+            return {**dict(zip(discretisation, (cells, of_pads))), **{key.replace("_", "/"): value
+                                                                     for key, value in settings.items()}}
+
+        runs = [run("5, 45, 3", "3, 8, 2", Discretization_Degree=1), run("3, 18, 1", "2, 3, 1")]
+        if EVERY_SIZE:  # none of them is among those of the fit
+            runs += [run("3, 18, 1", "2, 3, 1", Discretization_Degree=3), run("4, 40, 1", "3, 5, 1", Rotor_Thickness=0.008),
+                     {"Eigenproblem/Maximum frequency": 4000, **run("6, 50, 1", "3, 6, 1")},
+                     {**st.PENALTY, **run("4, 32, 2", "2, 5, 2")},
+                     {"Discretization/Clamp layers": 3, **run("3, 24, 2", "2, 4, 1")},
+                     run("5, 40, 1", "4, 8, 1", Pads_Arrangement="upper"),
+                     run("2, 10, 1", "1, 3, 1", Discretization_Degree=4),
+                     {"Eigenproblem/Error bars": "false", **run("7, 60, 2", "4, 8, 2")}]
         for settings in runs:
             log = (self.analyse({"Output/Fields": "none", **settings}) / "log.txt").read_text()
             expected, peak = (float(re.search(pattern, log).group(1)) for pattern in

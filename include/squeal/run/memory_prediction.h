@@ -21,9 +21,9 @@ namespace squeal
 
   /// Peak resident memory of a run whose eigensolver has factors, MiB, summed over ranks.
   ///
-  /// A fit to 17 runs of brakes, all within 20 % of it: the libraries, matrices with their factors
-  /// (by unknowns), the vectors of a search (by unknowns and modes), the error bars' local problems
-  /// (by cells, and by cells, modes and nodes of the next degree).
+  /// A fit to 27 runs of brakes of 300 to 47 000 unknowns, all within 20 % of it: the libraries on
+  /// each rank, the vectors of a search (by unknowns and modes), the cells' matrices, the error
+  /// bars' local problems (by cells, and by cells, modes and functions of the next degree).
   double expected_peak_mib(const RunSize &size);
 
   /// The largest part of what is free on any machine that a run would still take, if the prediction
