@@ -72,6 +72,97 @@ class Robustness(st.TestCase):
         for name, content in expected.items():
             self.assertEqual(found[name], content, name)
 
+    def assertSameTables(self, found, expected, exactly):
+        """Files of two runs; with several ranks numbers may differ in their last digits."""
+        self.assertEqual(sorted(path.name for path in found.iterdir() if path.name not in MAY_DIFFER),
+                         sorted(path.name for path in expected.iterdir() if path.name not in MAY_DIFFER))
+        if exactly:
+            for name, content in self.contents(expected).items():
+                self.assertEqual(self.contents(found)[name], content, name)
+            return
+        for path in expected.glob("*.csv"):
+            if path.name in MAY_DIFFER:
+                continue
+            for row, other in zip(st.read_table(path), st.read_table(found / path.name), strict=True):
+                for key, value in row.items():
+                    if key in ("frequency_hz", "verdict", "parameter", "cycle", "mode", "branch", "kind"):
+                        same = value == other[key] or (isinstance(value, float) and
+                                                       abs(value - other[key]) <= 1e-7 * abs(value) + 1e-6)
+                        self.assertTrue(same, f"{path.name}: {key} {value} {other[key]}")
+
+    @unittest.skipUnless(EVERY_SIZE, "minutes; test_killed_at_any_moment and test_run_directory.py are short")
+    def test_killed_sixty_times(self):
+        """kill -9 at 15 random moments each, three in a row and then to the end: the tables of the uninterrupted run."""
+        coarse = {**BRAKE_OF_SECONDS, "Sweep/Parameter": "Contact/Friction/Coefficient"}
+        kinds = {"refinement": ({**BRAKE_OF_SECONDS, "Refinement/Strategy": "uniform", "Refinement/Cycles": 3}, 1),
+                 "sweep": ({**coarse, "Sweep/Values": "0 : 0.6 : 60"}, 1),
+                 "map": ({**coarse, "Sweep/Values": "0.1 : 0.6 : 6", "Sweep/Second parameter": "Operation/Angular velocity",
+                          "Sweep/Second values": "2 : 30 : 6"}, 1),
+                 "adaptive": ({**ADAPTIVE_SWEEP, "Output/Fields": "none"}, 2)}
+        moments = random.Random(25)
+        for kind, (settings, ranks) in kinds.items():
+            whole, killed = self.write(f"{kind}.prm", settings), self.write(f"{kind}_killed.prm", settings)
+            command = ["mpirun", "-np", "2"] if ranks == 2 else []
+
+            def start(file):
+                return subprocess.Popen([*command, str(st.SQUEAL), file.name], cwd=self.directory, env=st.ENVIRONMENT, text=True,
+                                        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                        start_new_session=True)
+
+            begun = time.monotonic()
+            process = start(whole)
+            out, _ = process.communicate(timeout=300)
+            self.assertEqual(process.returncode, 0, out)
+            duration = time.monotonic() - begun
+            hits = resumed = anew = 0
+            for _ in range(5):
+                shutil.rmtree(self.directory / f"output/{killed.stem}", ignore_errors=True)
+                for _ in range(3):
+                    process = start(killed)
+                    time.sleep(moments.uniform(0.02, 0.8) * duration)
+                    session = process.pid
+                    hits += process.poll() is None
+                    for pid in self.processes_of(session):
+                        try:
+                            os.kill(pid, signal.SIGKILL)
+                        except ProcessLookupError:
+                            pass
+                    process.communicate(timeout=60)
+                process = start(killed)
+                out, _ = process.communicate(timeout=300)
+                self.assertEqual(process.returncode, 0, out)
+                resumed += "Resumed after" in out
+                anew += "Resumed after" not in out
+                self.assertSameTables(self.directory / f"output/{killed.stem}", self.directory / f"output/{kind}", ranks == 1)
+            print(f"{kind}: a run of {duration:.1f} s, {hits} of 15 kills while it ran, {resumed} of 5 ends resumed, "
+                  f"{anew} begun anew, tables equal", flush=True)
+
+    @staticmethod
+    def processes_of(session):
+        """Processes of a session, mpirun and its ranks (which have process groups of their own)."""
+        found = []
+        for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+            try:
+                if int(stat.read_text().rsplit(")", 1)[1].split()[3]) == session:
+                    found.append(int(stat.parent.name))
+            except (OSError, IndexError):
+                pass
+        return found
+
+    def test_removed_directory(self):
+        """Results that somebody removes while the run goes on: it ends with the name of what cannot be written."""
+        file = self.write("sweep.prm", {**BRAKE_OF_SECONDS, "Sweep/Parameter": "Contact/Friction/Coefficient",
+                                        "Sweep/Values": "0 : 0.5 : 1000"})
+        results = self.directory / "output/sweep"
+        process = self.start(file)
+        while process.poll() is None and not (results / "sweep.csv").exists():
+            time.sleep(0.01)
+        shutil.rmtree(results, ignore_errors=True)
+        status, out, err = self.finish(process, timeout=100)
+        self.assertEqual(status, 1, err)
+        self.assertRegex(err, r"squeal: The file output/sweep/\S+ cannot be written: No such file or directory")
+        self.assertEqual(err.count("squeal:"), 1, err)
+
     def test_resumes_between_meshes(self):
         """After the first mesh is complete it is not solved again."""
         settings = {key: value for key, value in ADAPTIVE_SWEEP.items() if not key.startswith("Sweep/")}
@@ -267,6 +358,33 @@ class Robustness(st.TestCase):
         self.assertEqual(status, 2, out + err)
         self.assertIn("Output/Directory = output/run", err)
         self.assertIn("Permission denied", err)
+
+    @unittest.skipUnless(EVERY_SIZE, "minutes; test_full_disk is short")
+    def test_disks_of_twenty_sizes(self):
+        """Whatever the disk holds: an end with a message, or the whole run; tables have whole lines only."""
+        disk = pathlib.Path(tempfile.mkdtemp(prefix="squeal-disk-"))
+        self.addCleanup(shutil.rmtree, disk, ignore_errors=True)
+        for kilobytes in (4, 8, 12, 16, 20, 24, 32, 40, 48, 56, 64, 72, 80, 100, 120, 150, 200, 300, 500, 1000):
+            if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "tmpfs", str(disk)],
+                              capture_output=True).returncode:
+                self.skipTest("a small disk cannot be mounted here.")
+            try:
+                file = self.write("run.prm", {**BRAKE_OF_SECONDS, "Output/Fields": "unstable", "Output/Directory": disk / "run",
+                                              "Refinement/Strategy": "uniform", "Refinement/Cycles": 2,
+                                              "Sweep/Parameter": "Contact/Friction/Coefficient",
+                                              "Sweep/Values": "0.1 : 0.5 : 20"})
+                status, out, err = self.finish(self.start(file))
+                print(f"{kilobytes} KiB: status {status} {err.strip()[:110]}", flush=True)
+                if status:
+                    self.assertIn(status, (1, 2), err)
+                    self.assertRegex(err, "No space left on device|is the disk full")
+                    self.assertEqual(err.count("squeal:"), 1, err)
+                for table in (disk / "run").glob("*.csv"):
+                    lines = table.read_text().split("\n")
+                    self.assertEqual(lines[-1], "", f"{kilobytes} KiB: {table.name}")
+                    self.assertEqual({line.count(",") for line in lines[:-1]}, {lines[0].count(",")}, table.name)
+            finally:
+                subprocess.run(["umount", str(disk)], check=True)
 
     def test_full_disk(self):
         disk = pathlib.Path(tempfile.mkdtemp(prefix="squeal-disk-"))
