@@ -162,10 +162,14 @@ def bars_beside_errors(comparisons, quantity):
     return [(c.row["growth_rate_error_1_per_s"], c.growth_error, c.growth_accuracy) for c in comparisons]
 
 
+def n_beyond(factor, triples):
+    """The number of bars more than that many times the true error."""
+    return sum(bar > factor * max(error, accuracy) for bar, error, accuracy in triples)
+
+
 def share_beyond(factor, comparisons, quantity):
     """The share of bars more than that many times the true error."""
-    triples = bars_beside_errors(comparisons, quantity)
-    return sum(bar > factor * max(error, accuracy) for bar, error, accuracy in triples) / len(triples)
+    return n_beyond(factor, bars_beside_errors(comparisons, quantity)) / len(comparisons)
 
 
 def statistics(comparisons):
@@ -175,7 +179,7 @@ def statistics(comparisons):
     for quantity in ["frequency", "growth"]:
         triples = bars_beside_errors(comparisons, quantity)
         covered[quantity] = sum(bar + accuracy >= error for bar, error, accuracy in triples)
-        wide[quantity] = sum(bar > WIDE * max(error, accuracy) for bar, error, accuracy in triples)
+        wide[quantity] = n_beyond(WIDE, triples)
         ratios = sorted(bar / max(error, accuracy) for bar, error, accuracy in triples)
         median[quantity] = ratios[len(ratios) // 2]
     return Statistics(len(comparisons), covered, wide, median, sum(c.is_contradicted for c in comparisons),
