@@ -146,6 +146,44 @@ namespace squeal
       write_file(filename, [&](std::ostream &out) { out << text; });
   }
 
+  void write_in_pieces(const std::string &filename, const std::function<std::string()> &next_piece,
+                       const MPI_Comm comm)
+  {
+    constexpr int tag = 18;
+    if (!is_rank_zero(comm))
+    {
+      std::string piece;
+      do
+      {
+        piece = next_piece();
+        MPI_Send(piece.data(), piece.size(), MPI_CHAR, 0, tag, comm);
+      } while (!piece.empty());
+      return;
+    }
+    int n_ranks = 1;
+    MPI_Comm_size(comm, &n_ranks);
+    const auto receive = [&](const int rank)
+    {
+      MPI_Status status;
+      MPI_Probe(rank, tag, comm, &status);
+      int n = 0;
+      MPI_Get_count(&status, MPI_CHAR, &n);
+      std::string piece(n, ' ');
+      MPI_Recv(piece.data(), n, MPI_CHAR, rank, tag, comm, MPI_STATUS_IGNORE);
+      return piece;
+    };
+    // A full disk does not end the loops: who sends a piece waits until it is taken.
+    write_file(filename,
+               [&](std::ostream &out)
+               {
+                 for (std::string piece = next_piece(); !piece.empty(); piece = next_piece())
+                   out << piece;
+                 for (int rank = 1; rank < n_ranks; ++rank)
+                   for (std::string piece = receive(rank); !piece.empty(); piece = receive(rank))
+                     out << piece;
+               });
+  }
+
   std::string read_whole_file(const std::string &filename, const std::size_t most_bytes)
   {
     const Descriptor file(open(filename.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));

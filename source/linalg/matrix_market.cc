@@ -1,7 +1,11 @@
+#include <squeal/base/files.h>
+#include <squeal/base/log.h>
 #include <squeal/linalg/matrix_market.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -152,5 +156,84 @@ namespace squeal
     SQUEAL_PETSC(MatSetPreallocationCOO(mat, i.size(), i.data(), j.data()));
     SQUEAL_PETSC(MatSetValuesCOO(mat, values.data(), ADD_VALUES));
     return matrix;
+  }
+
+  namespace
+  {
+    template <typename Number>
+    void append(std::string &text, const Number value)
+    {
+      std::array<char, 32> digits;
+      const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+      text.append(digits.data(), end.ptr);
+    }
+
+    std::string header(const std::string &kind, const std::vector<std::string> &comments)
+    {
+      std::string text = "%%MatrixMarket matrix " + kind + " general\n";
+      for (const std::string &comment : comments)
+        text += "% " + comment + "\n";
+      return text;
+    }
+  } // namespace
+
+  std::string exact_text(const double value)
+  {
+    std::string text;
+    append(text, value);
+    return text;
+  }
+
+  void write_matrix_market(const std::string &filename, const MatrixMarketFile &own,
+                           const std::vector<std::string> &comments, const MPI_Comm comm)
+  {
+    std::uint64_t n_entries = own.values.size();
+    MPI_Allreduce(MPI_IN_PLACE, &n_entries, 1, MPI_UINT64_T, MPI_SUM, comm);
+    constexpr std::size_t entries_of_piece = 100000;
+    std::size_t next                       = 0;
+    std::string text                       = is_rank_zero(comm)
+                                                 ? header("coordinate real", comments) + std::to_string(own.n_rows) +
+                                 " " + std::to_string(own.n_columns) + " " +
+                                 std::to_string(n_entries) + "\n"
+                                                 : "";
+    const auto next_piece                  = [&]()
+    {
+      const std::size_t end = std::min(next + entries_of_piece, own.values.size());
+      for (; next < end; ++next)
+      {
+        append(text, own.rows[next] + 1);
+        text += ' ';
+        append(text, own.columns[next] + 1);
+        text += ' ';
+        append(text, own.values[next]);
+        text += '\n';
+      }
+      return std::exchange(text, {});
+    };
+    write_in_pieces(filename, next_piece, comm);
+  }
+
+  void write_matrix_market(const std::string &filename,
+                           const std::vector<std::vector<std::complex<double>>> &columns,
+                           const std::vector<std::string> &comments, const MPI_Comm comm)
+  {
+    if (!is_rank_zero(comm))
+      return;
+    write_file(filename,
+               [&](std::ostream &out)
+               {
+                 out << header("array complex", comments)
+                     << (columns.empty() ? 0 : columns.front().size()) << " " << columns.size()
+                     << "\n";
+                 for (const auto &column : columns)
+                   for (const std::complex<double> &value : column)
+                   {
+                     std::string line;
+                     append(line, value.real());
+                     line += ' ';
+                     append(line, value.imag());
+                     out << line << '\n';
+                   }
+               });
   }
 } // namespace squeal

@@ -271,6 +271,10 @@ namespace squeal
       prm.add_parameter("Sensitivities", sensitivities,
                         "Whether sensitivities.csv tells how each eigenvalue depends on each "
                         "parameter.");
+      prm.add_parameter("Matrices", matrices,
+                        "Whether the matrices of (l^2 M + l P + Q) x = 0 on the last mesh, their "
+                        "terms, tables of the unknowns and the modes are written as Matrix Market "
+                        "and CSV files.");
     }
 
     void All::declare(ParameterHandler &prm)
@@ -319,6 +323,21 @@ namespace squeal
                                  : mesh.parts[section.back() - '1'].material;
     }
 
+    void All::check_export() const
+    {
+      const auto refuse = [](const std::string &what, const std::string &why)
+      { throw InputError("Output/Matrices = true: with " + what + " " + why); };
+      if (sweep.active())
+        refuse("Sweep/Parameter = " + sweep.parameter,
+               "there would be matrices for each value. Run the value that is wanted by itself.");
+      if (stage == Stage::ladder)
+        refuse("Stage = ladder",
+               "there would be matrices for each stage. Run the stage that is wanted by itself.");
+      if (!eigenproblem.is_solved() || eigenproblem.is_matrix_free())
+        refuse("Eigenproblem/Solver = " + name_of(eigenproblem.solver),
+               "there are no matrices; allowed are block_krylov, krylov and dense.");
+    }
+
     void All::check()
     {
       sweep.check();
@@ -329,6 +348,8 @@ namespace squeal
         fail("Eigenproblem/Minimum frequency", eigenproblem.minimum_frequency,
              "sweeps and maps follow all modes from zero on; allowed with Sweep/Parameter is 0.");
       refinement.check();
+      if (output.matrices)
+        check_export();
       if (!refinement.reference.empty() &&
           (sweep.active() || stage == Stage::ladder || scene == Scene::matrices))
         throw InputError("Refinement/Reference = " + refinement.reference +

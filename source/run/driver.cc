@@ -11,6 +11,7 @@
 #include <squeal/model/matrix_model.h>
 #include <squeal/run/checkpoint.h>
 #include <squeal/run/driver.h>
+#include <squeal/run/matrix_export.h>
 #include <squeal/run/memory_prediction.h>
 #include <squeal/run/refinement.h>
 #include <squeal/run/report.h>
@@ -180,6 +181,8 @@ namespace squeal
           write(cycle, state, found.modes, table.rows);
           finish(cycle, found.cost, table.rows);
           refine(table.rows, errors);
+          if (checkpoint.finished)
+            export_matrices(cycle, equations, found.modes);
         }
         report_convergence();
         if (continues())
@@ -423,6 +426,19 @@ namespace squeal
           checkpoint.save(common.directory, common.comm);
       }
 
+      /// On the last mesh, which is known to be that once it has been left as it is.
+      void export_matrices(const unsigned int cycle, const EquationsOfMotion &equations,
+                           const EigenPairs &modes)
+      {
+        if (!prm.output.matrices)
+          return;
+        PhaseTimer::Scope scope(report.timer, "output");
+        report.log.progress("  matrices");
+        squeal::export_matrices(model, equations, modes, common.directory);
+        report.log.line(text_of("\nMatrices, unknowns and modes of mesh ", cycle,
+                                " written for other programs: M.mtx and others, doc/matrices.md."));
+      }
+
       /// Uniform: every cell. Adaptive: the cells that make up the greater part of the errors.
       /// False if nothing is left to refine for, or if the next mesh is beyond the budget.
       bool divide_cells(const std::vector<ModeRow> &rows, const EigenvalueErrors &errors)
@@ -529,6 +545,8 @@ namespace squeal
         const ModeTable table     = common.assess_stability(*model, found.modes, 0);
         common.tell(*model, 0, found, table, 0);
         report.cycle(0, 0, model->size(), 0, found.cost);
+        if (common.prm.output.matrices)
+          export_matrices(*model, found.modes, directory);
       }
       common.end();
     }

@@ -2,6 +2,7 @@
 #include <squeal/base/files.h>
 #include <squeal/base/log.h>
 #include <squeal/base/state_file.h>
+#include <squeal/run/matrix_export.h>
 #include <squeal/run/run_directory.h>
 
 #include <deal.II/base/mpi.h>
@@ -24,18 +25,21 @@ namespace squeal
     const std::vector<std::string> states = {"refinement.state", "sweep.state", "map.state"};
     constexpr std::size_t most_bytes      = 1 << 28;
 
-    /// Whether a run may give this name to a file that it writes.
-    bool is_name_of_result(const std::string &name)
+    /// Whether a run may give this name to a file that it writes; @p exports: one with
+    /// Output/Matrices, whose names are no one else's.
+    bool is_name_of_result(const std::string &name, const bool exports)
     {
       static const std::regex pattern(
           "(modes|contributions|sensitivities|cycles|static|ladder|convergence|sweep|critical|map|"
           "border|mesh)\\.csv|convergence\\.tex|log\\.txt|(original|parameters)\\.prm|run\\."
           "manifest|"
           "(refinement|sweep|map)\\.state|(state|mode|contact)-[0-9].*\\.(vtu|pvtu|pvd)");
+      static const std::regex exported(names_of_exported_files());
       const std::string part = ".part";
       const bool is_part     = name.size() > part.size() &&
                            name.compare(name.size() - part.size(), part.size(), part) == 0;
-      return std::regex_match(is_part ? name.substr(0, name.size() - part.size()) : name, pattern);
+      const std::string whole = is_part ? name.substr(0, name.size() - part.size()) : name;
+      return std::regex_match(whole, pattern) || (exports && std::regex_match(whole, exported));
     }
 
     bool is_there(const fs::path &path)
@@ -224,7 +228,7 @@ namespace squeal
     if (earlier)
       manifest = *earlier;
     manifest.origin = origin;
-    refuse_foreign_results();
+    refuse_foreign_results(file.parameters().output.matrices);
     refuse_own_input(file, used);
     if (earlier)
     {
@@ -345,7 +349,7 @@ namespace squeal
     Manifest result;
     result.origin.assign(n_lines, "");
     for (const auto &entry : fs::directory_iterator(directory))
-      if (const std::string name = entry.path().filename().string(); is_name_of_result(name))
+      if (const std::string name = entry.path().filename().string(); is_name_of_result(name, false))
         result.add(name);
     return result;
   }
@@ -366,7 +370,7 @@ namespace squeal
                });
   }
 
-  void RunDirectory::refuse_foreign_results() const
+  void RunDirectory::refuse_foreign_results(const bool exports) const
   {
     std::set<std::string> own = manifest.names;
     for (const std::string &name : manifest.files)
@@ -375,7 +379,7 @@ namespace squeal
       own.insert(name);
     for (const auto &entry : fs::directory_iterator(directory))
       if (const std::string name = entry.path().filename().string();
-          is_name_of_result(name) && own.count(name) == 0)
+          is_name_of_result(name, exports) && own.count(name) == 0)
         throw InputError(key + ": there is a file " + name +
                          ", which no run of squeal wrote there, but this one may. It is not "
                          "touched: move it, or name another Output/Directory.");
@@ -393,7 +397,7 @@ namespace squeal
       const fs::path parent = path.parent_path().empty() ? fs::path(".") : path.parent_path();
       const std::string own = path.filename().string();
       if (fs::equivalent(parent, directory, ignored) &&
-          (manifest.has(own) || is_name_of_result(own)))
+          (manifest.has(own) || is_name_of_result(own, file.parameters().output.matrices)))
         throw InputError(name_of_key + " = " + name +
                          ": this run would replace it by results of its own, since it lies in " +
                          key + ". Copy it to another place, or name another Output/Directory.");

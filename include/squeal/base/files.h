@@ -21,6 +21,12 @@ namespace squeal
   /// Rank 0 writes a whole file.
   void write_text(const std::string &filename, const std::string &text, MPI_Comm comm);
 
+  /// Writes a file of text that the ranks have in pieces: those of rank 0 first, then those of the
+  /// next one. @p next_piece gives one after the other, an empty one at the end. Rank 0 takes all
+  /// pieces, and throws as write_file(). Collective.
+  void write_in_pieces(const std::string &filename, const std::function<std::string()> &next_piece,
+                       MPI_Comm comm);
+
   /// Waits until the content of a file, or the names in a directory, are on the disk. What does not
   /// exist is passed over. Throws as write_file().
   void sync_to_disk(const std::string &filename);

@@ -2,7 +2,9 @@
 
 #include <squeal/linalg/matrix.h>
 
+#include <complex>
 #include <string>
+#include <vector>
 
 namespace squeal
 {
@@ -20,4 +22,19 @@ namespace squeal
 
   /// The rows of the file that this rank owns, as a matrix.
   Matrix distribute(const MatrixMarketFile &file, const RowRange &rows);
+
+  /// A number with as many digits as it takes to read it back exactly.
+  std::string exact_text(double value);
+
+  /// Writes a sparse matrix of which each rank has entries, in a form that is read back to the last
+  /// bit: coordinate real general. @p comments are lines of the header. Collective; rank 0 writes.
+  /// Throws as write_file().
+  void write_matrix_market(const std::string &filename, const MatrixMarketFile &own,
+                           const std::vector<std::string> &comments, MPI_Comm comm);
+
+  /// Writes a dense complex matrix whose columns all have the same length: array complex general.
+  /// Rank 0 has the columns and writes; other ranks may call it. Throws as write_file().
+  void write_matrix_market(const std::string &filename,
+                           const std::vector<std::vector<std::complex<double>>> &columns,
+                           const std::vector<std::string> &comments, MPI_Comm comm);
 } // namespace squeal

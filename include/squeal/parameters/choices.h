@@ -12,6 +12,12 @@ namespace squeal
   /// all of them one after the other; what is checked is checked for the last.
   SQUEAL_CHOICE(Stage, elastic, transport, friction, friction_damping, full, ladder)
 
+  /// Whether the rotor's material moves through its mesh, or turning is felt by what slides on it
+  /// only.
+  SQUEAL_CHOICE(Transport, full, none)
+  /// Of turning, about +z or -z.
+  SQUEAL_CHOICE(Direction, forward, backward)
+
   /// The cylinder of the rotor that is held.
   SQUEAL_CHOICE(Clamped, none, inner, outer)
   /// The pads that there are.

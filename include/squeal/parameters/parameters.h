@@ -44,6 +44,7 @@ namespace squeal
       double outer_radius = 0.15;
       double thickness    = 0.012;
       Clamped clamped     = Clamped::inner;
+      Transport transport = Transport::full;
       MaterialSection material{Material{1.25e11, 0.25, 7200, 0, 1e-7}};
 
       void declare(dealii::ParameterHandler &prm);
@@ -81,7 +82,15 @@ namespace squeal
 
     struct Operation
     {
-      double angular_velocity = 20;
+      double angular_velocity     = 20;
+      Direction direction_at_rest = Direction::forward;
+
+      /// Omega with the sign of the direction, which -0 has, too.
+      double directed_velocity() const
+      {
+        return angular_velocity == 0 && direction_at_rest == Direction::backward ? -0.
+                                                                                 : angular_velocity;
+      }
       void declare(dealii::ParameterHandler &prm);
     };
 
@@ -282,6 +291,7 @@ namespace squeal
       FieldOutput fields            = FieldOutput::unstable;
       unsigned int animation_frames = 16;
       bool sensitivities            = false;
+      bool matrices                 = false;
       void declare(dealii::ParameterHandler &prm);
     };
 
@@ -317,7 +327,14 @@ namespace squeal
 
       StageTerms terms() const
       {
-        return terms_of(stage);
+        StageTerms terms = terms_of(stage);
+        terms.transport  = terms.transport && rotor.transport == Transport::full;
+        return terms;
+      }
+      /// Whether the rotor turns, with or without transport terms.
+      bool turns() const
+      {
+        return terms_of(stage).transport;
       }
       /// The materials of the scene: the rotor's, the pads', those of the parts of a mesh file.
       std::vector<BodyMaterial> materials() const;
@@ -339,6 +356,7 @@ namespace squeal
 
     private:
       void check_matrix_free() const;
+      void check_export() const;
       void check_edge_levels() const;
     };
   } // namespace Parameters

@@ -83,7 +83,7 @@ namespace squeal
     std::optional<Manifest> read_manifest() const;
     std::optional<Manifest> of_older_version() const;
     void write_manifest();
-    void refuse_foreign_results() const;
+    void refuse_foreign_results(bool exports) const;
     void refuse_own_input(const ParameterFile &file, const std::string &used) const;
     bool has_results(const Manifest &earlier) const;
     /// Why a run of these parameters is not resumed; empty if it is.

@@ -179,3 +179,39 @@ TEST_CASE("matrix_market: distribute gives each rank its rows, repeated entries 
                                                : 0.));
     }
 }
+
+TEST_CASE("matrix_market: what is written is read back to the last bit, the ranks' entries in "
+          "their order")
+{
+  // Each rank has the diagonal of its rows and one entry beside it, of numbers without a short
+  // form.
+  const unsigned int n = 7;
+  const RowRange rows  = even_rows(n);
+  MatrixMarketFile own;
+  own.n_rows    = n;
+  own.n_columns = n + 1;
+  for (unsigned int i = rows.begin; i < rows.end; ++i)
+    for (unsigned int j = i; j < i + 2; ++j)
+    {
+      own.rows.push_back(i);
+      own.columns.push_back(j);
+      own.values.push_back((i % 2 == 0 ? 1. : -1e-300) / (3. + i + j));
+    }
+  const std::string name = "written_by_unit_test.mtx";
+  write_matrix_market(name, own, {"a comment"}, rows.comm);
+  MPI_Barrier(rows.comm);
+  const MatrixMarketFile read = read_matrix_market(name, "Key");
+  MPI_Barrier(rows.comm);
+  std::remove(name.c_str());
+  CHECK(read.n_rows == n);
+  CHECK(read.n_columns == n + 1);
+  REQUIRE(read.values.size() == 2 * n);
+  for (unsigned int i = 0; i < n; ++i)
+    for (unsigned int k = 2 * i; k < 2 * i + 2; ++k)
+    {
+      const unsigned int j = i + k - 2 * i;
+      CHECK(read.rows[k] == int(i));
+      CHECK(read.columns[k] == int(j));
+      CHECK(read.values[k] == (i % 2 == 0 ? 1. : -1e-300) / (3. + i + j));
+    }
+}
