@@ -58,11 +58,12 @@ namespace squeal
       void release_at_edge();
       void find_contact_terms();
       /// The functions of a cell in the space of one degree more: n rows, the dim components of a
-      /// column side by side, then the pressures of all. They also go to @p result.
+      /// column side by side, then the other fields of all. They also go to @p result.
       void lift_cell(unsigned int number, const std::vector<Column> &columns, DenseMatrix &coarse,
                      MultiVector &result);
       void add_bodies();
-      void add_contact();
+      /// Adds what contact and ties do.
+      void add_surfaces();
       void share_faces();
       /// Adds Z^H Q+ X to T.
       void add_products();
@@ -91,8 +92,10 @@ namespace squeal
       std::unique_ptr<Contact<dim>> contact;
       std::vector<Term> contact_terms;
       ContactPressure pressure;
+      Ties ties;
 
-      const unsigned int n; ///< nodes of a cell, degree p + 1
+      const unsigned int n;        ///< nodes of a cell, degree p + 1
+      const unsigned int n_fields; ///< of a node
       const DenseMatrix lift;
       CellResiduals<dim> cell_residuals;
       std::unique_ptr<CellMap<dim>> base_map, map;
@@ -112,8 +115,9 @@ namespace squeal
         : model(model), prm(model.parameters()), modes(modes), m(modes.lambda.size()),
           with_state(model.equilibrium() && model.contact() && prm.terms().friction_damping),
           n_vectors(m + with_state), base(model.spaces()), spaces(base, base.fe.degree + 1),
-          n(spaces.fe.n_dofs_per_cell()), lift(interpolation(base.fe, spaces.fe)),
-          cell_residuals(base, spaces), materials(prm.materials()), t_re(m, m), t_im(m, m)
+          n(spaces.fe.n_dofs_per_cell()), n_fields(base.n_fields()),
+          lift(interpolation(base.fe, spaces.fe)), cell_residuals(base, spaces),
+          materials(prm.materials()), t_re(m, m), t_im(m, m)
     {
       for (const Parameters::BodyMaterial &material : materials)
       {
@@ -151,28 +155,26 @@ namespace squeal
     void Estimator<dim>::lift_cell(const unsigned int number, const std::vector<Column> &columns,
                                    DenseMatrix &coarse, MultiVector &result)
     {
-      const unsigned int n_base = base.fe.n_dofs_per_cell(), n_columns = columns.size();
-      if (coarse.n_columns != (dim + 1) * n_columns)
-        coarse = DenseMatrix(n_base, (dim + 1) * n_columns);
+      const unsigned int n_base = base.fe.n_dofs_per_cell(), n_columns = columns.size(),
+                         n_others = n_fields - dim;
+      if (coarse.n_columns != n_fields * n_columns)
+        coarse = DenseMatrix(n_base, n_fields * n_columns);
+      // The displacements of all columns come first.
+      const auto place = [&](const unsigned int field, const unsigned int column) {
+        return field < dim ? column * dim + field
+                           : dim * n_columns + column * n_others + field - dim;
+      };
       std::fill(coarse.values.begin(), coarse.values.end(), 0.);
       for (unsigned int j = 0; j < n_columns; ++j)
         for (const auto &entry : base_map->cells[number])
-        {
-          // Component c of node a; the pressures come last.
-          const unsigned int c = entry.unknown / n_base, a = entry.unknown % n_base,
-                             column = c < dim ? j * dim + c : dim * n_columns + j;
-          coarse(a, column) += entry.weight * columns[j].local_element(entry.index);
-        }
+          coarse(entry.unknown % n_base, place(entry.unknown / n_base, j)) +=
+              entry.weight * columns[j].local_element(entry.index);
       DenseMatrix fine(n, coarse.n_columns);
       gemm(false, 1, lift, coarse, 0, fine);
       for (unsigned int j = 0; j < n_columns; ++j)
         for (const auto &entry : map->cells[number])
           if (entry.direct && entry.index < result.n_local())
-          {
-            const unsigned int c = entry.unknown / n, a = entry.unknown % n,
-                               column     = c < dim ? j * dim + c : dim * n_columns + j;
-            result.column(j)[entry.index] = fine(a, column);
-          }
+            result.column(j)[entry.index] = fine(entry.unknown % n, place(entry.unknown / n, j));
     }
 
     template <int dim>
@@ -221,11 +223,13 @@ namespace squeal
     void Estimator<dim>::release_at_edge()
     {
       MultiVector closed(base.rows, 1);
-      for (unsigned int row = base.first_local_multiplier; row < base.rows.end; ++row)
+      for (unsigned int row = base.first_local_multiplier; row < base.first_local_tie; ++row)
         closed.data()[row - base.rows.begin] = model.contact()->is_closed(row);
       MultiVector fine_closed = interpolate(closed);
       std::fill(fine_closed.data(),
                 fine_closed.data() + (spaces.first_local_multiplier - spaces.rows.begin), 1.);
+      std::fill(fine_closed.data() + (spaces.first_local_tie - spaces.rows.begin),
+                fine_closed.data() + spaces.rows.n_local(), 1.);
       const std::vector<double> flags = replicate(fine_closed);
       std::vector<unsigned int> released;
       for (unsigned int row = 0; row < flags.size(); ++row)
@@ -259,13 +263,14 @@ namespace squeal
     }
 
     template <int dim>
-    void Estimator<dim>::add_contact()
+    void Estimator<dim>::add_surfaces()
     {
-      if (!contact)
-        return;
+      std::vector<Term> terms = contact_terms;
+      if (ties.matrix)
+        terms.push_back({Origin::joint, 0, 1., ties.matrix});
       for (const unsigned int order : {0u, 1u})
       {
-        const Matrix A = sum_of(spaces.rows, contact_terms, order);
+        const Matrix A = sum_of(spaces.rows, terms, order);
         if (!A)
           continue;
         for (const bool is_left : {false, true}) // one after the other: copies are large
@@ -358,7 +363,7 @@ namespace squeal
     template <int dim>
     void Estimator<dim>::eliminate(EigenvalueErrors &errors)
     {
-      const unsigned int n_w = local->functions.n_columns, n_wide = (dim + 1) * 4 * n_vectors;
+      const unsigned int n_w = local->functions.n_columns, n_wide = n_fields * 4 * n_vectors;
       DenseMatrix all(n, n_wide), tested(n_w, n_wide);
       unsigned int number = 0;
       for (const auto &cell : spaces.nodes.active_cell_iterators())
@@ -373,14 +378,14 @@ namespace squeal
         for (unsigned int j = 0; j < 4 * n_vectors; ++j)
           for (const auto &entry : map->cells[number])
             if (entry.direct)
-              all.values[std::size_t(j) * (dim + 1) * n + entry.unknown] =
+              all.values[std::size_t(j) * n_fields * n + entry.unknown] =
                   shares[number][entry.unknown] * residuals[j].local_element(entry.index);
         gemm(true, 1, local->functions, all, 0, tested);
         const unsigned int n_kept = problem.unknowns.size();
         DenseMatrix r(n_kept, 4 * n_vectors);
         for (unsigned int j = 0; j < 4 * n_vectors; ++j)
           for (unsigned int i = 0; i < n_kept; ++i)
-            r(i, j) = tested.values[std::size_t(j) * (dim + 1) * n_w + problem.unknowns[i]];
+            r(i, j) = tested.values[std::size_t(j) * n_fields * n_w + problem.unknowns[i]];
         const DenseMatrix right    = half(r, false),
                           solution = problem.symmetric
                                          ? solve_positive(std::move(problem.matrix), right)
@@ -414,7 +419,7 @@ namespace squeal
                                          const std::vector<int> &unknowns, const double *solution)
     {
       const unsigned int n_w = functions.n_columns;
-      std::vector<double> values((dim + 1) * n);
+      std::vector<double> values(n_fields * n);
       for (unsigned int r = 0; r < unknowns.size(); ++r)
         for (unsigned int a = 0; a < n; ++a)
           values[unknowns[r] / n_w * n + a] += functions(a, unknowns[r] % n_w) * solution[r];
@@ -441,6 +446,8 @@ namespace squeal
       for (const Term &term : contact_terms)
         if (term.origin == Origin::contact || term.origin == Origin::friction)
           add(term.coefficient, multiply(*term.matrix, state));
+      if (ties.matrix)
+        add(1, multiply(*ties.matrix, state));
       for (const MultiVector &load : loads)
         add(-1, load);
     }
@@ -563,13 +570,15 @@ namespace squeal
       residuals        = map->zeros(4 * n_vectors);
       state_correction = map->zeros(2);
       find_contact_terms();
+      ties = assemble_ties_as(model.ties(), spaces);
       add_bodies();
-      add_contact();
+      add_surfaces();
       if (with_state)
         add_static_residual();
       add_products();
-      local = std::make_unique<LocalProblems<dim>>(spaces, *map, cell_residuals, contact.get(),
-                                                   prm.pads.pressure, prm.terms().friction);
+      local =
+          std::make_unique<LocalProblems<dim>>(spaces, *map, cell_residuals, contact.get(),
+                                               prm.pads.pressure, prm.terms().friction, ties.scale);
       share_faces();
       eliminate(errors);
       find_corrections(errors);

@@ -13,10 +13,10 @@ namespace squeal
   LocalProblems<dim>::LocalProblems(const FiniteElementSpace<dim> &spaces, const CellMap<dim> &map,
                                     const CellResiduals<dim> &integrals,
                                     const Contact<dim> *contact, const double pad_pressure,
-                                    const bool with_friction)
+                                    const bool with_friction, const double tie_scale)
       : functions(hierarchical_complement(spaces.fe)), spaces(spaces), map(map), contact(contact),
-        pad_pressure(pad_pressure), with_friction(with_friction), n(spaces.fe.n_dofs_per_cell()),
-        derivatives(integrals.reference_derivatives(functions)),
+        pad_pressure(pad_pressure), with_friction(with_friction), tie_scale(tie_scale),
+        n(spaces.fe.n_dofs_per_cell()), derivatives(integrals.reference_derivatives(functions)),
         face_values(spaces.mapping, spaces.fe, QGauss<dim - 1>(spaces.fe.degree + 1),
                     update_values | update_normal_vectors | update_quadrature_points |
                         update_JxW_values),
@@ -76,7 +76,7 @@ namespace squeal
       }
     };
     const DenseMatrix compliance = invert();
-    std::vector<double> result((dim + 1) * n, 1.), sums(Utilities::pow(3, dim));
+    std::vector<double> result(spaces.n_fields() * n, 1.), sums(Utilities::pow(3, dim));
     for (unsigned int c = 0; c < dim; ++c)
     {
       std::fill(sums.begin(), sums.end(), 0.);
@@ -156,7 +156,7 @@ namespace squeal
       // Most functions vanish on the face.
       on_face.clear();
       for (unsigned int r = 0; r < kept.size(); ++r)
-        if (std::abs(traces[kept[r] % n_w]) > 1e-12)
+        if (kept[r] < int((dim + 1) * n_w) && std::abs(traces[kept[r] % n_w]) > 1e-12)
           on_face.push_back(r);
       const double k = law.mortar ? 0 : law.penalty_stiffness;
       for (const unsigned int r : on_face)
@@ -183,13 +183,96 @@ namespace squeal
   }
 
   template <int dim>
+  std::vector<unsigned int> LocalProblems<dim>::tied_faces(const CellIterator &cell) const
+  {
+    std::vector<unsigned int> faces;
+    for (const TiedSurfaces &tie : spaces.geometry.ties)
+      for (const unsigned int f : cell->face_indices())
+        if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == tie.side)
+          faces.push_back(f);
+    return faces;
+  }
+
+  /// Appends the tractions of a cell at the first side of a tie: for each component the traces of
+  /// the complement's functions that do not vanish on the tied faces, if they are among those that
+  /// may move.
+  template <int dim>
+  void LocalProblems<dim>::add_tractions(const CellIterator &cell,
+                                         const std::vector<unsigned int> &faces,
+                                         const std::vector<bool> &direct,
+                                         std::vector<int> &kept) const
+  {
+    const std::vector<Point<dim>> &points = spaces.fe.get_unit_support_points();
+    std::vector<types::global_dof_index> nodes(n);
+    cell->get_dof_indices(nodes);
+    const unsigned int n_w           = functions.n_columns;
+    const std::vector<int> displaced = kept;
+    for (const int move : displaced)
+    {
+      if (move >= int(dim * n_w))
+        continue;
+      const unsigned int c = move / n_w, w = move % n_w;
+      bool on_face = false, is_free = true;
+      for (unsigned int a = 0; a < n; ++a)
+        if (functions(a, w) != 0 && std::any_of(faces.begin(), faces.end(),
+                                                [&](const unsigned int f) {
+                                                  return std::abs(points[a][f / 2] - f % 2) < 1e-12;
+                                                }))
+        {
+          on_face = true;
+          is_free &= direct[(dim + 1 + c) * n + a];
+        }
+      if (on_face && is_free)
+        kept.push_back((dim + 1 + c) * n_w + w);
+    }
+  }
+
+  /// The tie's part of a cell's local problem, the other side held: -int v . Lambda,
+  /// -int Psi . u.
+  template <int dim>
+  void LocalProblems<dim>::add_ties(const CellIterator &cell,
+                                    const std::vector<unsigned int> &faces,
+                                    const std::vector<int> &kept, DenseMatrix &local)
+  {
+    const unsigned int n_w = functions.n_columns;
+    std::vector<double> traces(n_w);
+    for (const unsigned int face : faces)
+    {
+      face_values.reinit(cell, face);
+      for (const unsigned int q : face_values.quadrature_point_indices())
+      {
+        for (unsigned int w = 0; w < n_w; ++w)
+        {
+          traces[w] = 0;
+          for (unsigned int a = 0; a < n; ++a)
+            traces[w] += functions(a, w) * face_values.shape_value(a, q);
+        }
+        for (unsigned int s = 0; s < kept.size(); ++s)
+        {
+          if (kept[s] < int((dim + 1) * n_w))
+            continue;
+          const unsigned int c = kept[s] / n_w - dim - 1;
+          for (unsigned int r = 0; r < kept.size(); ++r)
+            if (unsigned(kept[r]) / n_w == c)
+            {
+              const double value =
+                  -tie_scale * face_values.JxW(q) * traces[kept[r] % n_w] * traces[kept[s] % n_w];
+              local(r, s) += value;
+              local(s, r) += value;
+            }
+        }
+      }
+    }
+  }
+
+  template <int dim>
   LocalProblem LocalProblems<dim>::make(const CellIterator &cell, const unsigned int number,
                                         const Material &material, CellResiduals<dim> &integrals)
   {
     const unsigned int n_w = functions.n_columns;
     LocalProblem problem;
     std::vector<int> &kept = problem.unknowns;
-    std::vector<bool> direct((dim + 1) * n);
+    std::vector<bool> direct(spaces.n_fields() * n);
     for (const auto &entry : map.cells[number])
       direct[entry.unknown] = direct[entry.unknown] || entry.direct;
     for (unsigned int c = 0; c < dim; ++c)
@@ -206,6 +289,10 @@ namespace squeal
     if (face >= 0 && contact->contact_model().mortar)
       add_pressures(cell, face, direct, kept);
 
+    const std::vector<unsigned int> tied = tied_faces(cell);
+    if (!tied.empty())
+      add_tractions(cell, tied, direct, kept);
+
     integrals.stiffness(material, derivatives, stiffness);
     problem.matrix = DenseMatrix(kept.size(), kept.size());
     for (unsigned int s = 0; s < n_moves; ++s)
@@ -213,7 +300,9 @@ namespace squeal
         problem.matrix(r, s) = stiffness(kept[r], kept[s]);
     if (face >= 0)
       add_contact(cell, face, kept, problem.matrix);
-    problem.symmetric = face < 0;
+    if (!tied.empty())
+      add_ties(cell, tied, kept, problem.matrix);
+    problem.symmetric = face < 0 && tied.empty();
     return problem;
   }
 

@@ -16,7 +16,7 @@ namespace squeal
         active{std::vector<bool>(spaces.rows.size, true), {}}
   {
     MultiVector mark(space->rows, 1);
-    for (unsigned int row = space->first_local_multiplier; row < space->rows.end; ++row)
+    for (unsigned int row = space->first_local_multiplier; row < space->first_local_tie; ++row)
       mark.data()[row - space->rows.begin] = 1;
     for (const double value : replicate(mark))
       is_multiplier.push_back(value != 0);

@@ -152,7 +152,7 @@ namespace squeal
         turned_from != nullptr);
     if (model.mortar)
       for (unsigned int row = contact.spaces().first_local_multiplier;
-           row < contact.spaces().rows.end; ++row)
+           row < contact.spaces().first_local_tie; ++row)
         if (!contact.active_set().by_row[row])
         {
           rows.push_back(row);

@@ -161,9 +161,13 @@ namespace squeal
   namespace
   {
     template <int dim>
-    std::vector<ContactFace<dim>> local_faces(const FiniteElementSpace<dim> &spaces,
-                                              const FaceElement<dim> &element,
-                                              const types::boundary_id boundary)
+    using Numbering = unsigned int (FiniteElementSpace<dim>::*)(
+        types::global_dof_index) const; ///< of multipliers
+
+    template <int dim>
+    std::vector<ContactFace<dim>>
+    local_faces(const FiniteElementSpace<dim> &spaces, const FaceElement<dim> &element,
+                const types::boundary_id boundary, const Numbering<dim> multiplier)
     {
       std::vector<ContactFace<dim>> faces;
       std::vector<types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());
@@ -202,7 +206,7 @@ namespace squeal
                   FreeNode<dim> free_node{w.weight, {}};
                   for (unsigned int c = 0; c < dim; ++c)
                     free_node.equations[c] = static_cast<int>(spaces.equation(w.node, c));
-                  free_node.equations[dim] = static_cast<int>(spaces.multiplier(w.node));
+                  free_node.equations[dim] = static_cast<int>((spaces.*multiplier)(w.node));
                   expansion.push_back(free_node);
                 }
                 face.nodes.push_back(std::move(expansion));
@@ -278,26 +282,44 @@ namespace squeal
   } // namespace
 
   template <int dim>
+  PairedInterface<dim>
+  gather_surfaces(const FiniteElementSpace<dim> &spaces, const FaceElement<dim> &element,
+                  const types::boundary_id first, const types::boundary_id second,
+                  const Numbering<dim> multiplier)
+  {
+    const auto faces_of = [&](const types::boundary_id boundary)
+    {
+      return gather_faces(spaces.comm, element.n_nodes(),
+                          local_faces(spaces, element, boundary, multiplier));
+    };
+    PairedInterface<dim> result;
+    result.pad_faces   = share_of(spaces.comm, faces_of(first));
+    result.rotor_faces = faces_of(second);
+    return result;
+  }
+
+  template <int dim>
+  std::vector<SurfaceFace<dim>> shapes_of(const std::vector<ContactFace<dim>> &faces)
+  {
+    std::vector<SurfaceFace<dim>> shapes;
+    for (const ContactFace<dim> &face : faces)
+      shapes.push_back(face.shape);
+    return shapes;
+  }
+
+  template <int dim>
   std::vector<PairedInterface<dim>> pair_interfaces(const FiniteElementSpace<dim> &spaces,
                                                     const FaceElement<dim> &element)
   {
     std::vector<PairedInterface<dim>> interfaces;
     for (const ContactInterface &description : spaces.geometry.interfaces)
     {
-      const auto faces_of = [&](const types::boundary_id boundary) {
-        return gather_faces(spaces.comm, element.n_nodes(), local_faces(spaces, element, boundary));
-      };
-      PairedInterface<dim> interface;
-      interface.name        = description.name;
-      interface.pad_faces   = share_of(spaces.comm, faces_of(description.pad_face));
-      interface.rotor_faces = faces_of(description.rotor_face);
-
-      std::vector<SurfaceFace<dim>> pad_shapes, rotor_shapes;
-      for (const ContactFace<dim> &face : interface.pad_faces)
-        pad_shapes.push_back(face.shape);
-      for (const ContactFace<dim> &face : interface.rotor_faces)
-        rotor_shapes.push_back(face.shape);
-      interface.pairs = pair_surfaces(element, pad_shapes, rotor_shapes, 0.);
+      PairedInterface<dim> interface =
+          gather_surfaces(spaces, element, description.pad_face, description.rotor_face,
+                          &FiniteElementSpace<dim>::multiplier);
+      interface.name  = description.name;
+      interface.pairs = pair_surfaces(element, shapes_of(interface.pad_faces),
+                                      shapes_of(interface.rotor_faces), 0.);
       interfaces.push_back(std::move(interface));
     }
     return interfaces;
@@ -307,6 +329,14 @@ namespace squeal
   template struct PairShapes<3>;
   template struct ContactKinematics<2>;
   template struct ContactKinematics<3>;
+#define SQUEAL_INSTANTIATE(dim)                                                                    \
+  template PairedInterface<dim> gather_surfaces(const FiniteElementSpace<dim> &,                   \
+                                                const FaceElement<dim> &, types::boundary_id,      \
+                                                types::boundary_id, Numbering<dim>);               \
+  template std::vector<SurfaceFace<dim>> shapes_of(const std::vector<ContactFace<dim>> &);
+  SQUEAL_INSTANTIATE(2)
+  SQUEAL_INSTANTIATE(3)
+#undef SQUEAL_INSTANTIATE
   template std::vector<PairedInterface<2>> pair_interfaces(const FiniteElementSpace<2> &,
                                                            const FaceElement<2> &);
   template std::vector<PairedInterface<3>> pair_interfaces(const FiniteElementSpace<3> &,

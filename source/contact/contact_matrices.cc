@@ -31,7 +31,7 @@ namespace squeal
         });
     if (model.mortar) // Lambda = 0 where the pad has lifted off
       for (unsigned int row = contact.spaces().first_local_multiplier;
-           row < contact.spaces().rows.end; ++row)
+           row < contact.spaces().first_local_tie; ++row)
         if (!contact.active_set().by_row[row])
           entries.add(row, row, contact.constraint_stiffness());
     return entries.make_matrix(contact.spaces().rows);

@@ -103,12 +103,13 @@ namespace squeal
     return known.n_modes;
   }
 
-  std::vector<unsigned int> InertiaCount::open_contacts(const Matrix &contact) const
+  std::vector<unsigned int>
+  InertiaCount::open_constraints(const std::vector<const Matrix *> &coupling) const
   {
     const unsigned int first = rows.end - n_local_constraints;
     std::vector<char> acts(n_local_constraints);
-    if (contact)
-      for_entries(contact,
+    for (const Matrix *matrix : coupling)
+      for_entries(*matrix,
                   [&](const PetscInt row, const PetscInt column, double)
                   {
                     if (unsigned(row) >= first && column != row)
@@ -238,8 +239,13 @@ namespace squeal
           others.push_back(term);
         }
       }
-    const Matrix none;
-    const std::vector<unsigned int> open = open_contacts(contact ? *contact : none);
+    std::vector<const Matrix *> coupling;
+    if (contact)
+      coupling.push_back(contact.get());
+    for (const Term &term : others)
+      if (term.origin == Origin::joint)
+        coupling.push_back(term.matrix.get());
+    const std::vector<unsigned int> open = open_constraints(coupling);
     if (contact && is_one && is_opened_base(others, *contact, open))
     {
       std::vector<unsigned int> added;

@@ -29,17 +29,8 @@ namespace squeal
   {
     prepare(matrix);
     SQUEAL_PETSC(MatFactorInfoInitialize(&info));
-    SQUEAL_PETSC(
-        MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
     try
     {
-      // A pivot is at least this times what it eliminates. With MUMPS' own 0.01 solutions with
-      // large models lose digits (relative errors of 1e-9, and the modes had to be refined); the
-      // factors are as large and take as long.
-      if (lu)
-        SQUEAL_PETSC(MatMumpsSetCntl(mat, 1, 0.1));
-      else
-        SQUEAL_PETSC(MatMumpsSetIcntl(mat, 24, 1)); // null pivots are counted, as an inertia needs
       check_interruption();
       analyse(matrix);
       factorise(matrix);
@@ -77,6 +68,16 @@ namespace squeal
 
   void Factorization::analyse(const Matrix &matrix)
   {
+    SQUEAL_PETSC(MatDestroy(&mat));
+    SQUEAL_PETSC(
+        MatGetFactor(matrix, MATSOLVERMUMPS, lu ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, &mat));
+    // A pivot is at least this times what it eliminates. With MUMPS' own 0.01 solutions with
+    // large models lose digits (relative errors of 1e-9, and the modes had to be refined); the
+    // factors are as large and take as long.
+    if (lu)
+      SQUEAL_PETSC(MatMumpsSetCntl(mat, 1, 0.1));
+    else
+      SQUEAL_PETSC(MatMumpsSetIcntl(mat, 24, 1)); // null pivots are counted, as an inertia needs
     if (lu)
       SQUEAL_PETSC(MatLUFactorSymbolic(mat, matrix, nullptr, nullptr, &info));
     else
@@ -84,9 +85,8 @@ namespace squeal
     MPI_Comm comm = MPI_COMM_NULL;
     SQUEAL_PETSC(PetscObjectGetComm(PetscObject(Mat(matrix)), &comm));
     check_memory(comm);
-    // Room for delayed pivots, percent. It is reserved but rarely used, so that the prediction is
-    // made without.
-    SQUEAL_PETSC(MatMumpsSetIcntl(mat, 14, 50));
+    // It is reserved but rarely used, so that the prediction is made without.
+    SQUEAL_PETSC(MatMumpsSetIcntl(mat, 14, room));
   }
 
   void Factorization::factorise(const Matrix &matrix)
@@ -102,6 +102,15 @@ namespace squeal
     PetscInt code = 0, detail = 0;
     MatMumpsGetInfog(mat, 1, &code);
     MatMumpsGetInfog(mat, 2, &detail);
+    // Many constraints delay many pivots, more than the analysis of the pattern knows of.
+    constexpr PetscInt most_room = 1000;
+    if ((code == -8 || code == -9) && room < most_room)
+    {
+      room *= 5;
+      analyse(matrix);
+      factorise(matrix);
+      return;
+    }
     const std::string message = text_of("MUMPS cannot factorise ", what, " (INFOG(1) = ", code,
                                         ", INFOG(2) = ", detail, "): ");
     // Codes that mean a lack of memory (MUMPS' manual, section 8); PETSc knows some of them.

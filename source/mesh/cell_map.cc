@@ -24,10 +24,9 @@ namespace squeal
         {
           const bool direct = !spaces.hanging.is_constrained(nodes[a]);
           for (const WeightedNode &w : spaces.expand(nodes[a]))
-            for (unsigned int c = 0; c <= dim; ++c)
+            for (unsigned int c = 0; c < spaces.n_fields(); ++c)
             {
-              const unsigned int equation =
-                  c == dim ? spaces.multiplier(w.node) : spaces.equation(w.node, c);
+              const unsigned int equation = spaces.field_equation(w.node, c);
               if (equation == FiniteElementSpace<dim>::none)
                 continue;
               if (!rows.contains(equation))

@@ -169,7 +169,7 @@ namespace squeal
     // Which components are fixed, and which nodes carry a multiplier. Ghost cells are looked at
     // too: the only face of a node on a boundary may belong to another rank.
     std::vector<IndexSet> fixed(dim, IndexSet(nodes.n_dofs()));
-    IndexSet in_contact(nodes.n_dofs());
+    IndexSet in_contact(nodes.n_dofs()), in_tie(nodes.n_dofs());
     std::vector<types::global_dof_index> face_nodes(fe.n_dofs_per_face());
     for (const auto &cell : nodes.active_cell_iterators())
       if (!cell->is_artificial())
@@ -186,14 +186,18 @@ namespace squeal
               for (const ContactInterface &interface : geometry.interfaces)
                 if (interface.pad_face == cell->face(f)->boundary_id())
                   in_contact.add_indices(face_nodes.begin(), face_nodes.end());
+            for (const TiedSurfaces &tie : geometry.ties)
+              if (tie.side == cell->face(f)->boundary_id())
+                in_tie.add_indices(face_nodes.begin(), face_nodes.end());
           }
     in_contact.compress();
+    in_tie.compress();
     for (IndexSet &set : fixed)
       set.compress();
 
     // Local numbers first, then the offset of this rank.
-    equations.assign(dim + 1, NodeVector(owned, relevant_nodes, comm));
-    unsigned int n_local = 0, n_local_displacements = 0;
+    equations.assign(dim + 1 + has_ties(), NodeVector(owned, relevant_nodes, comm));
+    unsigned int n_local = 0;
     for (NodeVector &vector : equations)
       vector = -1;
     for (const auto node : owned)
@@ -201,10 +205,17 @@ namespace squeal
         for (unsigned int c = 0; c < dim; ++c)
           if (!fixed[c].is_element(node))
             equations[c](node) = n_local++;
-    n_local_displacements = n_local;
+    const unsigned int n_local_displacements = n_local;
     for (const auto node : owned)
       if (in_contact.is_element(node) && !hanging.is_constrained(node))
         equations[dim](node) = n_local++;
+    const unsigned int n_local_multipliers = n_local - n_local_displacements;
+    for (const auto node : owned)
+      if (in_tie.is_element(node) && !hanging.is_constrained(node))
+      {
+        equations[dim + 1](node) = n_local;
+        n_local += dim;
+      }
 
     rows.comm  = comm;
     rows.size  = Utilities::MPI::sum(n_local, comm);
@@ -214,8 +225,10 @@ namespace squeal
       rows.begin = 0;
     rows.end               = rows.begin + n_local;
     n_displacements        = Utilities::MPI::sum(n_local_displacements, comm);
-    n_multipliers          = rows.size - n_displacements;
+    n_multipliers          = Utilities::MPI::sum(n_local_multipliers, comm);
+    n_ties                 = rows.size - n_displacements - n_multipliers;
     first_local_multiplier = rows.begin + n_local_displacements;
+    first_local_tie        = first_local_multiplier + n_local_multipliers;
 
     for (NodeVector &vector : equations)
     {

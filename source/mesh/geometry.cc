@@ -361,10 +361,10 @@ namespace squeal
     std::vector<Body> result;
     for (unsigned int id = 0; id < parts.size(); ++id)
       if (parts[id].material == material &&
-          (parts[id].body == rotor_body || std::any_of(interfaces.begin(), interfaces.end(),
-                                                       [&](const ContactInterface &interface) {
-                                                         return interface.pad == parts[id].body;
-                                                       })))
+          (parts[id].body == rotor_body || other_bodies.count(parts[id].body) > 0 ||
+           std::any_of(interfaces.begin(), interfaces.end(),
+                       [&](const ContactInterface &interface)
+                       { return interface.pad == parts[id].body; })))
         result.push_back(Body(id));
     return result;
   }

@@ -463,6 +463,28 @@ namespace squeal
     return pairs;
   }
 
+  template <int dim>
+  std::vector<FacePair<dim>>
+  pair_facing_surfaces(const FaceElement<dim> &element, const std::vector<SurfaceFace<dim>> &first,
+                       const std::vector<SurfaceFace<dim>> &second, const double distance)
+  {
+    std::vector<FacePair<dim>> result;
+    for (FacePair<dim> &pair : pair_surfaces(element, first, second, distance))
+    {
+      const auto is_apart = [&](const PairedPoint<dim> &point)
+      {
+        const auto a = element.frame(first[pair.pad_face], point.xi_pad),
+                   b = element.frame(second[pair.rotor_face], point.xi_rotor);
+        return a.normal * b.normal > -0.5 || a.x.distance(b.x) > distance;
+      };
+      pair.points.erase(std::remove_if(pair.points.begin(), pair.points.end(), is_apart),
+                        pair.points.end());
+      if (!pair.points.empty())
+        result.push_back(std::move(pair));
+    }
+    return result;
+  }
+
   template class FaceElement<2>;
   template class FaceElement<3>;
   template std::vector<FacePair<2>> pair_surfaces(const FaceElement<2> &,
@@ -471,4 +493,12 @@ namespace squeal
   template std::vector<FacePair<3>> pair_surfaces(const FaceElement<3> &,
                                                   const std::vector<SurfaceFace<3>> &,
                                                   const std::vector<SurfaceFace<3>> &, double);
+  template std::vector<FacePair<2>> pair_facing_surfaces(const FaceElement<2> &,
+                                                         const std::vector<SurfaceFace<2>> &,
+                                                         const std::vector<SurfaceFace<2>> &,
+                                                         double);
+  template std::vector<FacePair<3>> pair_facing_surfaces(const FaceElement<3> &,
+                                                         const std::vector<SurfaceFace<3>> &,
+                                                         const std::vector<SurfaceFace<3>> &,
+                                                         double);
 } // namespace squeal

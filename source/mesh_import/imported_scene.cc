@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 #include <sstream>
 #include <tuple>
@@ -31,7 +30,8 @@ namespace squeal
     {
     public:
       explicit ImportedScene(const Parameters::All &prm)
-          : prm(prm), mesh(prm.mesh), file(read_mesh_file(mesh.file)), facts{file, {}, 0, {}, {}}
+          : prm(prm), mesh(prm.mesh),
+            file(read_mesh_file(mesh.file)), facts{file, {}, 0, {}, {}, {}}
       {
       }
 
@@ -44,6 +44,7 @@ namespace squeal
         find_bodies();
         name_faces();
         check_pairs();
+        check_ties();
         if (needs_revolution())
           check_revolution();
         check_supports();
@@ -58,7 +59,8 @@ namespace squeal
 
       [[noreturn]] void fail(const std::string &key, const std::string &message) const
       {
-        throw InputError("Mesh/" + key + ": " + file.name + ": " + message);
+        throw InputError((key.find('/') < key.size() && key.find("Part") != 0 ? "" : "Mesh/") +
+                         key + ": " + file.name + ": " + message);
       }
 
       std::string element(const unsigned int cell) const
@@ -207,72 +209,109 @@ namespace squeal
           }
       }
 
-      /// Pieces that hang together by nodes are the bodies: one rotor, and pads with a contact
-      /// pair.
+      /// Pieces that hang together by nodes are the bodies: one rotor, or several pieces of it that
+      /// are tied, pads with a contact pair, and others that hang on joints.
       void find_bodies()
       {
-        std::vector<unsigned int> parent(file.nodes.size());
-        std::iota(parent.begin(), parent.end(), 0u);
-        const auto root = [&](unsigned int node)
-        {
-          while (parent[node] != node)
-            node = parent[node] = parent[parent[node]];
-          return node;
-        };
+        Groups pieces(file.nodes.size());
         for (const MeshFile::Cell &cell : file.cells)
           for (const unsigned int node : cell.nodes)
-            parent[root(node)] = root(cell.nodes[0]);
+            pieces.join(node, cell.nodes[0]);
         const auto piece_of = [&](const unsigned int cell)
-        { return root(file.cells[cell].nodes[0]); };
+        { return pieces.of(file.cells[cell].nodes[0]); };
 
-        std::map<unsigned int, unsigned int> rotor_pieces, pad_pieces; // and a cell of each
+        std::map<unsigned int, unsigned int> rotor_pieces, others; // and a cell of each
         for (unsigned int c = 0; c < file.cells.size(); ++c)
-          (of_rotor[material_of_cell[c]] ? rotor_pieces : pad_pieces).emplace(piece_of(c), c);
+          (of_rotor[material_of_cell[c]] ? rotor_pieces : others).emplace(piece_of(c), c);
         for (const auto &[piece, cell] : rotor_pieces)
-          if (const auto pad = pad_pieces.find(piece); pad != pad_pieces.end())
+          if (const auto other = others.find(piece); other != others.end())
             fail("Contact pairs", "rotor and pad hang together by common nodes, " + element(cell) +
-                                      " and " + element(pad->second) +
+                                      " and " + element(other->second) +
                                       ". Surfaces in contact need nodes of their own.");
-        if (rotor_pieces.size() > 1)
-          fail("Rotor", "the rotor is in " + std::to_string(rotor_pieces.size()) +
-                            " pieces that share no nodes, among them " +
-                            element(rotor_pieces.begin()->second) + " and " +
-                            element(rotor_pieces.rbegin()->second) +
-                            ". Common surfaces of volumes need common nodes (in Gmsh: Coherence).");
         if (rotor_pieces.empty())
           fail("Rotor", "the rotor has no cells.");
 
-        std::map<unsigned int, Body> bodies = {{rotor_pieces.begin()->first, rotor_body}};
-        facts.bodies                        = {"rotor"};
-        pairs                               = mesh.pairs();
+        // The pieces of the surfaces of each joint
+        ties        = prm.joints.tied_surfaces();
+        Groups tied = pieces;
+        std::set<unsigned int> joined;
+        for (auto &tie : ties)
+        {
+          std::set<bool> turns;
+          unsigned int last = numbers::invalid_unsigned_int;
+          for (std::string *name : {&tie.first, &tie.second})
+          {
+            *name = find_group(file.surfaces, *name, "Joints/Ties", "surface").first;
+            for (const Face &face : file.surfaces.at(*name))
+            {
+              const unsigned int piece = piece_of(boundary_cell(face, *name, "Joints/Ties").cell);
+              turns.insert(rotor_pieces.count(piece) > 0);
+              joined.insert(piece);
+              if (last != numbers::invalid_unsigned_int)
+                tied.join(piece, last);
+              last = piece;
+            }
+          }
+          if (turns.size() > 1)
+            fail("Joints/Ties", "'" + tie.first + "' and '" + tie.second +
+                                    "' are a tie across the sliding surface: one is on the rotor, "
+                                    "the other is not. Both must turn or both must not.");
+        }
+        for (const auto &[piece, cell] : rotor_pieces)
+          if (tied.of(piece) != tied.of(rotor_pieces.begin()->first))
+            fail("Rotor", "the rotor is in " + std::to_string(rotor_pieces.size()) +
+                              " pieces that share no nodes, among them " +
+                              element(rotor_pieces.begin()->second) + " and " + element(cell) +
+                              ". Common surfaces of volumes need common nodes (in Gmsh: "
+                              "Coherence), or a joint (Joints/Ties).");
+
+        std::map<unsigned int, Body> bodies;
+        for (const auto &rotor_piece : rotor_pieces)
+          bodies[rotor_piece.first] = rotor_body;
+        facts.bodies = {"rotor"};
+        pairs        = mesh.pairs();
         for (auto &[pad_name, rotor_name] : pairs)
         {
           // The names as in the file
           pad_name   = find_group(file.surfaces, pad_name, "Contact pairs", "surface").first;
           rotor_name = find_group(file.surfaces, rotor_name, "Contact pairs", "surface").first;
-          std::set<unsigned int> pieces;
+          std::set<unsigned int> pad_pieces;
           for (const Face &face : file.surfaces.at(pad_name))
-            pieces.insert(piece_of(boundary_cell(face, pad_name, "Contact pairs").cell));
+            pad_pieces.insert(piece_of(boundary_cell(face, pad_name, "Contact pairs").cell));
           for (const Face &face : file.surfaces.at(rotor_name))
             if (!rotor_pieces.count(
                     piece_of(boundary_cell(face, rotor_name, "Contact pairs").cell)))
               fail("Contact pairs", "'" + rotor_name +
                                         "' is not on the rotor; allowed is pad "
                                         "surface : rotor surface.");
-          if (pieces.size() != 1 || !pad_pieces.count(*pieces.begin()))
+          if (pad_pieces.size() != 1 || !others.count(*pad_pieces.begin()))
             fail("Contact pairs", "'" + pad_name +
                                       "' is not on one pad; allowed is pad surface : "
                                       "rotor surface.");
-          if (bodies.emplace(*pieces.begin(), Body(facts.bodies.size())).second)
+          if (bodies.emplace(*pad_pieces.begin(), Body(facts.bodies.size())).second)
             facts.bodies.push_back(pad_name);
-          pad_of_pair.push_back(bodies.at(*pieces.begin()));
+          pad_of_pair.push_back(bodies.at(*pad_pieces.begin()));
         }
-        for (const auto &[piece, cell] : pad_pieces)
-          if (!bodies.count(piece))
-            fail("Contact pairs",
-                 "the piece with " + element(cell) +
-                     " shares no nodes with a pad that has a contact pair. Common "
-                     "surfaces of volumes need common nodes (in Gmsh: Coherence).");
+        for (const auto &[piece, cell] : others)
+        {
+          if (bodies.count(piece))
+            continue;
+          if (!joined.count(piece))
+            fail(
+                "Contact pairs",
+                "the piece with " + element(cell) +
+                    " has no contact pair and no joint (Joints/Ties), and shares no nodes with a "
+                    "pad that has a contact pair. Common surfaces of volumes need common nodes (in "
+                    "Gmsh: Coherence).");
+          const Body body = Body(facts.bodies.size());
+          bodies.emplace(piece, body);
+          facts.bodies.push_back(name_of_piece(cell));
+          geometry.other_bodies[body] = facts.bodies.back();
+        }
+        // Bodies that are tied hold each other.
+        cluster_of_body.resize(facts.bodies.size());
+        for (const auto &[piece, body] : bodies)
+          cluster_of_body[body] = bodies.at(tied.of(piece));
 
         // One material id for each body and material.
         std::map<std::pair<Body, unsigned int>, unsigned int> ids;
@@ -289,6 +328,21 @@ namespace squeal
                      (mesh.curved == CurvedBodies::rotor && body == rotor_body)});
           part_of_cell.push_back(id->second);
         }
+      }
+
+      /// That of a volume group in which a cell of the piece is; two pieces of one group differ by
+      /// a number.
+      std::string name_of_piece(const unsigned int cell) const
+      {
+        std::string name = "part";
+        for (const auto &[group, cells] : file.volumes)
+          if (std::binary_search(cells.begin(), cells.end(), cell))
+            name = group;
+        std::string result = name;
+        for (unsigned int k = 2; std::count(facts.bodies.begin(), facts.bodies.end(), result) > 0;
+             ++k)
+          result = name + " " + std::to_string(k);
+        return result;
       }
 
       struct CellFace
@@ -321,7 +375,7 @@ namespace squeal
         {
           std::array<bool, 3> fixed{};
           bool is_loaded = false;
-          std::string contact;
+          std::string contact; ///< or tied surface
           bool operator<(const Use &other) const
           {
             return std::tie(fixed, is_loaded, contact) <
@@ -358,18 +412,24 @@ namespace squeal
         add(mesh.fixed[2], "Fixed in z", fix({{false, false, true}}));
         add(mesh.pressure_on, "Pressure on", [](Use &use) { use.is_loaded = true; });
         std::set<std::string> surfaces;
-        for (const auto &[pad, rotor] : pairs)
-          for (const std::string &name : {pad, rotor})
-            if (surfaces.insert(name).second)
-              add(name, "Contact pairs",
-                  [&](Use &use)
-                  {
-                    if (use.is_loaded || use.fixed != std::array<bool, 3>() || !use.contact.empty())
-                      fail("Contact pairs", "a face of '" + name +
-                                                "' is supported, loaded or in "
-                                                "another contact surface too.");
-                    use.contact = name;
-                  });
+        const auto add_surfaces = [&](const auto &list, const std::string &key)
+        {
+          for (const auto &[first, second] : list)
+            for (const std::string &name : {first, second})
+              if (surfaces.insert(name).second)
+                add(name, key,
+                    [&](Use &use)
+                    {
+                      if (use.is_loaded || use.fixed != std::array<bool, 3>() ||
+                          !use.contact.empty())
+                        fail(key, "a face of '" + name +
+                                      "' is supported, loaded or in another contact surface or "
+                                      "joint too.");
+                      use.contact = name;
+                    });
+        };
+        add_surfaces(pairs, "Contact pairs");
+        add_surfaces(ties, "Joints/Ties");
 
         std::map<Use, types::boundary_id> ids;
         for (const auto &[face, use] : uses)
@@ -399,6 +459,35 @@ namespace squeal
           geometry.interfaces.push_back(
               {pad, pad_of_pair[i], geometry.boundaries.at(pad), geometry.boundaries.at(rotor)});
         }
+      }
+
+      void check_ties()
+      {
+        std::map<std::string, std::string> firsts;
+        for (const auto &[pad, rotor] : pairs)
+        {
+          firsts[pad]   = "Mesh/Contact pairs";
+          firsts[rotor] = "Mesh/Contact pairs";
+        }
+        for (const auto &[first, second] : ties)
+        {
+          if (const auto other = firsts.find(first); other != firsts.end())
+            fail("Joints/Ties", "'" + first + "' is the first of a tie and in " + other->second +
+                                    " too: its faces would be tied twice. A surface can be the "
+                                    "second of several ties.");
+          firsts[first] = "another joint";
+          const JointMeasures tie =
+              check_joint("Joints/Ties: " + file.name + ": ", first, patches(first), second,
+                          patches(second), prm.joints.position_tolerance);
+          facts.ties.push_back(tie);
+          geometry.ties.push_back({tie.name, geometry.boundaries.at(first),
+                                   geometry.boundaries.at(second), tie.distance});
+        }
+        for (const auto &[first, second] : ties)
+          if (const auto other = firsts.find(second); other != firsts.end())
+            fail("Joints/Ties", "'" + second + "' is the second of a tie and in " + other->second +
+                                    " too; allowed is a surface that is the second of other ties "
+                                    "only.");
       }
 
       /// A face as a surface patch whose normal points out of its cell.
@@ -474,7 +563,7 @@ namespace squeal
       /// Whether supports and contact hold every body. A pad's contact face is held along z.
       void check_supports()
       {
-        std::vector<RigidMotions> held(facts.bodies.size());
+        std::vector<RigidMotions> held(facts.bodies.size()); // of those that stand for clusters
         Box box;
         for (const Point<3> &x : file.nodes)
           box.add(x);
@@ -491,18 +580,21 @@ namespace squeal
           for (const unsigned int node : face)
             for (unsigned int c = 0; c < 3; ++c)
               if (fixed[c])
-                held[geometry.parts[part].body].hold(Point<3>((file.nodes[node] - box.low) / size),
-                                                     c);
+                held[cluster_of_body[geometry.parts[part].body]].hold(
+                    Point<3>((file.nodes[node] - box.low) / size), c);
         }
         for (unsigned int body = 0; body < held.size(); ++body)
         {
           const unsigned int n_free = held[body].n_free();
-          if (n_free == 0)
+          if (n_free == 0 || cluster_of_body[body] != body)
             continue;
           geometry.may_move_rigidly = true;
+          const auto n_tied =
+              std::count(cluster_of_body.begin(), cluster_of_body.end(), Body(body));
           if (prm.n_pads() > 0 && prm.contact.steady_pressure == SteadyPressure::computed)
-            fail("Clamped", "the body '" + facts.bodies[body] + "' can move rigidly in " +
-                                std::to_string(n_free) +
+            fail("Clamped", "the body '" + facts.bodies[body] + "'" +
+                                (n_tied > 1 ? " with those that are tied to it" : "") +
+                                " can move rigidly in " + std::to_string(n_free) +
                                 " ways, so that there is no static equilibrium. It needs supports "
                                 "(Clamped, Guided, Fixed in x, y, z), or Contact/Steady pressure = "
                                 "uniform.");
@@ -586,9 +678,10 @@ namespace squeal
       MeshFile file;
       MeshFacts facts;
       Geometry<3> geometry;
-      std::vector<std::pair<std::string, std::string>> pairs;
+      std::vector<std::pair<std::string, std::string>> pairs, ties;
       std::vector<Body> pad_of_pair;
-      std::vector<bool> of_rotor; ///< by material
+      std::vector<Body> cluster_of_body; ///< one of the bodies that are tied to it
+      std::vector<bool> of_rotor;        ///< by material
       std::vector<unsigned int> material_of_cell, part_of_cell;
       std::map<Face, std::vector<CellFace>> faces;
     };

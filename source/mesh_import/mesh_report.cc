@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/text.h>
 #include <squeal/mesh_import/imported_scene.h>
 
 #include <deal.II/base/quadrature_lib.h>
@@ -212,7 +213,10 @@ namespace squeal
     };
     std::vector<Row> rows = {{Kind::mesh, facts.file.name}};
     for (unsigned int body = 0; body < facts.bodies.size(); ++body)
-      rows.emplace_back(Kind::body, body == rotor_body ? "rotor" : "pad " + facts.bodies[body]);
+      rows.emplace_back(Kind::body, body == rotor_body ? "rotor"
+                                    : geometry.other_bodies.count(Body(body))
+                                        ? facts.bodies[body]
+                                        : "pad " + facts.bodies[body]);
     for (unsigned int c = 0; c < geometry.cells.size(); ++c)
     {
       add(rows[0], c);
@@ -255,6 +259,11 @@ namespace squeal
       }
       rows.push_back(row);
     }
+    std::string ties;
+    for (const JointMeasures &tie : facts.ties)
+      ties += text_of("  Tie ", tie.name, ": gap ", tie.gap, " m of ", tie.distance,
+                      " m that are allowed, ", 100 * tie.overlap / tie.area, " % of ",
+                      1e4 * tie.area, " cm^2\n");
     geometry.report_table = table_of(rows);
     geometry.report =
         "\nMesh file " + facts.file.name + ": " + std::to_string(geometry.cells.size()) +
@@ -263,6 +272,6 @@ namespace squeal
         (facts.n_turned > 0
              ? ", " + std::to_string(facts.n_turned) + " cells numbered inside out have been turned"
              : "") +
-        "\n" + describe_rows(rows);
+        "\n" + describe_rows(rows) + ties;
   }
 } // namespace squeal

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 
 namespace squeal
 {
@@ -116,6 +117,7 @@ namespace squeal
     iterative.reset();
     static_solver.drop_factors();
     bodies.clear();
+    ties_ = {};
     spaces_.distribute();
   }
 
@@ -173,6 +175,8 @@ namespace squeal
     const LinearSolver solver = prm.static_equilibrium.linear_solver;
     if (prm.eigenproblem.is_matrix_free())
       return true;
+    if (spaces_.has_ties())
+      return false;
     if (solver != LinearSolver::automatic || prm.eigenproblem.is_solved() ||
         prm.contact.self_locking_check)
       return solver == LinearSolver::iterative;
@@ -218,6 +222,23 @@ namespace squeal
                           term.coefficient * (term.matrix == BodyTerm::Kind::K ? E : rho),
                           by_kind[static_cast<unsigned int>(term.matrix)]});
     }
+    add_ties();
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::add_ties()
+  {
+    if (!spaces_.has_ties())
+      return;
+    if (!ties_.matrix)
+    {
+      double stiffness = 0;
+      for (const AssembledBody &body : bodies)
+        if (body.matrices.K)
+          stiffness = std::max(stiffness, body.matrices.K->infinity_norm());
+      ties_ = assemble_ties(spaces_, stiffness);
+    }
+    terms_.push_back({Origin::joint, 0, 1., ties_.matrix});
   }
 
   /// With a computed pressure the static equilibrium also decides where the pads touch, in every
@@ -392,9 +413,10 @@ namespace squeal
   EquationsOfMotion BrakeModel<dim>::equations() const
   {
     EquationsOfMotion equations;
-    equations.rows                = spaces_.rows;
-    equations.terms               = terms_;
-    equations.n_constraints       = steady.contact ? steady.contact->n_active_multipliers() : 0;
+    equations.rows  = spaces_.rows;
+    equations.terms = terms_;
+    equations.n_constraints =
+        (steady.contact ? steady.contact->n_active_multipliers() : 0) + ties_.n_active;
     equations.n_local_constraints = spaces_.rows.end - spaces_.first_local_multiplier;
     equations.compliant           = prm.contact.compliance() > 0;
     equations.reference_name      = "the same bodies in frictionless contact";
@@ -406,21 +428,34 @@ namespace squeal
   std::pair<std::vector<std::string>, std::vector<unsigned int>>
   BrakeModel<dim>::bodies_of_rows() const
   {
-    std::vector<std::string> names = {"rotor"};
+    std::vector<std::string> names              = {"rotor"};
+    std::map<Body, unsigned int> number_of_body = {{rotor_body, 0}};
     for (const ContactInterface &interface : geometry.interfaces)
+    {
+      number_of_body[interface.pad] = names.size();
       names.push_back(interface.name);
+    }
+    for (const auto &[body, name] : geometry.other_bodies)
+    {
+      number_of_body[body] = names.size();
+      names.push_back(name);
+    }
     const RowRange &rows = spaces_.rows;
+    std::vector<unsigned int> body(rows.n_local());
+    const auto name_rows = [&](const std::string &name, const unsigned int first)
+    {
+      std::fill(body.begin() + (first - rows.begin), body.end(), names.size());
+      names.push_back(name);
+    };
     if (spaces_.n_multipliers > 0)
-      names.push_back("contact");
-    std::vector<unsigned int> body(rows.n_local(), names.size() - 1);
+      name_rows("contact", spaces_.first_local_multiplier);
+    if (spaces_.has_ties())
+      name_rows("joints", spaces_.first_local_tie);
     std::vector<types::global_dof_index> cell_nodes(spaces_.fe.n_dofs_per_cell());
     for (const auto &cell : spaces_.nodes.active_cell_iterators())
       if (!cell->is_artificial())
       {
-        unsigned int number = 0;
-        for (unsigned int i = 0; i < geometry.interfaces.size(); ++i)
-          if (geometry.interfaces[i].pad == geometry.parts[cell->material_id()].body)
-            number = i + 1;
+        const unsigned int number = number_of_body.at(geometry.parts[cell->material_id()].body);
         cell->get_dof_indices(cell_nodes);
         for (const auto node : cell_nodes)
           for (unsigned int c = 0; c < dim; ++c)

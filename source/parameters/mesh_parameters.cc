@@ -16,7 +16,9 @@ namespace squeal
       prm.add_parameter("Volumes", volumes,
                         "Names of the volume groups that are made of this section's material; "
                         "empty: the section is not used.");
-      add_choice(prm, "Body", body, "Whether the volumes belong to the rotor or to pads.");
+      add_choice(prm, "Body", body,
+                 "What the volumes belong to. parts: bodies that neither turn nor touch the rotor "
+                 "and hang on others by Joints.");
       material.declare(prm);
     }
 
@@ -64,21 +66,26 @@ namespace squeal
       }
     }
 
-    std::vector<std::pair<std::string, std::string>> Mesh::pairs() const
+    std::vector<std::pair<std::string, std::string>>
+    pairs_of_names(const std::string &key, const std::string &text, const std::string &wanted)
     {
       std::vector<std::pair<std::string, std::string>> result;
-      if (contact_pairs.empty())
+      if (text.empty())
         return result;
-      for (const std::string &text : split_string_list(contact_pairs, ','))
+      for (const std::string &pair : split_string_list(text, ','))
       {
-        const std::vector<std::string> sides = split_string_list(text, ':');
+        const std::vector<std::string> sides = split_string_list(pair, ':');
         if (sides.size() != 2 || sides[0].empty() || sides[1].empty())
-          throw InputError("Mesh/Contact pairs = " + contact_pairs + ": '" + text +
-                           "' is not a pair; allowed is pad surface : rotor surface, pairs "
-                           "separated by commas.");
+          throw InputError(key + " = " + text + ": '" + pair + "' is not a pair; allowed is " +
+                           wanted + ", pairs separated by commas.");
         result.emplace_back(sides[0], sides[1]);
       }
       return result;
+    }
+
+    std::vector<std::pair<std::string, std::string>> Mesh::pairs() const
+    {
+      return pairs_of_names("Mesh/Contact pairs", contact_pairs, "pad surface : rotor surface");
     }
 
     std::array<double, 3> Mesh::origin() const
@@ -106,6 +113,45 @@ namespace squeal
       if (!has_pads && !pairs().empty())
         throw InputError("Mesh/Pads: the contact pairs " + contact_pairs +
                          " need pads, the names of their volumes.");
+    }
+
+    void Joints::declare(ParameterHandler &prm)
+    {
+      const Subsection section(prm, "Joints");
+      prm.add_parameter(
+          "Ties", ties,
+          "Surface groups of the scene mesh that are tied, meshes not matching: surface : surface, "
+          "and so on, plane, oblique or curved. The first of a pair has the multipliers: take the "
+          "softer or finer side, the smaller one if one is larger. Both belong to the rotor or "
+          "both "
+          "do not.");
+      prm.add_parameter("Position tolerance", position_tolerance,
+                        "Largest distance of tied surfaces, m; 0: 5 % of the longest edge of their "
+                        "faces. A distance within it is closed without moving nodes.",
+                        not_negative());
+    }
+
+    std::vector<std::pair<std::string, std::string>> Joints::tied_surfaces() const
+    {
+      return pairs_of_names("Joints/Ties", ties, "surface : surface");
+    }
+
+    void All::check_joints() const
+    {
+      const std::string joint = "Joints/Ties = " + joints.ties + ": ";
+      if (scene != Scene::mesh)
+        throw InputError(joint + "joints connect the bodies of a mesh file; allowed with Scene = " +
+                         name_of(scene) + " is none.");
+      joints.tied_surfaces();
+      if (eigenproblem.is_matrix_free())
+        throw InputError(joint + "Eigenproblem/Solver = " + name_of(eigenproblem.solver) +
+                         " has no joints; allowed are the others.");
+      if (static_equilibrium.linear_solver == LinearSolver::iterative)
+        throw InputError(joint + "Static equilibrium/Linear solver = iterative has no joints; "
+                                 "allowed are auto and direct.");
+      if (contact.formulation == Formulation::mortar_penalty && n_pads() > 0)
+        throw InputError(joint + "Contact/Formulation = mortar_penalty does not go with joints; "
+                                 "allowed are mortar and penalty.");
     }
   } // namespace Parameters
 } // namespace squeal

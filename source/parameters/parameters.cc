@@ -293,6 +293,7 @@ namespace squeal
       pads.declare(prm);
       strip.declare(prm);
       mesh.declare(prm);
+      joints.declare(prm);
       operation.declare(prm);
       contact.declare(prm);
       discretization.declare(prm);
@@ -376,6 +377,8 @@ namespace squeal
             throw InputError("Refinement/Strategy = " + name_of(refinement.strategy) +
                              ": a sweep over " + parameter +
                              " makes a mesh for each value; allowed is none.");
+      if (joints.active())
+        check_joints();
       if (scene == Scene::matrices)
       {
         matrices.check();
@@ -401,7 +404,7 @@ namespace squeal
         position_expression<3>(contact.initial_gap, "Contact/Initial gap");
       }
       for (const BodyMaterial &body : materials())
-        if (body.of_rotor || n_pads() > 0)
+        if (body.of_rotor || n_pads() > 0 || joints.active())
           body.material.check(body.section);
       if (n_pads() > 0)
         contact.check(stage, operation.angular_velocity);

@@ -276,10 +276,11 @@ namespace squeal
         PhaseTimer::Scope scope(report.timer, "mesh");
         const FiniteElementSpace<dim> &spaces = model.spaces();
         model.distribute();
-        report.log.line(text_of("\nMesh ", cycle, ": ",
-                                spaces.triangulation.n_global_active_cells(), " cells of degree ",
-                                spaces.fe.degree, ", ", spaces.n_displacements, " displacements, ",
-                                spaces.n_multipliers, " contact pressures"));
+        report.log.line(
+            text_of("\nMesh ", cycle, ": ", spaces.triangulation.n_global_active_cells(),
+                    " cells of degree ", spaces.fe.degree, ", ", spaces.n_displacements,
+                    " displacements, ", spaces.n_multipliers, " contact pressures",
+                    spaces.has_ties() ? text_of(", ", spaces.n_ties, " tractions of joints") : ""));
         need_memory();
       }
 

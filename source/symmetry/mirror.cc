@@ -28,7 +28,7 @@ namespace squeal
       return all;
     }
 
-    /// For each item, whose first numbers are its place and whether it belongs to the rotor, the
+    /// For each item, whose first numbers are its place and its kind (odd: of the rotor), the
     /// number of its mirror image about z = @p plane; empty if one has none, or several. (On the
     /// contact surfaces nodes of rotor and pad stand at one place.)
     template <std::size_t width>
@@ -79,7 +79,7 @@ namespace squeal
     {
       double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
       for (const auto &item : items)
-        if (item[3] != 0)
+        if (int(item[3]) % 2 == 1)
         {
           lowest  = std::min(lowest, item[2]);
           highest = std::max(highest, item[2]);
@@ -102,13 +102,15 @@ namespace squeal
       return spaces.geometry.parts[id].body == rotor_body;
     }
 
-    /// Place, rotor or not, and the equations of three displacements and a pressure (-1: none) of
-    /// the free nodes of all ranks.
-    std::vector<std::array<double, 8>> all_nodes(const FiniteElementSpace<3> &spaces)
+    constexpr unsigned int most_fields = 7; ///< of a node, FiniteElementSpace::n_fields()
+
+    /// Place, whether of the rotor (1) and with a tie's traction (2), and the equations of
+    /// displacements, pressure and traction (-1: none) of the free nodes of all ranks.
+    std::vector<std::array<double, 4 + most_fields>> all_nodes(const FiniteElementSpace<3> &spaces)
     {
       const IndexSet &owned = spaces.nodes.locally_owned_dofs();
       std::vector<bool> done(owned.n_elements(), false);
-      std::vector<std::array<double, 8>> nodes;
+      std::vector<std::array<double, 4 + most_fields>> nodes;
       FEValues<3> points(spaces.mapping, spaces.fe,
                          Quadrature<3>(spaces.fe.get_unit_support_points()),
                          update_quadrature_points);
@@ -128,9 +130,13 @@ namespace squeal
               continue;
             done[owned.index_within_set(node)] = true;
             const Point<3> &x                  = points.quadrature_point(a);
-            nodes.push_back({{x[0], x[1], x[2], double(is_of_rotor(spaces, cell->material_id())),
-                              number(spaces.equation(node, 0)), number(spaces.equation(node, 1)),
-                              number(spaces.equation(node, 2)), number(spaces.multiplier(node))}});
+            const bool has_tie                 = spaces.tie(node) != FiniteElementSpace<3>::none;
+            std::array<double, 4 + most_fields> item{
+                {x[0], x[1], x[2], is_of_rotor(spaces, cell->material_id()) + 2. * has_tie}};
+            for (unsigned int field = 0; field < most_fields; ++field)
+              item[4 + field] =
+                  field < spaces.n_fields() ? number(spaces.field_equation(node, field)) : -1.;
+            nodes.push_back(item);
           }
         }
       return gather_all(nodes, spaces.comm);
@@ -152,17 +158,17 @@ namespace squeal
       symmetry.sign.assign(spaces.rows.size, 1);
       symmetry.is_pressure.assign(spaces.rows.size, false);
       for (unsigned int i = 0; i < nodes.size(); ++i)
-        for (unsigned int c = 0; c < 4; ++c)
+        for (unsigned int c = 0; c < most_fields; ++c)
         {
           const double own = nodes[i][4 + c], other = nodes[images[i]][4 + c];
-          // What is fixed must be fixed on both sides; two pressures cannot be one.
-          if ((own < 0) != (other < 0) || (c == 3 && own >= 0 && own == other))
+          // What is fixed must be fixed on both sides; two pressures or tractions cannot be one.
+          if ((own < 0) != (other < 0) || (c >= 3 && own >= 0 && own == other))
             return {};
           if (own < 0)
             continue;
           symmetry.image[static_cast<unsigned int>(own)]       = static_cast<unsigned int>(other);
-          symmetry.sign[static_cast<unsigned int>(own)]        = c == 2 ? -1 : 1;
-          symmetry.is_pressure[static_cast<unsigned int>(own)] = c == 3;
+          symmetry.sign[static_cast<unsigned int>(own)]        = c == 2 || c == 6 ? -1 : 1;
+          symmetry.is_pressure[static_cast<unsigned int>(own)] = c >= 3;
         }
       return symmetry;
     }

@@ -9,8 +9,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
 import squeal_testing as st  # noqa: E402
 
-ROOMS = ("base linalg parameters mesh mesh_import eigen symmetry bodies contact statics model assessment continuation "
-         "run").split()
+ROOMS = ("base linalg parameters mesh mesh_import eigen symmetry bodies contact joints statics model assessment "
+         "continuation run").split()
 
 
 class Rooms(unittest.TestCase):

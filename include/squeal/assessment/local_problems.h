@@ -13,7 +13,7 @@ namespace squeal
     /// Component times number of functions plus function; contact pressures are component dim.
     std::vector<int> unknowns;
     DenseMatrix matrix;
-    bool symmetric = true; ///< and positive: no contact
+    bool symmetric = true; ///< and positive: no contact, no tie
   };
 
   /// Sets up the local problems of theory.md, section 6, on the cells of the space of one degree
@@ -24,10 +24,10 @@ namespace squeal
   public:
     using CellIterator = typename dealii::DoFHandler<dim>::active_cell_iterator;
 
-    /// @p contact may be null; then there is none.
+    /// @p contact may be null; then there is none. @p tie_scale is Ties::scale.
     LocalProblems(const FiniteElementSpace<dim> &spaces, const CellMap<dim> &map,
                   const CellResiduals<dim> &integrals, const Contact<dim> *contact,
-                  double pad_pressure, bool with_friction);
+                  double pad_pressure, bool with_friction, double tie_scale);
 
     /// The values of the functions at the nodes, one column each.
     const DenseMatrix functions;
@@ -38,13 +38,19 @@ namespace squeal
                       CellResiduals<dim> &integrals);
 
     /// How stiffly the cell, to whose shape @p integrals was set, resists forces on its faces and
-    /// edges: for each unknown (component times n plus node, pressures last) the sum of
+    /// edges: for each unknown (field times n plus node) the sum of
     /// 1/(K^{-1})_ww over the complement's functions w of that component that belong to the node's
     /// face or edge. The diagonal of K itself would take a rubber between stiff cells for stiff,
-    /// which gives way by bulging. Contact pressures, and what has no functions, have 1.
+    /// which gives way by bulging. Pressures and tractions, and what has no functions, have 1.
     std::vector<double> resistance(const Material &material, CellResiduals<dim> &integrals);
 
   private:
+    /// The first sides of ties among the cell's faces.
+    std::vector<unsigned int> tied_faces(const CellIterator &cell) const;
+    void add_tractions(const CellIterator &cell, const std::vector<unsigned int> &faces,
+                       const std::vector<bool> &direct, std::vector<int> &kept) const;
+    void add_ties(const CellIterator &cell, const std::vector<unsigned int> &faces,
+                  const std::vector<int> &kept, DenseMatrix &local);
     /// The face of a pad's cell that is in contact, or -1.
     int contact_face(const CellIterator &cell) const;
     void add_pressures(const CellIterator &cell, int face, const std::vector<bool> &direct,
@@ -57,6 +63,7 @@ namespace squeal
     const Contact<dim> *const contact;
     const double pad_pressure;
     const bool with_friction;
+    const double tie_scale;
     const unsigned int n; ///< nodes of a cell
     const DenseMatrix derivatives;
     /// Vertex, edge, face or inside of the reference cell to which a node and a function belong.

@@ -18,7 +18,8 @@ namespace squeal
   struct FreeNode
   {
     double weight;
-    std::array<int, dim + 1> equations; ///< displacement components and multiplier; -1: none
+    /// Displacement components and multiplier (of a tie: the first of dim); -1: none
+    std::array<int, dim + 1> equations;
   };
 
   /// A face with the equations of its nodes: each node is interpolated from free nodes.
@@ -316,10 +317,21 @@ namespace squeal
     std::vector<FacePair<dim>> pairs;
   };
 
-  /// Pairs the contact surfaces of a scene. The contact faces are gathered on all ranks, because
-  /// the ghost cells of a distributed mesh do not contain the opposite surface. Each rank works on
-  /// as many of the pad's faces as the others, whoever owns the cells: a pad is often one rank's.
-  /// Collective.
+  /// The faces of two surfaces, the first shared among the ranks, the second as a whole on each:
+  /// the ghost cells of a distributed mesh do not contain the opposite surface. Each rank gets as
+  /// many of the first's faces as the others, whoever owns the cells: a pad is often one rank's. @p
+  /// multiplier is the member of the space that numbers the multipliers. Collective.
+  template <int dim>
+  PairedInterface<dim> gather_surfaces(
+      const FiniteElementSpace<dim> &spaces, const FaceElement<dim> &element,
+      dealii::types::boundary_id first, dealii::types::boundary_id second,
+      unsigned int (FiniteElementSpace<dim>::*multiplier)(dealii::types::global_dof_index) const);
+
+  /// The shapes of faces.
+  template <int dim>
+  std::vector<SurfaceFace<dim>> shapes_of(const std::vector<ContactFace<dim>> &faces);
+
+  /// Pairs the contact surfaces of a scene. Collective.
   template <int dim>
   std::vector<PairedInterface<dim>> pair_interfaces(const FiniteElementSpace<dim> &spaces,
                                                     const FaceElement<dim> &element);

@@ -23,20 +23,21 @@ namespace squeal
     falling_friction, ///< P_R, Q_R of mu'
     prestress,        ///< geometric stiffness of the static stress and pressure, conservative
     turning_friction, ///< geometric stiffness of the friction traction, circulatory
-    velocity          ///< a given velocity matrix (scene matrices)
+    velocity,         ///< a given velocity matrix (scene matrices)
+    joint             ///< ties
   };
-  inline std::array<std::string, 11> names_of(Origin)
+  inline std::array<std::string, 12> names_of(Origin)
   {
     return {{"inertia", "elasticity", "material damping", "transport", "contact", "friction",
              "friction damping", "falling friction", "prestress", "turning friction",
-             "velocity matrix"}};
+             "velocity matrix", "joint"}};
   }
 
   /// Whether a term belongs to the conservative reference problem, by which modes are counted.
   inline bool is_conservative(const Origin origin)
   {
     return origin == Origin::inertia || origin == Origin::elasticity || origin == Origin::contact ||
-           origin == Origin::transport || origin == Origin::prestress;
+           origin == Origin::transport || origin == Origin::prestress || origin == Origin::joint;
   }
 
   /// Whether a term acts on the contact surfaces only.
@@ -65,8 +66,9 @@ namespace squeal
   struct QuadraticEigenproblem
   {
     RowRange rows;
-    Matrix M, P, Q;                       ///< P may be empty
-    unsigned int n_constraints       = 0; ///< rows of contact pressures: M and P vanish there
+    Matrix M, P, Q; ///< P may be empty
+    /// Rows of contact pressures and of tractions of joints: M and P vanish there.
+    unsigned int n_constraints       = 0;
     unsigned int n_local_constraints = 0; ///< of this rank; they are its last rows
     /// Whether the contact is compliant: the constraint N^T u = C Lambda has a matrix C > 0, so
     /// that the pressures follow from the displacements by themselves.

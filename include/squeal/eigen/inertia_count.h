@@ -79,8 +79,9 @@ namespace squeal
       std::vector<unsigned int> solved; ///< rows with a column of A^{-1}
       MultiVector columns;
     };
-    /// Rows of pressures that act on no displacement, ascending, on all ranks.
-    std::vector<unsigned int> open_contacts(const Matrix &contact) const;
+    /// Rows of constraints that act on no displacement in any of these matrices, ascending, on all
+    /// ranks.
+    std::vector<unsigned int> open_constraints(const std::vector<const Matrix *> &coupling) const;
     unsigned int n_constraints() const;
     /// Whether these terms are the base's with more contacts open.
     bool is_opened_base(const std::vector<Term> &others, const Matrix &contact,

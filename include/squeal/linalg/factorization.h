@@ -52,6 +52,7 @@ namespace squeal
     /// too large to compute with.
     void prepare(const Matrix &matrix) const;
     void analyse(const Matrix &matrix);
+    /// Where the room for delayed pivots is not enough, once more with more of it.
     void factorise(const Matrix &matrix);
     /// Throws SolverError if the machine lacks the memory that the analysis predicts.
     void check_memory(MPI_Comm comm);
@@ -61,5 +62,6 @@ namespace squeal
     const bool lu;
     const std::string what;
     double predicted_mib = 0;
+    PetscInt room        = 50; ///< for delayed pivots, percent of the prediction
   };
 } // namespace squeal

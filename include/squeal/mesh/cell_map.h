@@ -13,7 +13,7 @@ namespace squeal
   using Column = dealii::LinearAlgebra::distributed::Vector<double>;
 
   /// Where the unknowns of each own cell stand in a distributed vector. A cell's unknown is
-  /// numbered c n + a: component c (the contact pressure is component dim) of node a.
+  /// numbered c n + a: field c of node a, as FiniteElementSpace::field_equation() counts them.
   template <int dim>
   class CellMap
   {

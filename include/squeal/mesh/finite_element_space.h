@@ -26,10 +26,11 @@ namespace squeal
   ///
   /// Displacement components share one scalar element, so everything is indexed by *nodes* (degrees
   /// of freedom of the scalar element). An *equation* is a row of the eigenproblem: a displacement
-  /// component of a node that is neither fixed nor hanging, or the contact pressure of a node on a
-  /// pad's contact face. Fixed components and hanging nodes have no equation: nothing is stored or
-  /// solved for them. Each rank's equations are contiguous, its displacements first, then its
-  /// multipliers.
+  /// component of a node that is neither fixed nor hanging, the contact pressure of a node on a
+  /// pad's contact face, or a component of the traction of a node on the first side of a tie. Fixed
+  /// components and hanging nodes have no equation: nothing is stored or solved for them. Each
+  /// rank's equations are contiguous, its displacements first, then its contact pressures, then the
+  /// tractions of its ties.
   template <int dim>
   class FiniteElementSpace
   {
@@ -57,6 +58,32 @@ namespace squeal
       return to_equation(equations[dim](node));
     }
 
+    /// The first of dim equations, one for each component, of the traction of a tie at a locally
+    /// relevant node, or none. Surfaces that share nodes share these.
+    unsigned int tie(const dealii::types::global_dof_index node) const
+    {
+      return has_ties() ? to_equation(equations[dim + 1](node)) : none;
+    }
+    /// The unknowns of a node: displacements, contact pressure, and where there are ties their
+    /// tractions.
+    unsigned int n_fields() const
+    {
+      return has_ties() ? 2 * dim + 1 : dim + 1;
+    }
+    /// The equation of a node's unknown in that order, or none.
+    unsigned int field_equation(const dealii::types::global_dof_index node,
+                                const unsigned int field) const
+    {
+      if (field <= dim)
+        return to_equation(equations[field](node));
+      const unsigned int first = tie(node);
+      return first == none ? none : first + field - dim - 1;
+    }
+    bool has_ties() const
+    {
+      return !geometry.ties.empty();
+    }
+
     /// The free nodes that interpolate a locally relevant node: itself unless it hangs or lies on
     /// the far side of a periodic boundary.
     std::vector<WeightedNode> expand(dealii::types::global_dof_index node) const;
@@ -78,8 +105,8 @@ namespace squeal
     /// own ones.
     dealii::IndexSet relevant_nodes;
     RowRange rows;
-    unsigned int n_displacements = 0, n_multipliers = 0; ///< global
-    unsigned int first_local_multiplier = 0;             ///< global row
+    unsigned int n_displacements = 0, n_multipliers = 0, n_ties = 0; ///< global
+    unsigned int first_local_multiplier = 0, first_local_tie = 0;    ///< global rows
 
   private:
     using NodeVector = dealii::LinearAlgebra::distributed::Vector<double>;
@@ -95,6 +122,6 @@ namespace squeal
     void shape_cells(const dealii::AffineConstraints<double> &constraints);
 
     const bool with_multipliers;
-    std::vector<NodeVector> equations; ///< dim components and the multiplier; -1: none
+    std::vector<NodeVector> equations; ///< components, multiplier, tie; -1: none
   };
 } // namespace squeal

@@ -35,6 +35,14 @@ namespace squeal
     dealii::types::boundary_id pad_face, rotor_face;
   };
 
+  /// Two surfaces that are tied (theory.md, section 11): the first has the multipliers.
+  struct TiedSurfaces
+  {
+    std::string name;
+    dealii::types::boundary_id side, other;
+    double distance; ///< that is allowed between them, m
+  };
+
   /// A boundary on which some displacement components are zero.
   template <int dim>
   struct Support
@@ -54,7 +62,7 @@ namespace squeal
   /// What the cells of one material id are.
   struct Part
   {
-    Body body;             ///< to which they belong; the rotor, or the pad of a contact interface
+    Body body; ///< to which they belong: the rotor, the pad of a contact interface, another one
     unsigned int material; ///< in the order of Parameters::All::materials()
     bool curved = true;    ///< whether edges follow circles about the z axis (3D)
   };
@@ -70,6 +78,9 @@ namespace squeal
     std::vector<Support<dim>> supports;
     std::vector<PressureLoad<dim>> loads;
     std::vector<ContactInterface> interfaces;
+    std::vector<TiedSurfaces> ties;
+    /// Bodies that neither turn nor touch the rotor, by name.
+    std::map<Body, std::string> other_bodies;
 
     /// By material id. Where bodies are of one material each, the two are the same.
     std::vector<Part> parts = {{rotor_body, 0}, {upper_pad_body, 1}, {lower_pad_body, 1}};

@@ -94,4 +94,11 @@ namespace squeal
   std::vector<FacePair<dim>>
   pair_surfaces(const FaceElement<dim> &element, const std::vector<SurfaceFace<dim>> &pad_faces,
                 const std::vector<SurfaceFace<dim>> &rotor_faces, double search_distance);
+
+  /// pair_surfaces() for surfaces that need not be plane: only faces that face each other are
+  /// paired, and only points that are at most @p distance apart, m.
+  template <int dim>
+  std::vector<FacePair<dim>>
+  pair_facing_surfaces(const FaceElement<dim> &element, const std::vector<SurfaceFace<dim>> &first,
+                       const std::vector<SurfaceFace<dim>> &second, double distance);
 } // namespace squeal

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/mesh/geometry.h>
+#include <squeal/mesh_import/joined_surfaces.h>
 #include <squeal/mesh_import/mesh_checks.h>
 #include <squeal/mesh_import/mesh_file.h>
 
@@ -30,6 +31,7 @@ namespace squeal
     std::map<std::string, std::string> roles; ///< of volume and surface groups
 
     std::vector<ContactPairMeasures> pairs;
+    std::vector<JointMeasures> ties;
   };
 
   /// Fills report and report_table of @p geometry: volumes, masses, areas, boxes, Jacobians of the

@@ -5,6 +5,7 @@
 #include <squeal/contact/contact_forces.h>
 #include <squeal/eigen/block_davidson.h>
 #include <squeal/eigen/eigenpairs.h>
+#include <squeal/joints/ties.h>
 #include <squeal/model/model.h>
 #include <squeal/statics/static_solver.h>
 
@@ -148,12 +149,18 @@ namespace squeal
     static bool is_body_term(const Term &term)
     {
       return term.origin == Origin::elasticity || term.origin == Origin::transport ||
-             term.origin == Origin::material_damping;
+             term.origin == Origin::material_damping || term.origin == Origin::joint;
+    }
+    const Ties &ties() const
+    {
+      return ties_;
     }
 
   private:
     /// The terms of the bodies, of order zero only or all. Matrices that are there already stay.
     void add_bodies(bool with_motion);
+    /// The ties of the bodies, assembled once a mesh.
+    void add_ties();
     /// The terms of the bodies without matrices.
     void add_matrix_free_bodies();
     /// The terms of one order, those of the bodies in one pass over the cells.
@@ -175,6 +182,7 @@ namespace squeal
     Parameters::All prm;               ///< of the terms
     const double load_pressure;        ///< Pads/Pressure of the geometry's loads, Pa
     std::vector<AssembledBody> bodies; ///< by material
+    Ties ties_;                        ///< without matrix before it is needed
     SteadyState<dim> steady;
     StaticSolver<dim> static_solver;
     /// While the equilibrium is solved for, and where modes are to be found without factors.

@@ -50,7 +50,7 @@ namespace squeal
   /// to.
   SQUEAL_CHOICE(Axis, x, y, z)
   SQUEAL_CHOICE(CurvedBodies, none, rotor, all)
-  SQUEAL_CHOICE(PartOf, rotor, pads)
+  SQUEAL_CHOICE(PartOf, rotor, pads, parts)
 
   /// The modes whose fields are written.
   SQUEAL_CHOICE(FieldOutput, none, unstable, all)

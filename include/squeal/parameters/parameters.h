@@ -141,6 +141,11 @@ namespace squeal
       void declare(dealii::ParameterHandler &prm);
     };
 
+    /// Pairs of names out of "a : b, c : d". @p wanted names the two, as "pad surface : rotor
+    /// surface". Throws InputError with @p key.
+    std::vector<std::pair<std::string, std::string>>
+    pairs_of_names(const std::string &key, const std::string &text, const std::string &wanted);
+
     /// The scene of a mesh file: what its groups are.
     struct Mesh
     {
@@ -159,6 +164,21 @@ namespace squeal
       std::array<double, 3> origin() const;
       void declare(dealii::ParameterHandler &prm);
       void check() const;
+    };
+
+    /// How bodies of a mesh file hang together where their meshes do not (theory.md, section 11).
+    struct Joints
+    {
+      std::string ties          = "";
+      double position_tolerance = 0; ///< m; 0: a part of the faces' size
+
+      bool active() const
+      {
+        return !ties.empty();
+      }
+      /// Surfaces that are tied; the first of a pair has the multipliers. Throws InputError.
+      std::vector<std::pair<std::string, std::string>> tied_surfaces() const;
+      void declare(dealii::ParameterHandler &prm);
     };
 
     struct Discretization
@@ -314,6 +334,7 @@ namespace squeal
       Pads pads;
       Strip strip;
       Mesh mesh;
+      Joints joints;
       Operation operation;
       Contact contact;
       Discretization discretization;
@@ -358,6 +379,7 @@ namespace squeal
       void check_matrix_free() const;
       void check_export() const;
       void check_edge_levels() const;
+      void check_joints() const;
     };
   } // namespace Parameters
 } // namespace squeal

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <squeal/mesh/mortar.h>
+
+#include <numeric>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// Items 0 ... n-1 in groups that are joined one by one (union-find).
+  class Groups
+  {
+  public:
+    explicit Groups(const unsigned int n) : parent(n)
+    {
+      std::iota(parent.begin(), parent.end(), 0u);
+    }
+    void join(const unsigned int a, const unsigned int b)
+    {
+      parent[of(a)] = of(b);
+    }
+    /// The item that stands for the group of an item.
+    unsigned int of(unsigned int item)
+    {
+      while (parent[item] != item)
+        item = parent[item] = parent[parent[item]];
+      return item;
+    }
+
+  private:
+    std::vector<unsigned int> parent;
+  };
+
+  /// How two joined surfaces lie to each other.
+  struct JointMeasures
+  {
+    std::string name;
+    double distance; ///< that is allowed, m
+    double gap;      ///< the largest distance of paired points, m
+    double overlap;  ///< common area, m^2
+    double area;     ///< of the first, m^2
+  };
+
+  /// The second surface must cover nearly all of the first, within the @p distance, m, or where
+  /// that is zero within a part of the size of the faces. Patches are of degree 1 with outward
+  /// normals. Throws InputError, @p where being the beginning of its message.
+  JointMeasures check_joint(const std::string &where, const std::string &first_name,
+                            const std::vector<SurfaceFace<3>> &first,
+                            const std::string &second_name,
+                            const std::vector<SurfaceFace<3>> &second, double distance);
+} // namespace squeal

@@ -1,0 +1,126 @@
+#include <squeal/contact/contact_kinematics.h>
+#include <squeal/joints/ties.h>
+
+#include <deal.II/base/mpi.h>
+
+#include <vector>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  namespace
+  {
+    /// Whether the traction has that component at a node of the first side: it is free to move.
+    template <int dim>
+    bool is_active(const FreeNode<dim> &node, const unsigned int component)
+    {
+      return node.equations[dim] >= 0 && node.equations[component] >= 0;
+    }
+
+    /// Adds the factor times int Psi_m N_a of the nodes of one face to both blocks.
+    template <int dim>
+    void add_face(const ContactFace<dim> &face, const ContactFace<dim> &first,
+                  const DenseMatrix &products, const double factor, EntryList &entries)
+    {
+      for (unsigned int m = 0; m < first.nodes.size(); ++m)
+        for (const FreeNode<dim> &traction : first.nodes[m])
+          for (unsigned int a = 0; a < face.nodes.size(); ++a)
+            for (const FreeNode<dim> &moved : face.nodes[a])
+            {
+              const double value = factor * traction.weight * moved.weight * products(a, m);
+              for (unsigned int c = 0; c < dim; ++c)
+                if (is_active(traction, c) && moved.equations[c] >= 0)
+                {
+                  entries.add(moved.equations[c], traction.equations[dim] + c, value);
+                  entries.add(traction.equations[dim] + c, moved.equations[c], value);
+                }
+            }
+    }
+
+    /// The sum of w N_a Psi_m over points: (node, multiplier).
+    DenseMatrix products_of(const std::vector<double> &weights,
+                            const std::vector<std::vector<double>> &shapes,
+                            const std::vector<std::vector<double>> &psi)
+    {
+      const unsigned int n = weights.size(), n_nodes = shapes[0].size();
+      DenseMatrix result(n_nodes, n_nodes);
+      for (unsigned int q = 0; q < n; ++q)
+        for (unsigned int m = 0; m < n_nodes; ++m)
+          for (unsigned int a = 0; a < n_nodes; ++a)
+            result(a, m) += weights[q] * shapes[q][a] * psi[q][m];
+      return result;
+    }
+
+    /// B and B^T.
+    template <int dim>
+    EntryList couplings(const FiniteElementSpace<dim> &spaces, const double scale)
+    {
+      const FaceElement<dim> element(spaces.fe.degree);
+      EntryList entries;
+      for (const TiedSurfaces &tie : spaces.geometry.ties)
+      {
+        const PairedInterface<dim> sides =
+            gather_surfaces(spaces, element, tie.side, tie.other, &FiniteElementSpace<dim>::tie);
+        for (const FacePair<dim> &pair : pair_facing_surfaces(
+                 element, shapes_of(sides.pad_faces), shapes_of(sides.rotor_faces), tie.distance))
+        {
+          const unsigned int n_points = pair.points.size();
+          std::vector<double> weights(n_points);
+          std::vector<std::vector<double>> on_first(n_points), on_second(n_points);
+          for (unsigned int q = 0; q < n_points; ++q)
+          {
+            weights[q] = pair.points[q].weight;
+            element.evaluate(pair.points[q].xi_pad, on_first[q]);
+            element.evaluate(pair.points[q].xi_rotor, on_second[q]);
+          }
+          const ContactFace<dim> &first  = sides.pad_faces[pair.pad_face],
+                                 &second = sides.rotor_faces[pair.rotor_face];
+          add_face(first, first, products_of(weights, on_first, on_first), -scale, entries);
+          add_face(second, first, products_of(weights, on_second, on_first), scale, entries);
+        }
+      }
+      return entries;
+    }
+  } // namespace
+
+  template <int dim>
+  Ties assemble_ties(const FiniteElementSpace<dim> &spaces, const double stiffness)
+  {
+    if (!spaces.has_ties())
+      return {};
+    const Matrix unscaled = couplings(spaces, 1.).make_matrix(spaces.rows);
+    Ties scaled;
+    scaled.scale     = stiffness / unscaled.infinity_norm();
+    scaled.stiffness = stiffness;
+    return assemble_ties_as(scaled, spaces);
+  }
+
+  template <int dim>
+  Ties assemble_ties_as(const Ties &given, const FiniteElementSpace<dim> &spaces)
+  {
+    if (!spaces.has_ties())
+      return {};
+    Ties ties;
+    ties.scale        = given.scale;
+    ties.stiffness    = given.stiffness;
+    EntryList entries = couplings(spaces, ties.scale);
+    for (const auto node : spaces.nodes.locally_owned_dofs())
+      if (const unsigned int row = spaces.tie(node); row != FiniteElementSpace<dim>::none)
+        for (unsigned int c = 0; c < dim; ++c)
+        {
+          const bool is_fixed = spaces.equation(node, c) == FiniteElementSpace<dim>::none;
+          ties.n_active += !is_fixed;
+          if (is_fixed)
+            entries.add(row + c, row + c, ties.stiffness);
+        }
+    ties.matrix   = std::make_shared<const Matrix>(entries.make_matrix(spaces.rows));
+    ties.n_active = Utilities::MPI::sum(ties.n_active, spaces.comm);
+    return ties;
+  }
+
+  template Ties assemble_ties(const FiniteElementSpace<2> &, double);
+  template Ties assemble_ties(const FiniteElementSpace<3> &, double);
+  template Ties assemble_ties_as(const Ties &, const FiniteElementSpace<2> &);
+  template Ties assemble_ties_as(const Ties &, const FiniteElementSpace<3> &);
+} // namespace squeal
