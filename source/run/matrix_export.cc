@@ -158,9 +158,10 @@ namespace squeal
       }
 
       /// unknowns.csv, nodes.csv and expansion.mtx. A pressure is @p pressure_scale times its
-      /// unknown.
+      /// unknown, a tie's traction @p tie_scale times.
       template <int dim>
-      void write_unknowns(const FiniteElementSpace<dim> &spaces, const double pressure_scale) const
+      void write_unknowns(const FiniteElementSpace<dim> &spaces, const double pressure_scale,
+                          const double tie_scale) const
       {
         std::map<types::global_dof_index, Point<dim>> positions;
         DoFTools::map_dofs_to_support_points(spaces.mapping, spaces.nodes, positions);
@@ -169,10 +170,9 @@ namespace squeal
         std::vector<std::string> lines(spaces.rows.n_local());
         std::string nodes;
         MatrixMarketFile expansion;
-        expansion.n_rows    = (dim + 1) * spaces.nodes.n_dofs();
-        expansion.n_columns = kept.size;
-        const auto row_of   = [&](const types::global_dof_index node, const unsigned int component)
-        { return component < dim ? spaces.equation(node, component) : spaces.multiplier(node); };
+        const unsigned int n_fields = spaces.n_fields();
+        expansion.n_rows            = n_fields * spaces.nodes.n_dofs();
+        expansion.n_columns         = kept.size;
         for (const auto node : owned)
         {
           std::string place;
@@ -180,24 +180,26 @@ namespace squeal
             place += "," + exact_text(c < dim ? positions.at(node)[c] : 0);
           nodes += std::to_string(node) + "," + body_of_node[owned.index_within_set(node)] + place +
                    "\n";
-          for (unsigned int c = 0; c <= dim; ++c)
+          for (unsigned int c = 0; c < n_fields; ++c)
           {
-            const bool is_pressure = c == dim;
-            const double scale     = is_pressure ? pressure_scale : 1;
+            const double scale     = c < dim ? 1 : c == dim ? pressure_scale : tie_scale;
+            const std::string kind = c < dim    ? std::string("displacement,") + "xyz"[c]
+                                     : c == dim ? "multiplier,normal"
+                                                : std::string("multiplier,") + "xyz"[c - dim - 1];
             for (const WeightedNode &parent : spaces.expand(node))
-              if (const unsigned int row = row_of(parent.node, c); row != none && kept.has(row))
+              if (const unsigned int row = spaces.field_equation(parent.node, c);
+                  row != none && kept.has(row))
               {
-                expansion.rows.push_back((dim + 1) * node + c);
+                expansion.rows.push_back(n_fields * node + c);
                 expansion.columns.push_back(kept.number[row]);
                 expansion.values.push_back(parent.weight * scale);
               }
-            if (const unsigned int row = row_of(node, c); row != none && kept.has(row))
+            if (const unsigned int row = spaces.field_equation(node, c);
+                row != none && kept.has(row))
               lines[row - spaces.rows.begin] =
                   std::to_string(kept.number[row]) + "," +
-                  bodies.first[bodies.second[row - spaces.rows.begin]] + "," +
-                  (is_pressure ? "multiplier,normal," : "displacement,") +
-                  (is_pressure ? "" : std::string(1, "xyz"[c]) + ",") + std::to_string(node) +
-                  place + "," + exact_text(scale) + "\n";
+                  bodies.first[bodies.second[row - spaces.rows.begin]] + "," + kind + "," +
+                  std::to_string(node) + place + "," + exact_text(scale) + "\n";
           }
         }
         std::string unknowns;
@@ -205,11 +207,12 @@ namespace squeal
           unknowns += line;
         write_table("unknowns.csv", "row,body,kind,component,node,x_m,y_m,z_m,scale\n", unknowns);
         write_table("nodes.csv", "node,body,x_m,y_m,z_m\n", nodes);
-        const std::string n = std::to_string(dim + 1);
+        const std::string n = std::to_string(n_fields);
         write_matrix_market(directory + "expansion.mtx", expansion,
                             {"E: E x has for each line of nodes.csv " + n + " rows, the " +
                              (dim == 3 ? "displacements x, y, z (m)" : "displacements x, y (m)") +
-                             " and the contact pressure (Pa)"},
+                             ", the contact pressure" +
+                             (spaces.has_ties() ? " and the tractions of ties" : "") + " (Pa)"},
                             comm);
       }
 
@@ -309,7 +312,8 @@ namespace squeal
     files.write_sums();
     files.write_terms();
     files.write_modes(modes);
-    files.write_unknowns(model.spaces(), model.contact() ? model.contact()->pressure_scale() : 1);
+    files.write_unknowns(model.spaces(), model.contact() ? model.contact()->pressure_scale() : 1,
+                         model.ties().scale);
   }
 
   void export_matrices(const MatrixModel &model, const EigenPairs &modes,
