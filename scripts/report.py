@@ -219,6 +219,10 @@ class Report:
             words.append("A stability map: see below.")
         else:
             words.append("There are no modes yet.")
+        turns = self.parameters.get("Stage") != "elastic" and self.parameters.get("Scene") != "matrices"
+        if turns and self.parameters.get("Rotor/Transport") == "none":
+            words.append("Neglected (Rotor/Transport = none): the rotor's gyroscopic and centrifugal terms, which move modes "
+                         "of n nodal diameters by up to n times the speed of rotation, and Q_R of friction damping.")
         kind = "unstable" if unstable else "undecided" if undecided else ""
         self.body.append(f'<p class="summary {kind}">{html.escape(" ".join(words))}</p>')
 

@@ -143,7 +143,7 @@ namespace squeal
       Tensor<1, dim> e            = spaces.geometry.transport(face_values.quadrature_point(q));
       e -= (e * normal) * normal;
       const double speed = e.norm();
-      e *= (omega < 0 ? -1 : 1) / speed;
+      e *= law.direction() / speed;
       const double mu =
           with_friction ? law.friction.traction(std::abs(omega) * speed, pad_pressure).d_pressure
                         : 0.;

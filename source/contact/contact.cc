@@ -40,7 +40,8 @@ namespace squeal
       const bool with_slopes) const
   {
     const bool keeps = keeps_table && !with_slopes;
-    if (keeps && cached.shapes && cached.shapes->angular_velocity == model.angular_velocity)
+    if (keeps && cached.shapes && cached.shapes->angular_velocity == model.angular_velocity &&
+        std::signbit(cached.shapes->angular_velocity) == std::signbit(model.angular_velocity))
     {
       for (const auto &[interface, shapes] : cached.shapes->pairs)
         work(interface, Kinematics(shapes));

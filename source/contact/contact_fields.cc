@@ -149,7 +149,7 @@ namespace squeal
           w -= (w * frame.normal) * frame.normal;
           const double speed = std::abs(model.angular_velocity) * w.norm();
           const double tau   = with_friction ? model.friction.traction(speed, pressure).value : 0;
-          const Tensor<1, dim> traction = (model.angular_velocity < 0 ? tau : -tau) * w / w.norm();
+          const Tensor<1, dim> traction = -tau * model.direction() * w / w.norm();
 
           patch.data(0, a) = pressure;
           patch.data(1, a) = -penetration;

@@ -105,7 +105,7 @@ namespace squeal
             for (unsigned int s = 0; s < 2; ++s)
               moved_force[s][c].resize(k.n_points);
           }
-          const double omega = model.angular_velocity;
+          const double omega = model.angular_velocity, carried = model.convective_velocity();
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
             const double p = pressure[i][k.first_point + q], w = k.weights[q];
@@ -115,7 +115,7 @@ namespace squeal
             Components normal = cross_product_3d(e, b); // (n, e, b) is right-handed
             normal /= normal.norm();
             // v = (I - n n) [Omega w + d_t [[u]] + Omega d_phi u_R]; e points along Omega w.
-            Components v = jump_t[q] + omega * (d_phi[q] + moved_w[q]);
+            Components v = jump_t[q] + carried * d_phi[q] + omega * moved_w[q];
             v[1] += k.speeds[q];
             v[0] += k.speeds[q] * slopes[0][q][0]; // d_phi u_R . n
             if (!turned_from)
@@ -264,7 +264,7 @@ namespace squeal
             {
               return -M_PI * slope *
                      (omega * std::norm(jump) +
-                      model.angular_velocity * std::imag(std::conj(jump) * d_phi));
+                      model.convective_velocity() * std::imag(std::conj(jump) * d_phi));
             };
             work.friction[i].push_back(-M_PI * law.d_pressure *
                                        std::imag(std::conj(along_e[q]) * dp[q]));

@@ -64,7 +64,7 @@ namespace squeal
       w -= (w * normal) * normal;
       const double speed = w.norm();
       normals.push_back(normal);
-      directions.push_back((angular_velocity < 0 ? -1 : 1) * w / speed);
+      directions.push_back((std::signbit(angular_velocity) ? -1 : 1) * w / speed);
       weights.push_back(point.weight);
       positions.push_back(frame.x);
       speeds.push_back(std::abs(angular_velocity) * speed);

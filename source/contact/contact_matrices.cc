@@ -124,7 +124,7 @@ namespace squeal
       return {0., std::make_shared<const Matrix>(tangential_matrix(contact, slopes))};
     const ContactModel<dim> &model = contact.contact_model();
     // The matrix holds the direction of sliding.
-    const double direction              = model.angular_velocity < 0 ? -1 : 1;
+    const double direction              = model.direction();
     const std::vector<double> constants = {double(model.mortar), contact.pressure_scale(),
                                            model.penalty_stiffness, direction};
     typename Contact<dim>::Cache &cache = contact.cache();
@@ -159,30 +159,34 @@ namespace squeal
           const auto times_omega = [&](std::vector<double> c)
           {
             for (double &value : c)
-              value *= model.angular_velocity;
+              value *= model.convective_velocity();
             return c;
           };
           if (dim == 3) // P_perp = b b^T
           {
             k.add_product(P, k.b(), turning, k.b());
-            k.add_product(Q, k.b(), times_omega(turning), k.b_phi());
+            if (model.transports)
+              k.add_product(Q, k.b(), times_omega(turning), k.b_phi());
           }
           if (!model.friction.is_flat())
           {
             k.add(P_falling, k.product(k.e(), slope, k.e()));
-            k.add(Q_falling, k.product(k.e(), times_omega(slope), k.e_phi()));
+            if (model.transports)
+              k.add(Q_falling, k.product(k.e(), times_omega(slope), k.e_phi()));
           }
         });
     FrictionDamping result;
     if (dim == 3)
     {
       result.P = P.make_matrix(contact.spaces().rows);
-      result.Q = Q.make_matrix(contact.spaces().rows);
+      if (model.transports)
+        result.Q = Q.make_matrix(contact.spaces().rows);
     }
     if (!model.friction.is_flat())
     {
       result.P_falling = P_falling.make_matrix(contact.spaces().rows);
-      result.Q_falling = Q_falling.make_matrix(contact.spaces().rows);
+      if (model.transports)
+        result.Q_falling = Q_falling.make_matrix(contact.spaces().rows);
     }
     return result;
   }

@@ -532,8 +532,9 @@ namespace squeal
       void check_revolution() const
       {
         const std::string ways =
-            " With transport the rotor must be a body of revolution about z. Without, it needs "
-            "Stage = elastic or Operation/Angular velocity = 0.";
+            " With transport the rotor must be a body of revolution about z. Else it needs "
+            "Rotor/Transport = none, which neglects transport, Stage = elastic or "
+            "Operation/Angular velocity = 0.";
         if (mesh.curved == CurvedBodies::none)
           fail("Curved bodies",
                "with straight edges the rotor is not a body of revolution." + ways);

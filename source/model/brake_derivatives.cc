@@ -57,7 +57,7 @@ namespace squeal
   {
     const StageTerms stage = prm.terms();
     const double omega     = prm.operation.angular_velocity;
-    const bool moves = stage.transport && omega != 0, has_pads = !geometry.interfaces.empty();
+    const bool moves = prm.turns() && omega != 0, has_pads = !geometry.interfaces.empty();
     const std::vector<Parameters::BodyMaterial> materials = prm.materials();
     std::vector<Parameter> result;
     Parameter speed{
@@ -76,7 +76,7 @@ namespace squeal
       const double per_E   = 1 / model.body(m).material.young_modulus,
                    per_rho = 1 / model.body(m).material.density, E = material.young_modulus * per_E,
                    rho = material.density * per_rho;
-      const bool turns = materials[m].of_rotor && moves;
+      const bool turns = materials[m].of_rotor && moves && stage.transport;
       Parameter density{section + "Density",
                         material.density,
                         {{Origin::inertia, 2, per_rho, matrices.M},

@@ -311,7 +311,8 @@ namespace squeal
     model.penalty_stiffness = parameters.contact.penalty_stiffness;
     model.compliance        = parameters.contact.compliance();
     model.friction          = parameters.contact.friction;
-    model.angular_velocity  = parameters.operation.angular_velocity;
+    model.angular_velocity  = parameters.operation.directed_velocity();
+    model.transports        = parameters.rotor.transport == Transport::full;
     if (parameters.contact.steady_pressure == SteadyPressure::computed &&
         parameters.contact.initial_gap != "0")
       model.initial_gap =

@@ -43,6 +43,11 @@ namespace squeal
                         positive());
       add_choice(prm, "Clamped boundary", clamped,
                  "The cylinder on which all displacements are zero.");
+      add_choice(
+          prm, "Transport", transport,
+          "Whether turning carries the rotor's deformation through the mesh. full: the rotor "
+          "must be a body of revolution. none: friction slides with Angular velocity, but "
+          "G, M*, Q_R and what they split are neglected; for vented and bolted discs.");
       material.declare(prm);
     }
 
@@ -97,6 +102,9 @@ namespace squeal
       prm.add_parameter(
           "Angular velocity", angular_velocity,
           "Angular velocity Omega of the rotor about +z, rad/s (strip: belt speed, m/s).");
+      add_choice(prm, "Direction at rest", direction_at_rest,
+                 "The direction of sliding where Angular velocity is 0, the limit of slow turning "
+                 "about +z or -z. Elsewhere the sign of Angular velocity is the direction.");
     }
 
     void Contact::declare(ParameterHandler &prm)
@@ -416,7 +424,7 @@ namespace squeal
       if (prestress.centrifugal_load && scene == Scene::strip)
         throw InputError(
             "Prestress/Centrifugal load = true: the layer of the scene strip does not turn.");
-      if (prestress.centrifugal_load && !terms().transport)
+      if (prestress.centrifugal_load && !turns())
         throw InputError("Prestress/Centrifugal load = true: Stage = " + name_of(stage) +
                          " is at rest; allowed are transport and the stages after it.");
       if (scene == Scene::brake && rotor.clamped == Clamped::none && terms().transport &&

@@ -276,6 +276,12 @@ namespace squeal
                << name_of(prm.contact.steady_pressure);
       }
       text << ", " << prm.operation.angular_velocity << " rad/s";
+      if (prm.turns() && prm.rotor.transport == Transport::none)
+        text << "\nRotor/Transport = none: friction slides with Omega, but the rotor's deformation "
+                "is not carried along. Neglected are the\ngyroscopic and centrifugal terms (a mode "
+                "with n nodal diameters is moved by up to n Omega/2 pi = n "
+             << number(std::abs(prm.operation.angular_velocity) / (2 * M_PI), 4)
+             << " Hz) and, of\nfriction damping, Q_R.";
       const auto &d = prm.discretization;
       text << "\nCoarse mesh: "
            << (prm.scene == Scene::mesh

@@ -322,8 +322,7 @@ namespace squeal
     if (!with_friction)
       return true;
     // Friction turns round with the sliding.
-    if ((contact.contact_model().angular_velocity < 0) !=
-        (base->contact.contact_model().angular_velocity < 0))
+    if (contact.contact_model().direction() != base->contact.contact_model().direction())
       return false;
     if (base->slopes.empty())
       return true;

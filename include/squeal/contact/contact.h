@@ -5,6 +5,7 @@
 #include <squeal/parameters/friction_laws.h>
 
 #include <array>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,8 +25,20 @@ namespace squeal
     double penalty_stiffness = 0;    ///< k_C, N/m^3
     double compliance        = 0; ///< 1/k_C of a mortar pressure, m^3/N: int Psi (g - p/k_C) da = 0
     FrictionLaw friction;
-    double angular_velocity = 0;                                   ///< Omega, rad/s
+    double angular_velocity = 0;    ///< Omega, rad/s; -0: at rest, as if it had turned backward
+    bool transports         = true; ///< whether turning carries the rotor's deformation along
     std::function<double(const dealii::Point<dim> &)> initial_gap; ///< g_0 >= 0, m; empty: zero
+
+    /// The speed of w d_phi u_R in the sliding velocity.
+    double convective_velocity() const
+    {
+      return transports ? angular_velocity : 0;
+    }
+    /// +1 or -1: the sliding direction e is that times w/|w|.
+    int direction() const
+    {
+      return std::signbit(angular_velocity) ? -1 : 1;
+    }
   };
 
   /// The interfaces of a scene on one mesh: pairing, model and active set. The matrices built on

@@ -33,7 +33,8 @@ namespace squeal
                                                      const ContactPressure &pressure);
 
   /// P_R and Q_R: those of the turning direction, int (tau/v) d[[u]].P_perp ..., and those of the
-  /// law's slope, int (d tau/d v) (d[[u]].e)(e. ...). Empty where they vanish.
+  /// law's slope, int (d tau/d v) (d[[u]].e)(e. ...). Empty where they vanish; without transport
+  /// there is no Q_R.
   struct FrictionDamping
   {
     Matrix P, Q, P_falling, Q_falling;
