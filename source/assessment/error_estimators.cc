@@ -62,7 +62,7 @@ namespace squeal
       void lift_cell(unsigned int number, const std::vector<Column> &columns, DenseMatrix &coarse,
                      MultiVector &result);
       void add_bodies();
-      /// Adds what contact and ties do.
+      /// Adds what contact and joints do.
       void add_surfaces();
       void share_faces();
       /// Adds Z^H Q+ X to T.
@@ -92,7 +92,7 @@ namespace squeal
       std::unique_ptr<Contact<dim>> contact;
       std::vector<Term> contact_terms;
       ContactPressure pressure;
-      Ties ties;
+      std::vector<Term> joint_terms;
 
       const unsigned int n;        ///< nodes of a cell, degree p + 1
       const unsigned int n_fields; ///< of a node
@@ -202,6 +202,18 @@ namespace squeal
         }
       for (Column &column : residuals)
         column.compress(VectorOperation::add);
+      if (!base.has_points() || Utilities::MPI::this_mpi_process(spaces.comm) != 0)
+        return;
+      // The rows of points belong to no cell; they are the same on each space.
+      const unsigned int n_points      = base.first_local_multiplier - base.first_point,
+                         n_multipliers = base.rows.end - base.first_point_multiplier;
+      for (unsigned int j = 0; j < columns.size(); ++j)
+      {
+        const auto copy = [&](const unsigned int from, const unsigned int to, const unsigned int n)
+        { std::copy_n(columns[j].begin() + from, n, lifted.column(j) + to); };
+        copy(base.first_point, spaces.first_point, n_points);
+        copy(base.first_point_multiplier, spaces.first_point_multiplier, n_multipliers);
+      }
     }
 
     /// One column, interpolated.
@@ -266,9 +278,8 @@ namespace squeal
     void Estimator<dim>::add_surfaces()
     {
       std::vector<Term> terms = contact_terms;
-      if (ties.matrix)
-        terms.push_back({Origin::joint, 0, 1., ties.matrix});
-      for (const unsigned int order : {0u, 1u})
+      terms.insert(terms.end(), joint_terms.begin(), joint_terms.end());
+      for (const unsigned int order : {0u, 1u, 2u})
       {
         const Matrix A = sum_of(spaces.rows, terms, order);
         if (!A)
@@ -281,9 +292,10 @@ namespace squeal
                                 is_left ? multiply_transposed(A, vectors) : multiply(A, vectors);
           for (unsigned int j = 0; j < m; ++j) // the state has its own terms
           {
-            const Complex l = modes.lambda[j], factor = order == 0 ? 1.
-                                                        : is_left  ? std::conj(l)
-                                                                   : l;
+            const Complex l      = is_left ? std::conj(modes.lambda[j]) : modes.lambda[j],
+                          factor = order == 0   ? 1.
+                                   : order == 1 ? l
+                                                : l * l;
             for (unsigned int i = 0; i < product.n_local(); ++i)
             {
               const Complex value =
@@ -446,8 +458,9 @@ namespace squeal
       for (const Term &term : contact_terms)
         if (term.origin == Origin::contact || term.origin == Origin::friction)
           add(term.coefficient, multiply(*term.matrix, state));
-      if (ties.matrix)
-        add(1, multiply(*ties.matrix, state));
+      for (const Term &term : joint_terms)
+        if (term.order == 0)
+          add(term.coefficient, multiply(*term.matrix, state));
       for (const MultiVector &load : loads)
         add(-1, load);
     }
@@ -570,15 +583,15 @@ namespace squeal
       residuals        = map->zeros(4 * n_vectors);
       state_correction = map->zeros(2);
       find_contact_terms();
-      ties = assemble_ties_as(model.ties(), spaces);
+      joint_terms = model.joint_terms(spaces);
       add_bodies();
       add_surfaces();
       if (with_state)
         add_static_residual();
       add_products();
-      local =
-          std::make_unique<LocalProblems<dim>>(spaces, *map, cell_residuals, contact.get(),
-                                               prm.pads.pressure, prm.terms().friction, ties.scale);
+      local = std::make_unique<LocalProblems<dim>>(spaces, *map, cell_residuals, contact.get(),
+                                                   prm.pads.pressure, prm.terms().friction,
+                                                   model.ties().scale);
       share_faces();
       eliminate(errors);
       find_corrections(errors);

@@ -18,8 +18,13 @@ namespace squeal
     MultiVector mark(space->rows, 1);
     for (unsigned int row = space->first_local_multiplier; row < space->first_local_tie; ++row)
       mark.data()[row - space->rows.begin] = 1;
+    std::fill(mark.data() + (space->first_local_tie - space->rows.begin),
+              mark.data() + mark.n_local(), 2.);
     for (const double value : replicate(mark))
-      is_multiplier.push_back(value != 0);
+    {
+      is_displacement.push_back(value == 0);
+      is_multiplier.push_back(value == 1);
+    }
     std::size_t n_all_points = 0;
     for (const PairedInterface<dim> &interface : paired_interfaces())
     {
@@ -115,7 +120,7 @@ namespace squeal
     ActiveSetChange change;
     double size = 0; // of the displacements, for what counts as rounding
     for (unsigned int row = 0; row < space->rows.size; ++row)
-      if (!is_multiplier[row])
+      if (is_displacement[row])
         size = std::max(size, std::abs(global[row]));
 
     if (model.mortar)

@@ -205,6 +205,12 @@ namespace squeal
         for (unsigned int c = 0; c < dim; ++c)
           if (!fixed[c].is_element(node))
             equations[c](node) = n_local++;
+    const bool has_points_here  = has_points() && Utilities::MPI::this_mpi_process(comm) == 0;
+    const unsigned int n_points = geometry.point_joints.points.size(),
+                       n_links  = geometry.point_joints.links.size();
+    first_point                 = n_local;
+    if (has_points_here)
+      n_local += 6 * n_points;
     const unsigned int n_local_displacements = n_local;
     for (const auto node : owned)
       if (in_contact.is_element(node) && !hanging.is_constrained(node))
@@ -217,6 +223,14 @@ namespace squeal
         n_local += dim;
       }
 
+    const unsigned int n_local_ties = n_local - n_local_displacements - n_local_multipliers;
+    first_point_multiplier          = n_local;
+    if (has_points_here)
+      n_local += 6 * (n_points + n_links);
+    // The first rank's rows begin at zero.
+    first_point            = Utilities::MPI::broadcast(comm, first_point);
+    first_point_multiplier = Utilities::MPI::broadcast(comm, first_point_multiplier);
+
     rows.comm  = comm;
     rows.size  = Utilities::MPI::sum(n_local, comm);
     rows.begin = 0;
@@ -226,7 +240,7 @@ namespace squeal
     rows.end               = rows.begin + n_local;
     n_displacements        = Utilities::MPI::sum(n_local_displacements, comm);
     n_multipliers          = Utilities::MPI::sum(n_local_multipliers, comm);
-    n_ties                 = rows.size - n_displacements - n_multipliers;
+    n_ties                 = Utilities::MPI::sum(n_local_ties, comm);
     first_local_multiplier = rows.begin + n_local_displacements;
     first_local_tie        = first_local_multiplier + n_local_multipliers;
 

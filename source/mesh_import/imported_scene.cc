@@ -1,6 +1,7 @@
 #include <squeal/base/errors.h>
 #include <squeal/mesh_import/imported_scene.h>
 #include <squeal/mesh_import/mesh_checks.h>
+#include <squeal/mesh_import/rigid_motions.h>
 #include <squeal/parameters/expressions.h>
 
 #include <deal.II/base/utilities.h>
@@ -235,6 +236,19 @@ namespace squeal
         ties        = prm.joints.tied_surfaces();
         Groups tied = pieces;
         std::set<unsigned int> joined;
+        for (const Parameters::Joints::Point &point : prm.joints.list_of_points())
+          if (!point.surface.empty())
+          {
+            std::set<unsigned int> of_point;
+            for (const Face &face :
+                 find_group(file.surfaces, point.surface, "Joints/Points", "surface").second)
+              of_point.insert(piece_of(boundary_cell(face, point.surface, "Joints/Points").cell));
+            if (of_point.size() > 1)
+              fail("Joints/Points", "the surface '" + point.surface + "' of the point '" +
+                                        point.name + "' is on " + std::to_string(of_point.size()) +
+                                        " bodies; allowed is one.");
+            joined.insert(of_point.begin(), of_point.end());
+          }
         for (auto &tie : ties)
         {
           std::set<bool> turns;
@@ -376,10 +390,11 @@ namespace squeal
           std::array<bool, 3> fixed{};
           bool is_loaded = false;
           std::string contact; ///< or tied surface
+          std::set<unsigned int> points;
           bool operator<(const Use &other) const
           {
-            return std::tie(fixed, is_loaded, contact) <
-                   std::tie(other.fixed, other.is_loaded, other.contact);
+            return std::tie(fixed, is_loaded, contact, points) <
+                   std::tie(other.fixed, other.is_loaded, other.contact, other.points);
           }
         };
         std::map<Face, Use> uses;
@@ -430,7 +445,19 @@ namespace squeal
         };
         add_surfaces(pairs, "Contact pairs");
         add_surfaces(ties, "Joints/Ties");
+        const std::vector<Parameters::Joints::Point> points = prm.joints.list_of_points();
+        for (unsigned int p = 0; p < points.size(); ++p)
+          if (!points[p].surface.empty())
+            add(points[p].surface, "Joints/Points",
+                [&](Use &use)
+                {
+                  if (!use.contact.empty())
+                    fail("Joints/Points",
+                         "a face of '" + points[p].surface + "' is in contact or tied too.");
+                  use.points.insert(p);
+                });
 
+        add_points();
         std::map<Use, types::boundary_id> ids;
         for (const auto &[face, use] : uses)
         {
@@ -449,6 +476,8 @@ namespace squeal
           }
           if (!use.contact.empty())
             geometry.boundaries[use.contact] = id->second;
+          for (const unsigned int p : use.points)
+            geometry.point_joints.points[p].surface.insert(id->second);
         }
         for (unsigned int i = 0; i < pairs.size(); ++i)
         {
@@ -459,6 +488,31 @@ namespace squeal
           geometry.interfaces.push_back(
               {pad, pad_of_pair[i], geometry.boundaries.at(pad), geometry.boundaries.at(rotor)});
         }
+      }
+
+      /// Points, with masses, springs and links. Their surfaces get ids with the faces.
+      void add_points()
+      {
+        PointJoints &joints                         = geometry.point_joints;
+        std::map<std::string, unsigned int> numbers = {
+            {Parameters::Joints::ground, PointConnection::ground}};
+        for (const Parameters::Joints::Point &point : prm.joints.list_of_points())
+        {
+          numbers[point.name] = joints.points.size();
+          joints.points.push_back(
+              {point.name, {}, Point<3>(point.place[0], point.place[1], point.place[2]), {}});
+        }
+        for (const auto &mass : prm.joints.list_of_masses())
+          for (unsigned int k = 0; k < 6; ++k)
+            joints.points[numbers.at(mass.point)].mass[k] += mass.values[k];
+        for (const auto &spring : prm.joints.list_of_springs())
+          joints.springs.push_back(
+              {numbers.at(spring.first), numbers.at(spring.second), spring.values, {}});
+        for (const auto &dashpot : prm.joints.list_of_dashpots())
+          joints.springs.push_back(
+              {numbers.at(dashpot.first), numbers.at(dashpot.second), {}, dashpot.values});
+        for (const auto &link : prm.joints.list_of_links())
+          joints.links.push_back({numbers.at(link.first), numbers.at(link.second), {}, {}});
       }
 
       void check_ties()
@@ -561,14 +615,42 @@ namespace squeal
         }
       }
 
-      /// Whether supports and contact hold every body. A pad's contact face is held along z.
+      /// The mean place of a surface, and the body that has it.
+      std::pair<Point<3>, Body> place_of(const std::string &surface) const
+      {
+        const auto &faces_of_surface =
+            find_group(file.surfaces, surface, "Joints/Points", "surface").second;
+        Point<3> sum;
+        double area = 0;
+        for (const Face &face : faces_of_surface)
+        {
+          std::array<Point<3>, 4> corners;
+          Point<3> centre;
+          for (unsigned int v = 0; v < 4; ++v)
+          {
+            corners[v] = file.nodes[face[v]];
+            centre += corners[v] / 4.;
+          }
+          sum += area_of(corners) * centre;
+          area += area_of(corners);
+        }
+        const unsigned int cell = faces.at(faces_of_surface.front())[0].cell;
+        return {sum / area, geometry.parts[part_of_cell[cell]].body};
+      }
+
+      /// Whether supports, contact and joints hold every body. A pad's contact face is held along
+      /// z.
       void check_supports()
       {
-        std::vector<RigidMotions> held(facts.bodies.size()); // of those that stand for clusters
+        // Bodies that are tied are one; then come the points in space.
+        const PointJoints &joints   = geometry.point_joints;
+        const unsigned int n_bodies = facts.bodies.size();
+        RigidMotions motions(n_bodies + joints.points.size());
         Box box;
         for (const Point<3> &x : file.nodes)
           box.add(x);
         const double size = box.low.distance(box.high);
+        const auto scaled = [&](const Point<3> &x) { return Point<3>((x - box.low) / size); };
         for (const auto &[face, id] : geometry.named_faces)
         {
           const unsigned int part = part_of_cell[faces.at(face)[0].cell];
@@ -581,13 +663,52 @@ namespace squeal
           for (const unsigned int node : face)
             for (unsigned int c = 0; c < 3; ++c)
               if (fixed[c])
-                held[cluster_of_body[geometry.parts[part].body]].hold(
-                    Point<3>((file.nodes[node] - box.low) / size), c);
+                motions.hold(scaled(file.nodes[node]), c,
+                             cluster_of_body[geometry.parts[part].body]);
         }
-        for (unsigned int body = 0; body < held.size(); ++body)
+        std::vector<std::pair<Point<3>, unsigned int>> place_and_body;
+        const std::vector<Parameters::Joints::Point> points = prm.joints.list_of_points();
+        for (unsigned int p = 0; p < points.size(); ++p)
+          if (points[p].surface.empty())
+            place_and_body.emplace_back(scaled(joints.points[p].place), n_bodies + p);
+          else
+          {
+            const auto [place, body] = place_of(points[p].surface);
+            if (body == rotor_body && needs_revolution())
+              fail("Joints/Points", "'" + points[p].surface +
+                                        "' is on the rotor, which turns: a point would stay where "
+                                        "it is while the rotor turns under it. Allowed are other "
+                                        "bodies, Stage = elastic, Operation/Angular velocity = 0.");
+            place_and_body.emplace_back(scaled(place), cluster_of_body[body]);
+          }
+        const auto connect = [&](const PointConnection &connection, const unsigned int c)
         {
-          const unsigned int n_free = held[body].n_free();
-          if (n_free == 0 || cluster_of_body[body] != body)
+          const auto &[x, a] = place_and_body[connection.first];
+          if (connection.second == PointConnection::ground)
+            motions.connect(a, x, RigidMotions::ground, x, c);
+          else
+            motions.connect(a, x, place_and_body[connection.second].second,
+                            place_and_body[connection.second].first, c);
+        };
+        for (const PointConnection &spring : joints.springs)
+          for (unsigned int c = 0; c < 6; ++c)
+            if (spring.stiffness[c] > 0)
+              connect(spring, c);
+        for (const PointConnection &link : joints.links)
+          for (unsigned int c = 0; c < 6; ++c)
+          {
+            // The second moves as if it were part of the first: at one place.
+            const auto &[x, a] = place_and_body[link.first];
+            motions.connect(a, x,
+                            link.second == PointConnection::ground
+                                ? RigidMotions::ground
+                                : place_and_body[link.second].second,
+                            x, c);
+          }
+        const std::vector<unsigned int> n_free = motions.n_free();
+        for (unsigned int body = 0; body < n_bodies; ++body)
+        {
+          if (n_free[body] == 0 || cluster_of_body[body] != body)
             continue;
           geometry.may_move_rigidly = true;
           const auto n_tied =
@@ -595,11 +716,27 @@ namespace squeal
           if (prm.n_pads() > 0 && prm.contact.steady_pressure == SteadyPressure::computed)
             fail("Clamped", "the body '" + facts.bodies[body] + "'" +
                                 (n_tied > 1 ? " with those that are tied to it" : "") +
-                                " can move rigidly in " + std::to_string(n_free) +
-                                " ways, so that there is no static equilibrium. It needs supports "
-                                "(Clamped, Guided, Fixed in x, y, z), or Contact/Steady pressure = "
-                                "uniform.");
+                                " can move rigidly in " + std::to_string(n_free[body]) + " ways (" +
+                                motions.describe(body) +
+                                "), so that there is no static equilibrium. It needs supports "
+                                "(Clamped, Guided, Fixed in x, y, z), joints, or Contact/Steady "
+                                "pressure = uniform.");
         }
+        for (unsigned int p = 0; p < points.size(); ++p)
+          if (const auto &mass = joints.points[p].mass;
+              points[p].surface.empty() && n_free[n_bodies + p] > 0)
+          {
+            geometry.may_move_rigidly = true;
+            if (prm.n_pads() > 0 && prm.contact.steady_pressure == SteadyPressure::computed)
+              fail("Joints/Points", "the point '" + points[p].name + "' can move freely (" +
+                                        motions.describe(n_bodies + p) +
+                                        "), so that there is no static equilibrium. It needs "
+                                        "springs or rigid links.");
+            if (*std::min_element(mass.begin(), mass.end()) == 0)
+              fail("Joints/Points", "the point '" + points[p].name + "' can move freely (" +
+                                        motions.describe(n_bodies + p) +
+                                        ") and has no mass or no moment of inertia there.");
+          }
       }
 
       void add_cells()

@@ -170,39 +170,4 @@ namespace squeal
                                 line.norm());
     return distance;
   }
-
-  void RigidMotions::hold(const Point<3> &x, const unsigned int c)
-  {
-    // u = t + o x x, so that e.u = e.t + (x x e).o
-    Tensor<1, 3> e;
-    e[c]                            = 1;
-    const Tensor<1, 3> turn         = cross_product_3d(Tensor<1, 3>(x), e);
-    const std::array<double, 6> row = {{e[0], e[1], e[2], turn[0], turn[1], turn[2]}};
-    for (unsigned int i = 0; i < 6; ++i)
-      for (unsigned int j = 0; j < 6; ++j)
-        held(i, j) += row[i] * row[j];
-  }
-
-  unsigned int RigidMotions::n_free() const
-  {
-    // The rank, by elimination with the largest pivot
-    FullMatrix<double> a  = held;
-    const double smallest = 1e-9 * a.frobenius_norm();
-    for (unsigned int k = 0; k < 6; ++k)
-    {
-      unsigned int pivot = 0;
-      for (unsigned int i = 1; i < 6; ++i)
-        if (a(i, i) > a(pivot, pivot))
-          pivot = i;
-      if (!(a(pivot, pivot) > smallest))
-        return 6 - k;
-      const FullMatrix<double> before = a;
-      for (unsigned int i = 0; i < 6; ++i)
-        for (unsigned int j = 0; j < 6; ++j)
-          a(i, j) -= before(i, pivot) * before(pivot, j) / before(pivot, pivot);
-      for (unsigned int i = 0; i < 6; ++i)
-        a(i, pivot) = a(pivot, i) = 0;
-    }
-    return 0;
-  }
 } // namespace squeal

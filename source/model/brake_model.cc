@@ -117,7 +117,9 @@ namespace squeal
     iterative.reset();
     static_solver.drop_factors();
     bodies.clear();
-    ties_ = {};
+    ties_           = {};
+    points_         = {};
+    joint_stiffness = 0;
     spaces_.distribute();
   }
 
@@ -175,7 +177,7 @@ namespace squeal
     const LinearSolver solver = prm.static_equilibrium.linear_solver;
     if (prm.eigenproblem.is_matrix_free())
       return true;
-    if (spaces_.has_ties())
+    if (spaces_.has_ties() || spaces_.has_points())
       return false;
     if (solver != LinearSolver::automatic || prm.eigenproblem.is_solved() ||
         prm.contact.self_locking_check)
@@ -222,23 +224,50 @@ namespace squeal
                           term.coefficient * (term.matrix == BodyTerm::Kind::K ? E : rho),
                           by_kind[static_cast<unsigned int>(term.matrix)]});
     }
-    add_ties();
+    add_joints(with_motion);
   }
 
   template <int dim>
-  void BrakeModel<dim>::add_ties()
+  void BrakeModel<dim>::add_joints(const bool with_motion)
   {
-    if (!spaces_.has_ties())
-      return;
-    if (!ties_.matrix)
-    {
-      double stiffness = 0;
+    if (spaces_.has_ties() && !ties_.matrix)
+      ties_ = assemble_ties(spaces_, stiffness_of_joints());
+    if (spaces_.has_points() && !points_.stiffness)
+      points_ = assemble_points(spaces_, stiffness_of_joints());
+    for (Term &term : joint_terms(ties_, points_))
+      if (with_motion || term.order == 0)
+        terms_.push_back(std::move(term));
+  }
+
+  template <int dim>
+  double BrakeModel<dim>::stiffness_of_joints()
+  {
+    if (joint_stiffness == 0)
       for (const AssembledBody &body : bodies)
         if (body.matrices.K)
-          stiffness = std::max(stiffness, body.matrices.K->infinity_norm());
-      ties_ = assemble_ties(spaces_, stiffness);
-    }
-    terms_.push_back({Origin::joint, 0, 1., ties_.matrix});
+          joint_stiffness = std::max(joint_stiffness, body.matrices.K->infinity_norm());
+    return joint_stiffness;
+  }
+
+  template <int dim>
+  std::vector<Term> BrakeModel<dim>::joint_terms(const Ties &ties, const Points &points)
+  {
+    std::vector<Term> terms;
+    if (ties.matrix)
+      terms.push_back({Origin::joint, 0, 1., ties.matrix});
+    if (points.stiffness)
+      terms.push_back({Origin::joint, 0, 1., points.stiffness});
+    if (points.damping)
+      terms.push_back({Origin::joint, 1, 1., points.damping});
+    if (points.mass)
+      terms.push_back({Origin::inertia, 2, 1., points.mass});
+    return terms;
+  }
+
+  template <int dim>
+  std::vector<Term> BrakeModel<dim>::joint_terms(const FiniteElementSpace<dim> &spaces) const
+  {
+    return joint_terms(assemble_ties_as(ties_, spaces), assemble_points(spaces, joint_stiffness));
   }
 
   /// With a computed pressure the static equilibrium also decides where the pads touch, in every
@@ -414,10 +443,10 @@ namespace squeal
   EquationsOfMotion BrakeModel<dim>::equations() const
   {
     EquationsOfMotion equations;
-    equations.rows  = spaces_.rows;
-    equations.terms = terms_;
-    equations.n_constraints =
-        (steady.contact ? steady.contact->n_active_multipliers() : 0) + ties_.n_active;
+    equations.rows          = spaces_.rows;
+    equations.terms         = terms_;
+    equations.n_constraints = (steady.contact ? steady.contact->n_active_multipliers() : 0) +
+                              ties_.n_active + points_.n_active;
     equations.n_local_constraints = spaces_.rows.end - spaces_.first_local_multiplier;
     equations.compliant           = prm.contact.compliance() > 0;
     equations.reference_name      = "the same bodies in frictionless contact";
@@ -448,9 +477,12 @@ namespace squeal
       std::fill(body.begin() + (first - rows.begin), body.end(), names.size());
       names.push_back(name);
     };
+    const bool is_first = Utilities::MPI::this_mpi_process(comm) == 0;
+    if (spaces_.has_points())
+      name_rows("points", is_first ? spaces_.first_point : rows.end);
     if (spaces_.n_multipliers > 0)
       name_rows("contact", spaces_.first_local_multiplier);
-    if (spaces_.has_ties())
+    if (spaces_.has_ties() || spaces_.has_points())
       name_rows("joints", spaces_.first_local_tie);
     std::vector<types::global_dof_index> cell_nodes(spaces_.fe.n_dofs_per_cell());
     for (const auto &cell : spaces_.nodes.active_cell_iterators())

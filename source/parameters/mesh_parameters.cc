@@ -114,44 +114,5 @@ namespace squeal
         throw InputError("Mesh/Pads: the contact pairs " + contact_pairs +
                          " need pads, the names of their volumes.");
     }
-
-    void Joints::declare(ParameterHandler &prm)
-    {
-      const Subsection section(prm, "Joints");
-      prm.add_parameter(
-          "Ties", ties,
-          "Surface groups of the scene mesh that are tied, meshes not matching: surface : surface, "
-          "and so on, plane, oblique or curved. The first of a pair has the multipliers: take the "
-          "softer or finer side, the smaller one if one is larger. Both belong to the rotor or "
-          "both "
-          "do not.");
-      prm.add_parameter("Position tolerance", position_tolerance,
-                        "Largest distance of tied surfaces, m; 0: 5 % of the longest edge of their "
-                        "faces. A distance within it is closed without moving nodes.",
-                        not_negative());
-    }
-
-    std::vector<std::pair<std::string, std::string>> Joints::tied_surfaces() const
-    {
-      return pairs_of_names("Joints/Ties", ties, "surface : surface");
-    }
-
-    void All::check_joints() const
-    {
-      const std::string joint = "Joints/Ties = " + joints.ties + ": ";
-      if (scene != Scene::mesh)
-        throw InputError(joint + "joints connect the bodies of a mesh file; allowed with Scene = " +
-                         name_of(scene) + " is none.");
-      joints.tied_surfaces();
-      if (eigenproblem.is_matrix_free())
-        throw InputError(joint + "Eigenproblem/Solver = " + name_of(eigenproblem.solver) +
-                         " has no joints; allowed are the others.");
-      if (static_equilibrium.linear_solver == LinearSolver::iterative)
-        throw InputError(joint + "Static equilibrium/Linear solver = iterative has no joints; "
-                                 "allowed are auto and direct.");
-      if (contact.formulation == Formulation::mortar_penalty && n_pads() > 0)
-        throw InputError(joint + "Contact/Formulation = mortar_penalty does not go with joints; "
-                                 "allowed are mortar and penalty.");
-    }
   } // namespace Parameters
 } // namespace squeal

@@ -385,7 +385,8 @@ namespace squeal
             throw InputError("Refinement/Strategy = " + name_of(refinement.strategy) +
                              ": a sweep over " + parameter +
                              " makes a mesh for each value; allowed is none.");
-      if (joints.active())
+      if (joints.active() || !joints.masses.empty() || !joints.springs.empty() ||
+          !joints.dashpots.empty() || !joints.links.empty())
         check_joints();
       if (scene == Scene::matrices)
       {

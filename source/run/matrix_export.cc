@@ -161,7 +161,7 @@ namespace squeal
       /// unknown, a tie's traction @p tie_scale times.
       template <int dim>
       void write_unknowns(const FiniteElementSpace<dim> &spaces, const double pressure_scale,
-                          const double tie_scale) const
+                          const double tie_scale, const Points &points) const
       {
         std::map<types::global_dof_index, Point<dim>> positions;
         DoFTools::map_dofs_to_support_points(spaces.mapping, spaces.nodes, positions);
@@ -202,6 +202,8 @@ namespace squeal
                   std::to_string(node) + place + "," + exact_text(scale) + "\n";
           }
         }
+        if (spaces.has_points() && is_rank_zero(comm))
+          add_points(spaces, points, lines);
         std::string unknowns;
         for (const std::string &line : lines)
           unknowns += line;
@@ -217,6 +219,39 @@ namespace squeal
       }
 
     private:
+      /// The lines of the motions of points and of the multipliers that define and link them.
+      template <int dim>
+      void add_points(const FiniteElementSpace<dim> &spaces, const Points &points,
+                      std::vector<std::string> &lines) const
+      {
+        static const std::array<std::string, 6> motions = {
+            {"x", "y", "z", "about_x", "about_y", "about_z"}};
+        const unsigned int n_points = points.places.size(),
+                           n_links  = spaces.geometry.point_joints.links.size();
+        const auto add = [&](const unsigned int row, const std::string &kind, const unsigned int p,
+                             const unsigned int k, const double scale)
+        {
+          if (!kept.has(row))
+            return;
+          std::string place;
+          for (unsigned int c = 0; c < 3; ++c)
+            place += "," + exact_text(points.places[p][c]);
+          lines[row] = std::to_string(kept.number[row]) + "," + bodies.first[bodies.second[row]] +
+                       "," + kind + "," + motions[k] + "," + place + "," + exact_text(scale) + "\n";
+        };
+        for (unsigned int k = 0; k < 6; ++k)
+        {
+          for (unsigned int p = 0; p < n_points; ++p)
+          {
+            add(spaces.point(p, k), "point", p, k, k < 3 ? 1 : 1 / points.lengths[p]);
+            add(spaces.point_multiplier(p, k), "multiplier", p, k, 1);
+          }
+          for (unsigned int l = 0; l < n_links; ++l)
+            add(spaces.point_multiplier(n_points + l, k), "multiplier",
+                spaces.geometry.point_joints.links[l].first, k, 1);
+        }
+      }
+
       static std::string name_of_sum(const unsigned int order)
       {
         return order == 0 ? "Q" : order == 1 ? "P" : "M";
@@ -313,7 +348,7 @@ namespace squeal
     files.write_terms();
     files.write_modes(modes);
     files.write_unknowns(model.spaces(), model.contact() ? model.contact()->pressure_scale() : 1,
-                         model.ties().scale);
+                         model.ties().scale, model.points());
   }
 
   void export_matrices(const MatrixModel &model, const EigenPairs &modes,

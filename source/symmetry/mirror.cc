@@ -148,6 +148,8 @@ namespace squeal
   {
     if constexpr (dim == 3)
     {
+      if (spaces.has_points()) // their rows belong to no node
+        return {};
       const auto nodes  = all_nodes(spaces);
       const auto images = find_images(nodes, mid_plane(nodes), tolerance_of(spaces));
       if (images.empty())

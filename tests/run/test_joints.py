@@ -126,6 +126,37 @@ class Parts(st.TestCase):
                 last = max(row["parameter"] for row in rows)
                 self.assertSameModes([st.eigenvalue(row) for row in rows if row["parameter"] == last], expected, 1e-6)
 
+    def test_plates_on_springs(self):
+        """Springs, dashpots and a mass on each plate in place of guides: ranks, halves that there are none of, a sweep,
+        error bars and exported matrices agree with a single run; stiffer springs come closer to rigid links."""
+        self.write_brake(n_around=(2, 3))
+        foot = "{0} : ground : {1} {1} {1} {1} {1} {1}"
+
+        def held(k):
+            return self.settings(**{
+                "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 5000, "Mesh/Guided": "",
+                "Joints/Points": "up : upper.plate.high, down : lower.plate.low",
+                "Joints/Masses": "up : 0.1 1e-4 1e-4 1e-4, down : 0.2",
+                "Joints/Springs": ", ".join(foot.format(point, k) for point in ("up", "down")),
+                "Joints/Dashpots": "up : down : 20 20 20"})
+
+        expected = self.modes(held(1e8))
+        self.assertGreater(len(expected), 3)
+        self.assertSameModes(eigenvalues(self.modes(held(1e8), ranks=2)), eigenvalues(expected), 1e-7)
+        self.assertSameModes(eigenvalues(self.modes({**held(1e8), "Eigenproblem/Solver": "krylov"})),
+                             eigenvalues(expected), 1e-7)
+        sweep = {"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.4, 0.6"}
+        rows = st.read_table(self.analyse({**held(1e8), **sweep}) / "sweep.csv")
+        self.assertSameModes([st.eigenvalue(row) for row in rows if row["parameter"] == 0.6], eigenvalues(expected), 1e-6)
+        results = self.analyse({**held(1e8), "Output/Matrices": "true"})
+        self.assertIn("joint", {row["cause"] for row in st.read_table(results / "contributions.csv")})
+        unknowns = export.table(results / "unknowns.csv")
+        self.assertEqual([int(row["row"]) for row in unknowns], list(range(len(unknowns))))
+        rigid = {**held(0), "Joints/Springs": "", "Joints/Rigid links": "up : ground, down : ground"}
+        limit = eigenvalues(self.modes(rigid))
+        distance = [max(min(abs(l - m) for m in eigenvalues(self.modes(held(k)))) for l in limit[:3]) for k in (1e10, 1e12)]
+        self.assertLess(distance[1], 0.05 * distance[0] + 1e-3 * abs(limit[0]))
+
     def test_exported_matrices(self):
         """M, P, Q with the tie's rows, a line of unknowns.csv for each, and eigenvectors that they belong to."""
         self.write_brake(n_around=(2, 3))
@@ -158,6 +189,117 @@ class Parts(st.TestCase):
                 ({"Scene": "brake"}, "joints connect the bodies of a mesh file")]:
             with self.subTest(words):
                 self.write("refused.prm", st.parameter_file({**good, **changed}))
+                result = st.run("refused.prm", directory=self.directory)
+                self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+                self.assertIn(words, result.stderr)
+
+
+class OnSprings(st.TestCase):
+    """Masses, springs, dashpots and rigid links beside a disc without pads: closed forms of rigid bodies."""
+
+    SETTINGS = {**mesh_files.SCENE, "Mesh/File": "brake.msh", "Mesh/Pads": "", "Mesh/Contact pairs": "",
+                "Mesh/Guided": "", "Mesh/Pressure on": "", "Discretization/Degree": 1, "Output/Fields": "none",
+                "Stage": "elastic", "Eigenproblem/Maximum frequency": 400, "Eigenproblem/Error bars": "false"}
+    MASS, INERTIA = 2.5, (0.02, 0.03, 0.04)
+    SPRINGS, DAMPERS = (1e6, 2e6, 3e6, 2e4, 5e4, 7e4), (30, 40, 50, 2, 3, 4)
+
+    def block(self):
+        mesh = mesh_files.brake(rotor_cells=(2, 12, 1), pads=())
+        half = 0.02
+        mesh.sector("block", [1, 1.1], [-half, half], [0, 0.1])
+        mesh.nodes = [x if math.hypot(x[0], x[1]) < 0.5 else
+                      (math.hypot(*x[:2]) + 0.2, 0.05 * math.atan2(x[1], x[0]) / half, x[2]) for x in mesh.nodes]
+        self.write("brake.msh", mesh_files.msh2(mesh))
+
+    def assertHasModes(self, settings, expected, tolerance, **options):
+        computed = self.eigenvalues({**self.SETTINGS, **settings}, **options)
+        for value in expected:
+            nearest = min(computed, key=lambda l: abs(l - value))
+            self.assertLessEqual(abs(nearest - value), tolerance * abs(value), (value, computed))
+
+    @staticmethod
+    def damped(m, c, k):
+        return complex(-c / (2 * m), math.sqrt(k / m - (c / (2 * m))**2))
+
+    def test_mass_in_space(self):
+        """Six uncoupled oscillators: m l^2 + c l + k = 0."""
+        self.write("brake.msh", mesh_files.msh2(mesh_files.brake(rotor_cells=(2, 12, 1), pads=())))
+        number = lambda values: " ".join(map(str, values))
+        joints = {"Joints/Points": "weight : 0.3 0.1 0.2", "Joints/Masses": f"weight : {self.MASS} {number(self.INERTIA)}",
+                  "Joints/Springs": f"weight : ground : {number(self.SPRINGS)}"}
+        masses = [self.MASS] * 3 + list(self.INERTIA)
+        self.assertHasModes(joints, [self.damped(m, 0, k) for m, k in zip(masses, self.SPRINGS)], 1e-9)
+        joints["Joints/Dashpots"] = f"weight : ground : {number(self.DAMPERS)}"
+        expected = [self.damped(m, c, k) for m, c, k in zip(masses, self.DAMPERS, self.SPRINGS)]
+        for ranks in (1, 2):
+            self.assertHasModes(joints, expected, 1e-9, ranks=ranks)
+        # Along with the error bars, which the point does not have, and with the dense solver
+        self.assertHasModes({**joints, "Eigenproblem/Error bars": "true"}, expected, 1e-9)
+        self.assertHasModes({**joints, "Eigenproblem/Solver": "dense"}, expected, 1e-8)
+
+    def test_rigid_link(self):
+        """A weight on an arm d along x: z and the rotation b about y of the sprung point couple by z_2 = z - d b."""
+        self.write("brake.msh", mesh_files.msh2(mesh_files.brake(rotor_cells=(2, 12, 1), pads=())))
+        m_1, m_2, inertia, d, k, k_b = 1.5, 2.0, 0.01, 0.2, 1e6, 3e4
+        joints = {"Joints/Points": "foot : 0.3 0 0, weight : 0.5 0 0", "Joints/Rigid links": "foot : weight",
+                  "Joints/Masses": f"foot : {m_1} {inertia} {inertia} {inertia}, weight : {m_2}",
+                  "Joints/Springs": f"foot : ground : {k} {k} {k} {k_b} {k_b} {k_b}"}
+        # det(K - w^2 M) = 0 with M = [[m_1 + m_2, -m_2 d], [-m_2 d, inertia + m_2 d^2]]
+        a = (m_1 + m_2) * (inertia + m_2 * d**2) - (m_2 * d)**2
+        b = -(k * (inertia + m_2 * d**2) + k_b * (m_1 + m_2))
+        roots = [(-b + sign * math.sqrt(b * b - 4 * a * k * k_b)) / (2 * a) for sign in (-1, 1)]
+        expected = [complex(0, math.sqrt(root)) for root in roots]
+        expected += [complex(0, math.sqrt(k / (m_1 + m_2))), complex(0, math.sqrt(k_b / inertia))]
+        high = {"Eigenproblem/Maximum frequency": 700}
+        self.assertHasModes({**joints, **high}, expected, 1e-9)
+        # The link turned round gives the same body, and one to the ground holds it.
+        turned = {**joints, "Joints/Rigid links": "weight : foot"}
+        self.assertHasModes({**turned, **high}, expected, 1e-9)
+        held = {**turned, "Joints/Rigid links": "weight : foot, weight : ground"}
+        computed = self.eigenvalues({**self.SETTINGS, **held, **high, "Eigenproblem/Maximum frequency": 4000})
+        self.assertGreater(len(computed), 0)
+        self.assertTrue(all(min(abs(l - value) for l in computed) > 1 for value in expected))
+
+    def test_stiff_block(self):
+        """A block of 0.1 m that hardly deforms, on springs at its lower face."""
+        self.block()
+        k, m, a = 1e6, 7850e-3, 0.1
+        settings = {"Mesh/Part 1/Volumes": "block", "Mesh/Part 1/Body": "parts", "Mesh/Curved bodies": "rotor",
+                    "Mesh/Part 1/Material/Young modulus": 1e14, "Mesh/Part 1/Material/Density": 7850,
+                    "Joints/Points": "foot : block.low",
+                    "Joints/Springs": f"foot : ground : {k} {k} {k} {k / 100} {k / 100} {k / 100}"}
+        # Along z, and about it
+        expected = [complex(0, math.sqrt(k / m)), complex(0, math.sqrt(k / 100 / (m * a * a / 6)))]
+        # x and the rotation b about y: the centre is a/2 above the foot, x_c = x + b a/2.
+        inertia, h, r = m * a * a / 6, a / 2, k / 100
+        A, B = m * (inertia + m * h * h) - (m * h)**2, -(k * (inertia + m * h * h) + r * m)
+        expected += [complex(0, math.sqrt((-B + sign * math.sqrt(B * B - 4 * A * k * r)) / (2 * A))) for sign in (-1, 1)]
+        self.assertHasModes(settings, expected, 1e-6)
+        self.assertHasModes({**settings, "Discretization/Degree": 2}, expected, 1e-6, ranks=2)
+        bars = self.modes({**self.SETTINGS, **settings, "Eigenproblem/Error bars": "true"})
+        for value in expected:
+            mode = min(bars, key=lambda row: abs(st.eigenvalue(row) - value))
+            self.assertLessEqual(abs(mode["frequency_hz"] - value.imag / (2 * math.pi)),
+                                 mode["frequency_error_hz"] + 1e-4)  # the closed form is of a rigid block
+            self.assertLess(mode["frequency_error_hz"], 1e-3)
+
+    def test_refusals(self):
+        self.block()
+        point = {"Joints/Points": "foot : block.low", "Mesh/Part 1/Volumes": "block", "Mesh/Part 1/Body": "parts"}
+        for changed, words in [
+                ({"Joints/Points": "foot : nothing"}, "there is no surface group 'nothing'"),
+                ({"Joints/Points": "foot"}, "is not a point"),
+                ({"Joints/Points": "foot : block.low, foot : block.high"}, "two points 'foot'"),
+                ({"Joints/Masses": "hand : 1"}, "there is no point 'hand'"),
+                ({"Joints/Masses": "foot : -1"}, "none negative"),
+                ({"Joints/Springs": "foot : ground : 1 2"}, "'foot : ground : 1 2' is not"),
+                ({"Joints/Springs": "ground : foot : 1 2 3"}, "there is no point 'ground'"),
+                ({"Joints/Points": "foot : block.low, top : block.high", "Joints/Rigid links": "foot : top, top : foot"},
+                 "closes a ring of links"),
+                ({"Joints/Points": "foot : block.low, free : 1 2 3"}, "the point 'free' can move freely"),
+                ({"Stage": "full", "Joints/Points": "foot : block.low, wheel : rotor.outer"}, "is on the rotor, which turns")]:
+            with self.subTest(words):
+                self.write("refused.prm", st.parameter_file({**self.SETTINGS, **point, **changed}))
                 result = st.run("refused.prm", directory=self.directory)
                 self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
                 self.assertIn(words, result.stderr)

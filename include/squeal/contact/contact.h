@@ -196,7 +196,7 @@ namespace squeal
     ContactModel<dim> model;
     FaceElement<dim> element;
     std::shared_ptr<const std::vector<PairedInterface<dim>>> surfaces; ///< shared with copies
-    std::vector<bool> is_multiplier;                                   ///< by equation
+    std::vector<bool> is_displacement, is_multiplier;                  ///< by equation
     ActiveSet active;
     double scale = 1, stiffness_of_constraints = 1;
     bool keeps_table = true;

@@ -24,7 +24,7 @@ namespace squeal
     prestress,        ///< geometric stiffness of the static stress and pressure, conservative
     turning_friction, ///< geometric stiffness of the friction traction, circulatory
     velocity,         ///< a given velocity matrix (scene matrices)
-    joint             ///< ties
+    joint             ///< ties, points, springs, dashpots, rigid links
   };
   inline std::array<std::string, 12> names_of(Origin)
   {

@@ -30,7 +30,9 @@ namespace squeal
   /// pad's contact face, or a component of the traction of a node on the first side of a tie. Fixed
   /// components and hanging nodes have no equation: nothing is stored or solved for them. Each
   /// rank's equations are contiguous, its displacements first, then its contact pressures, then the
-  /// tractions of its ties.
+  /// tractions of its ties. Those of the points that joints need (theory.md, section 11) are the
+  /// first rank's: six motions of each, after its displacements, and six multipliers of each
+  /// definition and rigid link, its last ones.
   template <int dim>
   class FiniteElementSpace
   {
@@ -79,6 +81,21 @@ namespace squeal
       const unsigned int first = tie(node);
       return first == none ? none : first + field - dim - 1;
     }
+    /// The equation of a motion of a point: along x, y, z, then about them.
+    unsigned int point(const unsigned int number, const unsigned int motion) const
+    {
+      return first_point + 6 * number + motion;
+    }
+    /// The equation of a multiplier of a point's definition or, with numbers after those of the
+    /// points, of a rigid link.
+    unsigned int point_multiplier(const unsigned int number, const unsigned int motion) const
+    {
+      return first_point_multiplier + 6 * number + motion;
+    }
+    bool has_points() const
+    {
+      return !geometry.point_joints.points.empty();
+    }
     bool has_ties() const
     {
       return !geometry.ties.empty();
@@ -107,6 +124,7 @@ namespace squeal
     RowRange rows;
     unsigned int n_displacements = 0, n_multipliers = 0, n_ties = 0; ///< global
     unsigned int first_local_multiplier = 0, first_local_tie = 0;    ///< global rows
+    unsigned int first_point = 0, first_point_multiplier = 0;        ///< global rows, of all ranks
 
   private:
     using NodeVector = dealii::LinearAlgebra::distributed::Vector<double>;

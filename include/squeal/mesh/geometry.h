@@ -9,6 +9,7 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,31 @@ namespace squeal
     std::string name;
     dealii::types::boundary_id side, other;
     double distance; ///< that is allowed between them, m
+  };
+
+  /// A point (theory.md, section 11): the mean rigid motion of a surface, or a motion of its own.
+  struct JointPoint
+  {
+    std::string name;
+    std::set<dealii::types::boundary_id> surface; ///< empty: a point in space
+    dealii::Point<3> place;                       ///< without a surface
+    std::array<double, 6> mass = {};              ///< kg three times, kg m^2 about x, y, z
+  };
+
+  /// Two points, by number, or a point and the ground, that are connected.
+  struct PointConnection
+  {
+    static constexpr unsigned int ground = -1;
+    unsigned int first, second;
+    /// Of a spring and dashpot, along and about x, y, z: N/m, N m and N s/m, N m s
+    std::array<double, 6> stiffness = {}, damping = {};
+  };
+
+  /// Points and what connects them. 3D only.
+  struct PointJoints
+  {
+    std::vector<JointPoint> points;
+    std::vector<PointConnection> springs, links; ///< links are rigid
   };
 
   /// A boundary on which some displacement components are zero.
@@ -79,6 +105,7 @@ namespace squeal
     std::vector<PressureLoad<dim>> loads;
     std::vector<ContactInterface> interfaces;
     std::vector<TiedSurfaces> ties;
+    PointJoints point_joints;
     /// Bodies that neither turn nor touch the rotor, by name.
     std::map<Body, std::string> other_bodies;
 

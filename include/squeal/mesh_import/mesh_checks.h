@@ -3,8 +3,6 @@
 #include <squeal/mesh/mortar.h>
 #include <squeal/mesh_import/mesh_file.h>
 
-#include <deal.II/lac/full_matrix.h>
-
 #include <string>
 #include <vector>
 
@@ -57,17 +55,4 @@ namespace squeal
   /// By how much the corners of a face miss a line of the half plane (r, z), which circles about
   /// the z axis sweep to a plane, cylinder or cone; m.
   double distance_from_revolution(const std::array<dealii::Point<3>, 4> &corners);
-
-  /// Which of the six rigid motions are held.
-  class RigidMotions
-  {
-  public:
-    RigidMotions() : held(6, 6) {}
-    /// Holds component @p c of the displacement at @p x, a position in units of the body's size.
-    void hold(const dealii::Point<3> &x, unsigned int c);
-    unsigned int n_free() const;
-
-  private:
-    dealii::FullMatrix<double> held; ///< sum of r r^T over the forbidden motions r
-  };
 } // namespace squeal

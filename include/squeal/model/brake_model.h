@@ -5,6 +5,7 @@
 #include <squeal/contact/contact_forces.h>
 #include <squeal/eigen/block_davidson.h>
 #include <squeal/eigen/eigenpairs.h>
+#include <squeal/joints/points.h>
 #include <squeal/joints/ties.h>
 #include <squeal/model/model.h>
 #include <squeal/statics/static_solver.h>
@@ -155,12 +156,21 @@ namespace squeal
     {
       return ties_;
     }
+    const Points &points() const
+    {
+      return points_;
+    }
+    /// The terms of joints, of all orders; none that are zero.
+    static std::vector<Term> joint_terms(const Ties &ties, const Points &points);
+    /// The joints' terms on another space of the mesh. Collective.
+    std::vector<Term> joint_terms(const FiniteElementSpace<dim> &spaces) const;
 
   private:
     /// The terms of the bodies, of order zero only or all. Matrices that are there already stay.
     void add_bodies(bool with_motion);
-    /// The ties of the bodies, assembled once a mesh.
-    void add_ties();
+    /// What joins the bodies, assembled once a mesh.
+    void add_joints(bool with_motion);
+    double stiffness_of_joints();
     /// The terms of the bodies without matrices.
     void add_matrix_free_bodies();
     /// The terms of one order, those of the bodies in one pass over the cells.
@@ -183,6 +193,8 @@ namespace squeal
     const double load_pressure;        ///< Pads/Pressure of the geometry's loads, Pa
     std::vector<AssembledBody> bodies; ///< by material
     Ties ties_;                        ///< without matrix before it is needed
+    Points points_;                    ///< likewise
+    double joint_stiffness = 0;        ///< N/m, as large as the bodies' rows
     SteadyState<dim> steady;
     StaticSolver<dim> static_solver;
     /// While the equilibrium is solved for, and where modes are to be found without factors.

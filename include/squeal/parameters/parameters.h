@@ -169,16 +169,45 @@ namespace squeal
     /// How bodies of a mesh file hang together where their meshes do not (theory.md, section 11).
     struct Joints
     {
-      std::string ties          = "";
+      std::string ties = "", points = "", masses = "", springs = "", dashpots = "", links = "";
       double position_tolerance = 0; ///< m; 0: a part of the faces' size
 
       bool active() const
       {
-        return !ties.empty();
+        return !ties.empty() || !points.empty();
       }
+
       /// Surfaces that are tied; the first of a pair has the multipliers. Throws InputError.
       std::vector<std::pair<std::string, std::string>> tied_surfaces() const;
+
+      struct Point
+      {
+        std::string name, surface;        ///< no surface: a point in space
+        std::array<double, 3> place = {}; ///< m, without a surface
+      };
+      /// Six numbers: along and about x, y, z.
+      using Six                           = std::array<double, 6>;
+      static constexpr const char *ground = "ground";
+      struct Mass
+      {
+        std::string point;
+        Six values; ///< m, m, m (kg) and moments of inertia, kg m^2
+      };
+      /// A spring (N/m, N m), a dashpot (N s/m, N m s) or a rigid link (no values).
+      struct Connection
+      {
+        std::string first, second; ///< points; the second may be the ground
+        Six values = {};
+      };
+      // Throw InputError.
+      std::vector<Point> list_of_points() const;
+      std::vector<Mass> list_of_masses() const;
+      std::vector<Connection> list_of_springs() const;
+      std::vector<Connection> list_of_dashpots() const;
+      std::vector<Connection> list_of_links() const;
+
       void declare(dealii::ParameterHandler &prm);
+      void check() const;
     };
 
     struct Discretization

@@ -4,6 +4,7 @@
 
 #include <squeal/base/errors.h>
 #include <squeal/mesh_import/mesh_checks.h>
+#include <squeal/mesh_import/rigid_motions.h>
 
 #include <sstream>
 
@@ -87,18 +88,34 @@ TEST_CASE("mesh checks: area of a quadrilateral with corners in any order")
 TEST_CASE("mesh checks: rigid motions that supports leave")
 {
   RigidMotions motions;
-  CHECK(motions.n_free() == 6);
+  CHECK(motions.n_free()[0] == 6);
   motions.hold(Point<3>(0, 0, 0), 0);
   motions.hold(Point<3>(0, 0, 0), 1);
   motions.hold(Point<3>(0, 0, 0), 2);
-  CHECK(motions.n_free() == 3);
+  CHECK(motions.n_free()[0] == 3);
   motions.hold(Point<3>(0, 0, 0), 2); // again
-  CHECK(motions.n_free() == 3);
+  CHECK(motions.n_free()[0] == 3);
   motions.hold(Point<3>(1, 0, 0), 1);
   motions.hold(Point<3>(1, 0, 0), 2);
-  CHECK(motions.n_free() == 1); // about x
+  CHECK(motions.n_free()[0] == 1); // about x
   motions.hold(Point<3>(0.5, 0.2, 0), 2);
-  CHECK(motions.n_free() == 0);
+  CHECK(motions.n_free()[0] == 0);
+
+  // Two bodies: the first is held at a point, then turned by springs, the second hangs on it.
+  RigidMotions two(2);
+  for (unsigned int c = 0; c < 3; ++c)
+    two.hold(Point<3>(0.3, 0, 0), c, 0);
+  CHECK(two.n_free() == std::vector<unsigned int>({3, 6}));
+  CHECK(two.describe(0) == "about x, about y, about z");
+  for (unsigned int c = 3; c < 6; ++c)
+    two.connect(0, Point<3>(0, 0, 0), RigidMotions::ground, Point<3>(), c);
+  for (unsigned int c : {0u, 1u})
+    two.connect(0, Point<3>(0, 0, 0), 1, Point<3>(0, 0, 0), c);
+  CHECK(two.n_free() == std::vector<unsigned int>({0, 4}));
+  CHECK(two.describe(1) == "along z, about x, about y, about z");
+  for (unsigned int c = 2; c < 6; ++c)
+    two.connect(1, Point<3>(0, 0, 0), 0, Point<3>(0, 0, 0), c);
+  CHECK(two.n_free() == std::vector<unsigned int>({0, 0}));
 }
 
 TEST_CASE("mesh checks: contact pairs")
