@@ -32,7 +32,7 @@ namespace squeal
     public:
       explicit ImportedScene(const Parameters::All &prm)
           : prm(prm), mesh(prm.mesh),
-            file(read_mesh_file(mesh.file)), facts{file, {}, 0, {}, {}, {}}
+            file(read_mesh_file(mesh.file)), facts{file, {}, 0, {}, {}, {}, {}}
       {
       }
 
@@ -670,7 +670,11 @@ namespace squeal
         const std::vector<Parameters::Joints::Point> points = prm.joints.list_of_points();
         for (unsigned int p = 0; p < points.size(); ++p)
           if (points[p].surface.empty())
+          {
+            facts.points.push_back("'" + points[p].name + "' at " +
+                                   text_of(joints.points[p].place) + ", in space");
             place_and_body.emplace_back(scaled(joints.points[p].place), n_bodies + p);
+          }
           else
           {
             const auto [place, body] = place_of(points[p].surface);
@@ -680,6 +684,9 @@ namespace squeal
                                         "it is while the rotor turns under it. Allowed are other "
                                         "bodies, Stage = elastic, Operation/Angular velocity = 0.");
             place_and_body.emplace_back(scaled(place), cluster_of_body[body]);
+            facts.points.push_back("'" + points[p].name + "' at " + text_of(place) +
+                                   ", the mean motion of '" + points[p].surface + "' of " +
+                                   facts.bodies[body]);
           }
         const auto connect = [&](const PointConnection &connection, const unsigned int c)
         {

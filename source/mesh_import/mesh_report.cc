@@ -259,11 +259,13 @@ namespace squeal
       }
       rows.push_back(row);
     }
-    std::string ties;
+    std::string joints;
     for (const JointMeasures &tie : facts.ties)
-      ties += text_of("  Tie ", tie.name, ": gap ", tie.gap, " m of ", tie.distance,
-                      " m that are allowed, ", 100 * tie.overlap / tie.area, " % of ",
-                      1e4 * tie.area, " cm^2\n");
+      joints += text_of("  Tie ", tie.name, ": gap ", tie.gap, " m of ", tie.distance,
+                        " m that are allowed, ", 100 * tie.overlap / tie.area, " % of ",
+                        1e4 * tie.area, " cm^2\n");
+    for (const std::string &point : facts.points)
+      joints += "  Point " + point + "\n";
     geometry.report_table = table_of(rows);
     geometry.report =
         "\nMesh file " + facts.file.name + ": " + std::to_string(geometry.cells.size()) +
@@ -272,6 +274,6 @@ namespace squeal
         (facts.n_turned > 0
              ? ", " + std::to_string(facts.n_turned) + " cells numbered inside out have been turned"
              : "") +
-        "\n" + describe_rows(rows) + ties;
+        "\n" + describe_rows(rows) + joints;
   }
 } // namespace squeal

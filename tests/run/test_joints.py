@@ -149,6 +149,8 @@ class Parts(st.TestCase):
         rows = st.read_table(self.analyse({**held(1e8), **sweep}) / "sweep.csv")
         self.assertSameModes([st.eigenvalue(row) for row in rows if row["parameter"] == 0.6], eigenvalues(expected), 1e-6)
         results = self.analyse({**held(1e8), "Output/Matrices": "true"})
+        self.assertRegex((results / "log.txt").read_text(),
+                         r"Point 'up' at \(0.11.*, 0.018\) m, the mean motion of 'upper.plate.high' of upper.plate")
         self.assertIn("joint", {row["origin"] for row in st.read_table(results / "contributions.csv")})
         unknowns = export.table(results / "unknowns.csv")
         self.assertEqual([int(row["row"]) for row in unknowns], list(range(len(unknowns))))

@@ -32,6 +32,7 @@ namespace squeal
 
     std::vector<ContactPairMeasures> pairs;
     std::vector<JointMeasures> ties;
+    std::vector<std::string> points; ///< a line for each
   };
 
   /// Fills report and report_table of @p geometry: volumes, masses, areas, boxes, Jacobians of the
