@@ -531,8 +531,8 @@ namespace squeal
                                     "second of several ties.");
           firsts[first] = "another joint";
           const JointMeasures tie =
-              check_joint("Joints/Ties: " + file.name + ": ", first, patches(first), second,
-                          patches(second), prm.joints.position_tolerance);
+              check_joint("Joints/Ties: " + file.name + ": ", first, curved_patches(first), second,
+                          curved_patches(second), prm.joints.position_tolerance);
           facts.ties.push_back(tie);
           geometry.ties.push_back({tie.name, geometry.boundaries.at(first),
                                    geometry.boundaries.at(second), tie.distance});
@@ -555,6 +555,38 @@ namespace squeal
         for (const unsigned int v : {0u, 1u, 3u, 2u})
           result.nodes.push_back(file.nodes[nodes[local[v]]]);
         result.orientation = -1;
+        return result;
+      }
+
+      /// Patches of degree 2, which follow circles about the axis where their body does.
+      std::vector<SurfaceFace<3>> curved_patches(const std::string &name) const
+      {
+        std::vector<SurfaceFace<3>> result;
+        for (const Face &face : file.surfaces.at(name))
+        {
+          const SurfaceFace<3> flat = patch(face);
+          const bool is_curved      = geometry.parts[part_of_cell[faces.at(face)[0].cell]].curved;
+          const auto between        = [&](const Point<3> &a, const Point<3> &b)
+          {
+            Point<3> middle       = a + 0.5 * (b - a);
+            const double r        = (std::hypot(a[0], a[1]) + std::hypot(b[0], b[1])) / 2,
+                         straight = std::hypot(middle[0], middle[1]);
+            if (is_curved && straight > 0)
+              for (unsigned int d = 0; d < 2; ++d)
+                middle[d] *= r / straight;
+            return middle;
+          };
+          SurfaceFace<3> curved;
+          curved.orientation                 = flat.orientation;
+          const std::array<Point<3>, 4> ends = {
+              {flat.nodes[0], flat.nodes[1], flat.nodes[2], flat.nodes[3]}};
+          const Point<3> left = between(ends[0], ends[2]), right = between(ends[1], ends[3]);
+          for (const auto &[a, b] :
+               {std::make_pair(ends[0], ends[1]), {left, right}, {ends[2], ends[3]}})
+            for (const Point<3> &x : {a, between(a, b), b})
+              curved.nodes.push_back(x);
+          result.push_back(curved);
+        }
         return result;
       }
 

@@ -3,6 +3,8 @@
 #include <squeal/mesh_import/joined_surfaces.h>
 #include <squeal/mesh_import/mesh_checks.h>
 
+#include <deal.II/base/quadrature_lib.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -12,20 +14,25 @@ namespace squeal
 
   namespace
   {
-    /// The longest edge of faces with four corners.
+    constexpr unsigned int degree = 2; ///< of the patches
+
+    /// The longest distance of two corners along an edge.
     double longest_edge(const std::vector<SurfaceFace<3>> &faces)
     {
       double longest = 0;
       for (const SurfaceFace<3> &face : faces)
-        for (const auto &[a, b] : {std::make_pair(0, 1), {1, 3}, {3, 2}, {2, 0}})
+        for (const auto &[a, b] : {std::make_pair(0, 2), {2, 8}, {8, 6}, {6, 0}})
           longest = std::max(longest, face.nodes[a].distance(face.nodes[b]));
       return longest;
     }
 
-    double area_of(const SurfaceFace<3> &face)
+    double area_of(const FaceElement<3> &element, const SurfaceFace<3> &face)
     {
-      return cross_product_3d(face.nodes[3] - face.nodes[0], face.nodes[2] - face.nodes[1]).norm() /
-             2;
+      const QGauss<2> rule(degree + 2);
+      double area = 0;
+      for (unsigned int q = 0; q < rule.size(); ++q)
+        area += rule.weight(q) * element.frame(face, rule.point(q)).measure;
+      return area;
     }
   } // namespace
 
@@ -34,9 +41,9 @@ namespace squeal
                             const std::string &second_name,
                             const std::vector<SurfaceFace<3>> &second, const double distance)
   {
-    // Of polygons in place of arcs some corners miss each other.
+    // Polygons about one circle need not meet at their ends.
     constexpr double part_of_edge = 0.05, least_cover = 0.9;
-    const FaceElement<3> element(1);
+    const FaceElement<3> element(degree);
     const Point<2> middle(0.5, 0.5);
     JointMeasures result = {first_name + " : " + second_name, distance, 0., 0., 0.};
     if (distance == 0)
@@ -54,7 +61,7 @@ namespace squeal
     unsigned int least_at = 0;
     for (unsigned int f = 0; f < first.size(); ++f)
     {
-      const double area = area_of(first[f]);
+      const double area = area_of(element, first[f]);
       result.area += area;
       result.overlap += covered[f];
       if (covered[f] / area < least)

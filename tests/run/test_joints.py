@@ -72,6 +72,26 @@ class CutAndTied(st.TestCase):
         self.assertWithinBars(tied, whole)
 
 
+    def test_disc_and_hat(self):
+        """A plane tie between the disc, 18 cells around, and the hat that holds it, 20; turning."""
+        radii = [0.05, 0.058, *mesh_files.equal(0.058, 0.15, 3)[1:]]
+
+        def with_hat(n):
+            mesh = disc([("rotor", radii, 18, (LOW, HIGH)), ("hat", radii[:2], n, mesh_files.equal(HIGH, 0.036, 2))])
+            inside = [face for face in mesh.surfaces["rotor.high"]
+                      if max(math.hypot(*mesh.nodes[v][:2]) for v in face) < 0.0581]
+            mesh.surfaces["rotor.seat"] = inside
+            mesh.surfaces["rotor.high"] = [face for face in mesh.surfaces["rotor.high"] if face not in inside]
+            return add_pads(mesh)
+
+        hat = {"Mesh/Clamped": "hat.high", "Mesh/Rotor": "rotor, hat"}
+        glued = with_hat(18)
+        glued.volumes["rotor"] += glued.volumes.pop("hat")
+        glued.weld()
+        whole = self.modes_of(glued, **{**hat, "Mesh/Rotor": "rotor"})
+        self.assertWithinBars(self.modes_of(with_hat(20), **hat, **{"Joints/Ties": "hat.low : rotor.seat"}), whole)
+
+
 class Parts(st.TestCase):
     def settings(self, **others):
         return {**BRAKE, "Mesh/Part 1/Volumes": "upper.plate, lower.plate", "Mesh/Part 1/Body": "parts",

@@ -43,7 +43,7 @@ namespace squeal
   };
 
   /// The second surface must cover nearly all of the first, within the @p distance, m, or where
-  /// that is zero within a part of the size of the faces. Patches are of degree 1 with outward
+  /// that is zero within a part of the size of the faces. Patches are of degree 2 with outward
   /// normals. Throws InputError, @p where being the beginning of its message.
   JointMeasures check_joint(const std::string &where, const std::string &first_name,
                             const std::vector<SurfaceFace<3>> &first,
