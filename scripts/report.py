@@ -192,7 +192,8 @@ class Report:
                              f"mode {worst['mode']} at {with_bar(worst, FREQUENCY, FREQUENCY_ERROR, 1)} Hz with "
                              f"{with_bar(worst, GROWTH, GROWTH_ERROR, 2)} 1/s.")
             else:
-                words.append("None grows.")
+                words.append("None grows of those searched for (|l| up to 1.1 times the window; what is known of growth beyond "
+                             "is in the log).")
             if undecided:
                 words.append(f"{len(undecided)} undecided: their error bars contain zero; refine, for example by "
                              "Refinement/Strategy = adaptive.")
@@ -223,7 +224,13 @@ class Report:
         if turns and self.parameters.get("Rotor/Transport") == "none":
             words.append("Neglected (Rotor/Transport = none): the rotor's gyroscopic and centrifugal terms, which move modes "
                          "of n nodal diameters by up to n times the speed of rotation, and Q_R of friction damping.")
-        kind = "unstable" if unstable else "undecided" if undecided else ""
+        # Modes that grow outside of the region that was searched are told by the log only.
+        log = (self.directory / "log.txt").read_text(encoding="utf-8", errors="replace")
+        lacks_growing = "more modes grow than are listed" in log
+        if lacks_growing:
+            words.append("But more modes grow than are listed: there are signs of growth outside of the region that was "
+                         "searched; see the log.")
+        kind = "unstable" if unstable or lacks_growing else "undecided" if undecided else ""
         self.body.append(f'<p class="summary {kind}">{html.escape(" ".join(words))}</p>')
 
     def verdicts(self):

@@ -20,7 +20,7 @@ namespace squeal
   Verdict verdict(const std::complex<double> lambda, const double tolerance,
                   const double growth_rate_error)
   {
-    const double rounding = tolerance * std::abs(lambda);
+    const double rounding = std::max(tolerance, smallest_tolerance) * std::abs(lambda);
     if (std::abs(lambda.real()) <= rounding && growth_rate_error <= rounding)
       return Verdict::marginal;
     if (std::abs(lambda.real()) <= growth_rate_error)

@@ -1,4 +1,5 @@
 #include <squeal/continuation/branches.h>
+#include <squeal/eigen/eigensolver_options.h>
 
 #include <algorithm>
 #include <cmath>
@@ -32,8 +33,11 @@ namespace squeal
     next.overlaps.assign(m, 0.);
     next.n_branches = before.n_branches;
     std::vector<bool> continued(m, false);
-    const auto near_rim = [&](const std::complex<double> l)
-    { return std::abs(l.imag()) > 0.99 * max_imaginary; };
+    // Steps on the way to a value do not look for what grows outside of the disc.
+    const auto may_come_or_go = [&](const std::complex<double> l) {
+      return std::abs(l.imag()) > 0.99 * max_imaginary ||
+             std::abs(l) > search_radius(max_imaginary);
+    };
     bool certain = true;
     for (unsigned int i = 0; i < n; ++i)
     {
@@ -44,15 +48,15 @@ namespace squeal
         next.overlaps[j] = overlap[i][j];
         continued[j]     = true;
         for (unsigned int k = 0; k < m; ++k)
-          certain &= int(k) == j || near_rim(before.modes.lambda[i]) ||
+          certain &= int(k) == j || may_come_or_go(before.modes.lambda[i]) ||
                      overlap[i][k] < 0.5 * overlap[i][j];
       }
-      certain &= near_rim(before.modes.lambda[i]) || (j >= 0 && overlap[i][j] > 0.8);
+      certain &= may_come_or_go(before.modes.lambda[i]) || (j >= 0 && overlap[i][j] > 0.8);
     }
     for (unsigned int j = 0; j < m; ++j)
       if (!continued[j])
       {
-        certain &= near_rim(next.modes.lambda[j]);
+        certain &= may_come_or_go(next.modes.lambda[j]);
         next.branches[j] = next.n_branches++;
       }
     return certain;

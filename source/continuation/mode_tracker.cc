@@ -89,9 +89,9 @@ namespace squeal
     return is_counted;
   }
 
-  EigenSolution ModeTracker::solve(const Parameters::All &parameters)
+  EigenSolution ModeTracker::solve(const Parameters::All &parameters, const Scope scope)
   {
-    if (reduced.has_expansion_point())
+    if (reduced.has_expansion_point() && (scope == Scope::disc || reduced.has_no_growth_beyond()))
     {
       assemble_model(parameters, reduced.inverse());
       if (has_count_of_expansion_point())
@@ -101,10 +101,10 @@ namespace squeal
           return {std::move(*modes), {}, {}, {}};
       }
     }
-    return solve_fully(parameters);
+    return solve_fully(parameters, scope);
   }
 
-  EigenSolution ModeTracker::solve_fully(const Parameters::All &parameters)
+  EigenSolution ModeTracker::solve_fully(const Parameters::All &parameters, const Scope scope)
   {
     assemble_model(parameters, {});
     const LifetimeSeconds stopwatch(seconds_.full);
@@ -114,24 +114,28 @@ namespace squeal
     ++n_full;
     if (!sectors)
       sectors = model->sectors();
+    EigensolverOptions scoped = options;
+    scoped.looks_beyond_disc  = scope == Scope::window;
     try
     {
-      return solve_by_symmetry(*solver, equations, options, *sectors);
+      return solve_by_symmetry(*solver, equations, scoped, *sectors);
     }
     catch (const SingularMatrix &)
     {
       // A divergence lies exactly here: another shift than zero.
-      EigensolverOptions shifted = options;
-      shifted.shift              = 0.1;
-      return solve_by_symmetry(*solver, equations, shifted, *sectors);
+      scoped.shift = 0.1;
+      return solve_by_symmetry(*solver, equations, scoped, *sectors);
     }
   }
 
   void ModeTracker::set_expansion_point(const Parameters::All &parameters,
                                         const EigenSolution::Reuse &solution)
   {
-    if (solution.empty())
+    if (solution.empty()) // what an older one projects may lack modes that this one has
+    {
+      reduced = ReducedSectors(options);
       return;
+    }
     if (!is_as_solved) // the search for critical values went elsewhere
       assemble_model(parameters, {});
     reduced.set_expansion_point(whole_problem(), model->terms(), solution, *sectors);

@@ -72,7 +72,7 @@ namespace squeal
   ParameterStudy::Evaluation ParameterStudy::evaluate(const std::vector<double> &values,
                                                       const std::vector<Complex> &expected)
   {
-    const EigenPairs modes                 = tracker.solve(parameters_at(values)).modes;
+    const EigenPairs modes = tracker.solve(parameters_at(values), ModeTracker::Scope::disc).modes;
     const std::vector<unsigned int> chosen = nearest(modes, expected);
     Evaluation result;
     for (const unsigned int j : chosen)

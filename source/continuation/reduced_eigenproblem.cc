@@ -123,7 +123,8 @@ namespace squeal
                                [&](const DensePair &pair)
                                {
                                  const double size = std::abs(pair.lambda);
-                                 return size > radius || size <= rigid_body_limit(max_imaginary);
+                                 return size > radius || size <= rigid_body_limit(max_imaginary) ||
+                                        is_overdamped(pair.lambda);
                                }),
                 pairs.end());
     const auto solutions_of = [&](std::vector<Complex> DensePair::*vector)
@@ -232,7 +233,7 @@ namespace squeal
         // be certified.
         converged = std::abs(l - before) <= 1e-7 * std::abs(l);
       }
-      if (!converged || std::abs(l) > radius)
+      if (!converged || std::abs(l) > radius || is_overdamped(l))
         return false;
       x.lambda[k] = y.lambda[k] = l;
       set_column(x, k, right_vector);

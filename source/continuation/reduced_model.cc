@@ -11,12 +11,14 @@ namespace squeal
   namespace
   {
     constexpr unsigned int most_corrections = 10;
+    constexpr double known_beyond = 1e-6; ///< backward error of a mode that only is to be counted
 
+    /// Of those that grow.
     unsigned int n_real(const std::vector<std::complex<double>> &lambda)
     {
       return std::count_if(lambda.begin(), lambda.end(),
-                           [](const std::complex<double> l)
-                           { return std::abs(l.imag()) <= 1e-7 * std::abs(l); });
+                           [](const std::complex<double> &l)
+                           { return is_nearly_real(l) && !is_overdamped(l); });
     }
   } // namespace
 
@@ -35,7 +37,9 @@ namespace squeal
     rows                = problem.rows;
     n_local_constraints = problem.n_local_constraints;
     factors             = found.factorization;
-    n_disc              = found.disc_right.n_columns() / 2;
+    n_disc              = std::count_if(found.disc_lambda.begin(), found.disc_lambda.end(),
+                                        [](const Complex &l) { return !is_overdamped(l); });
+    has_overdamped      = n_disc < found.disc_lambda.size();
     n_real_at_expansion = n_real(found.disc_lambda);
     interface =
         InterfaceTerms(rows, n_local_constraints, problem.n_constraints > 0, problem.compliant);
@@ -300,7 +304,8 @@ namespace squeal
   {
     std::vector<unsigned int> result;
     for (const unsigned int i : which)
-      if (!(solutions.errors[i] <= (is_in_window(solutions.lambda[i]) ? largest_error : 1e-6)))
+      if (!(solutions.errors[i] <=
+            (is_in_window(solutions.lambda[i]) ? largest_error : known_beyond)))
         result.push_back(i);
     return result;
   }
@@ -322,6 +327,9 @@ namespace squeal
       if (x.lambda.size() > n_disc)
       {
         certify(residuals(x), x);
+        std::vector<double> errors = x.errors;
+        std::nth_element(errors.begin(), errors.begin() + n_disc, errors.end());
+        has_others |= errors[n_disc] <= known_beyond;
         const std::vector<unsigned int> best = best_pairs(x);
         x                                    = x.select(best);
         y                                    = y.select(best);
@@ -359,6 +367,29 @@ namespace squeal
 
   std::optional<EigenPairs> ReducedModel::solve(const std::vector<Term> &terms)
   {
+    try
+    {
+      return solve_by_projection(terms);
+    }
+    catch (const SingularMatrix &) // a divergence lies exactly here
+    {
+      return std::nullopt;
+    }
+  }
+
+  bool ReducedModel::has_number_of_expansion_point() const
+  {
+    if (has_others)
+      return false;
+    if (!has_overdamped)
+      return true;
+    ReducedPairs x, y;
+    small.solve_densely(x, y);
+    return x.lambda.size() == n_disc;
+  }
+
+  std::optional<EigenPairs> ReducedModel::solve_by_projection(const std::vector<Term> &terms)
+  {
     const double largest_error = accepted_error();
     if (!has_expansion_point())
       return std::nullopt;
@@ -376,6 +407,7 @@ namespace squeal
         predictor.worst * predictor.growth > largest_error && dimension() < largest_dimension())
       enrich(predictor.residuals, predictor.solutions);
     predictor.residuals = {};
+    has_others          = false;
     ReducedPairs x, y;
     for (unsigned int n_corrections = 0;; ++n_corrections)
     {
@@ -395,6 +427,8 @@ namespace squeal
         return std::nullopt;
       if (best.size() == n_disc && lacking.empty())
       {
+        if (!has_number_of_expansion_point())
+          return std::nullopt;
         project_tests();
         if (std::vector<unsigned int> open = interface.open_contacts(); open != open_before)
         {

@@ -52,7 +52,19 @@ namespace squeal
       for (const Sector &sector : (n_parts == 1 ? Sectors() : sectors).all(problem.rows))
         parts.push_back({sector, ReducedModel(options), {}, 0, 0, {}, {}});
     }
-    restrict(terms);
+    if (!restrict(terms))
+    {
+      parts.clear();
+      return;
+    }
+    expansion_strengths = strengths_of(terms);
+    clearance           = n_parts == 1 ? solution.clearance : solution.sectors[0]->reuse.clearance;
+    no_growth_beyond    = n_parts > 1 || solution.has_no_growth_beyond;
+    for (const auto &of_sector : solution.sectors)
+    {
+      clearance = std::min(clearance, of_sector->reuse.clearance);
+      no_growth_beyond &= of_sector->reuse.has_no_growth_beyond;
+    }
     for (unsigned int h = 0; h < n_parts; ++h)
     {
       Part &part                        = parts[h];
@@ -144,8 +156,9 @@ namespace squeal
 
   bool ReducedSectors::keep_to_sectors(const std::vector<Term> &terms) const
   {
-    // A hundredth of the backward error that projected modes may have
-    const double rounding = 1e-3 * options.tolerance;
+    // A hundredth of the backward error that projected modes may have, but no less than the
+    // rounding that full solutions allow
+    const double rounding = std::max(1e-3 * options.tolerance, 1e-11);
     return std::all_of(terms.begin(), terms.end(),
                        [&](const Term &term)
                        { return sectors.keep(term, rounding * norms[term.order]); });
@@ -204,9 +217,43 @@ namespace squeal
 
   // Modes.
 
+  ReducedSectors::Strengths ReducedSectors::strengths_of(const std::vector<Term> &terms)
+  {
+    Strengths result;
+    std::map<std::shared_ptr<const Matrix>, double> present;
+    for (const Term &term : terms)
+    {
+      const bool is_of_those = term.origin == Origin::inertia ||
+                               term.origin == Origin::elasticity ||
+                               (term.order == 1 && term.origin != Origin::transport);
+      if (!is_of_those || !term.matrix || !*term.matrix)
+        continue;
+      const auto known = matrix_norms.find(term.matrix);
+      present[term.matrix] =
+          known != matrix_norms.end() ? known->second : term.matrix->infinity_norm();
+      if (const double size = std::abs(term.coefficient) * present[term.matrix]; size > 0)
+        result[{term.origin, term.order}] += size;
+    }
+    matrix_norms = std::move(present);
+    return result;
+  }
+
+  bool ReducedSectors::is_within_clearance(const std::vector<Term> &terms)
+  {
+    const Strengths now = strengths_of(terms);
+    double change       = 1;
+    for (const auto &[kind, size] : now)
+      if (const auto before = expansion_strengths.find(kind); before != expansion_strengths.end())
+        change = std::max({change, size / before->second, before->second / size});
+      else
+        return false;
+    // Norms are not distances: with a margin
+    return now.size() == expansion_strengths.size() && change <= 1 + 0.8 * (clearance - 1);
+  }
+
   std::optional<EigenPairs> ReducedSectors::solve(const std::vector<Term> &terms)
   {
-    if (!restrict(terms))
+    if (!is_within_clearance(terms) || !restrict(terms))
       return std::nullopt;
     std::vector<EigenPairs> found;
     for (Part &part : parts)

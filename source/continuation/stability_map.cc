@@ -1,4 +1,5 @@
 #include <squeal/continuation/stability_map.h>
+#include <squeal/eigen/growth_search.h>
 #include <squeal/linalg/find_root.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 namespace squeal
 {
   using Complex = std::complex<double>;
+  using Scope   = ModeTracker::Scope;
 
   StabilityMap::StabilityMap(ParameterFile &file, Model &model, const EigensolverOptions &options,
                              const std::string &directory, const MPI_Comm comm, Log &log)
@@ -85,10 +87,10 @@ namespace squeal
 
   // Solving.
 
-  void StabilityMap::set_expansion_point(const Position &at)
+  void StabilityMap::set_expansion_point(const Position &at, const Scope scope)
   {
     const Parameters::All &parameters = study.parameters_at(values_at(at));
-    tracker.set_expansion_point(parameters, tracker.solve_fully(parameters).reuse);
+    tracker.set_expansion_point(parameters, tracker.solve_fully(parameters, scope).reuse);
   }
 
   StabilityMap::Evaluation StabilityMap::evaluate(const Position &at, const Complex expected)
@@ -104,10 +106,11 @@ namespace squeal
         result.slope[k] = here.derivatives[k][0] * cell_size(k, at[k]);
       else // the terms cannot be differentiated by it
       {
-        const double h          = at[k] > 0.5 ? -1e-4 : 1e-4;
-        Position shifted        = at;
-        shifted[k]              = at[k] + h;
-        const EigenPairs beside = tracker.solve(study.parameters_at(values_at(shifted))).modes;
+        const double h   = at[k] > 0.5 ? -1e-4 : 1e-4;
+        Position shifted = at;
+        shifted[k]       = at[k] + h;
+        const EigenPairs beside =
+            tracker.solve(study.parameters_at(values_at(shifted)), Scope::disc).modes;
         const unsigned int mode = study.nearest(beside, {result.lambda}).front();
         result.slope[k]         = (beside.lambda[mode] - result.lambda) / h;
       }
@@ -262,7 +265,7 @@ namespace squeal
     // Modes that meet on the way are told apart on a shorter one.
     const Position middle = between(from, to, 0.5);
     const std::vector<Complex> there =
-        tracker.solve(study.parameters_at(values_at(middle))).modes.lambda;
+        tracker.solve(study.parameters_at(values_at(middle)), Scope::disc).modes.lambda;
     find_flutter(from, middle, a, there, halvings - 1);
     find_flutter(middle, to, there, b, halvings - 1);
   }
@@ -271,8 +274,17 @@ namespace squeal
                                     const EigenPairs &modes)
   {
     constexpr unsigned int most_halvings = 6;
-    find_flutter(position_of(before), position_of(now), eigenvalues[before], modes.lambda,
-                 most_halvings);
+    // A mode whose growth ends does so in the disc, in which alone modes are followed.
+    const auto of_disc = [&](std::vector<Complex> lambda)
+    {
+      lambda.erase(std::remove_if(lambda.begin(), lambda.end(),
+                                  [&](const Complex &l)
+                                  { return grows_beyond_disc(l, study.options.max_imaginary); }),
+                   lambda.end());
+      return lambda;
+    };
+    find_flutter(position_of(before), position_of(now), of_disc(eigenvalues[before]),
+                 of_disc(modes.lambda), most_halvings);
     add_divergence(before, now, modes);
   }
 
@@ -285,6 +297,9 @@ namespace squeal
       const EigenSolution found = tracker.solve(study.parameters_at(values_at(at)));
       const EigenPairs &modes   = found.modes;
       write(at, modes);
+      if (found.proof.lacks_growing)
+        log.line("  At " + number(parameter_at(0, at[0])) + ", " + number(parameter_at(1, at[1])) +
+                 ": " + lacking_growth);
       if (point % n > 0)
         find_crossings(point - 1, point, modes);
       if (point >= n) // the neighbour in the row before, which was walked the other way
@@ -411,8 +426,9 @@ namespace squeal
       const Position beside = {{at[0] + side[0], at[1] + side[1]}};
       if (!inside(beside, 0))
         continue;
-      set_expansion_point(beside);
-      const EigenPairs modes = tracker.solve(study.parameters_at(values_at(beside))).modes;
+      set_expansion_point(beside, Scope::disc);
+      const EigenPairs modes =
+          tracker.solve(study.parameters_at(values_at(beside)), Scope::disc).modes;
       if (!divergent_modes(modes).empty())
         return std::make_unique<StaticInstability>(study.instability_of(values_at(beside), modes));
     }
@@ -424,7 +440,7 @@ namespace squeal
     std::unique_ptr<StaticInstability> instability;
     // A curve depends on its seed alone, whatever was solved before.
     if (!seed.divergence)
-      set_expansion_point(seed.at);
+      set_expansion_point(seed.at, Scope::disc);
     else if (instability = instability_beside(seed.at); !instability)
       return {seed};
     BoundaryPoint last = seed, next;
@@ -585,7 +601,7 @@ namespace squeal
     crossings   = std::move(found);
     log.line("Resumed after " + std::to_string(eigenvalues.size()) + " points and " +
              std::to_string(n_curves) + " curves.");
-    set_expansion_point(position_of(eigenvalues.size() - 1));
+    set_expansion_point(position_of(eigenvalues.size() - 1), Scope::window);
     tracker.keep_apart(varying_terms);
     return true;
   }

@@ -1,4 +1,5 @@
 #include <squeal/continuation/sweep.h>
+#include <squeal/eigen/growth_search.h>
 #include <squeal/linalg/find_root.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 namespace squeal
 {
   using Complex = std::complex<double>;
+  using Scope   = ModeTracker::Scope;
 
   namespace
   {
@@ -66,15 +68,17 @@ namespace squeal
   }
 
   bool Sweep::solve(const double value, const BranchPoint *before, BranchPoint &point,
-                    const bool fully)
+                    const Scope scope, const bool fully)
   {
-    EigenSolution found = fully ? tracker.solve_fully(study.parameters_at({value}))
-                                : tracker.solve(study.parameters_at({value}));
+    EigenSolution found = fully ? tracker.solve_fully(study.parameters_at({value}), scope)
+                                : tracker.solve(study.parameters_at({value}), scope);
     point.value         = value;
     point.modes         = std::move(found.modes);
     point.reuse         = std::move(found.reuse);
     point.rows          = tracker.analyse(point.modes);
-    bool certain        = true;
+    if (found.proof.lacks_growing)
+      log.line("  At " + number(value) + ": " + lacking_growth);
+    bool certain = true;
     if (before)
       certain = tracker.continue_branches(*before, point);
     return certain;
@@ -93,17 +97,50 @@ namespace squeal
     }
   }
 
-  BranchPoint Sweep::advance(const BranchPoint &from, const double value,
-                             const unsigned int n_halvings)
+  bool Sweep::grows_beyond_disc(const Complex &lambda) const
+  {
+    return squeal::grows_beyond_disc(lambda, study.options.max_imaginary);
+  }
+
+  std::vector<unsigned int> Sweep::divergent_in_disc(const BranchPoint &point) const
+  {
+    std::vector<unsigned int> modes = divergent_modes(point.modes);
+    modes.erase(std::remove_if(modes.begin(), modes.end(),
+                               [&](const unsigned int j)
+                               { return grows_beyond_disc(point.modes.lambda[j]); }),
+                modes.end());
+    return modes;
+  }
+
+  BranchPoint Sweep::advance(const BranchPoint &from, const double value, const Scope scope,
+                             const unsigned int n_halvings, std::optional<BranchPoint> known)
   {
     if (!keeps_mesh)
       return advance_on_new_mesh(from, value);
     BranchPoint to;
-    const bool certain = solve(value, &from, to, n_halvings == 0 && is_state_old());
+    bool certain = false;
+    if (known)
+    {
+      to = std::move(*known);
+      tracker.assemble(study.parameters_at({value}));
+      certain = tracker.continue_branches(from, to);
+    }
+    else
+      certain = solve(value, &from, to, scope, n_halvings == 0 && is_state_old());
     if (!certain && n_halvings < max_halvings && is_allowed((from.value + value) / 2))
     {
-      const BranchPoint middle = advance(from, (from.value + value) / 2, n_halvings + 1);
-      return advance(middle, value, n_halvings + 1);
+      const BranchPoint middle =
+          advance(from, (from.value + value) / 2, Scope::disc, n_halvings + 1);
+      if (!tracker.is_whole(to.modes))
+        return advance(middle, value, scope, n_halvings + 1);
+      const std::vector<unsigned int> straight = to.branches;
+      to = advance(middle, value, scope, n_halvings + 1, std::move(to));
+      // The way by the middle leads through the disc only.
+      for (unsigned int j = 0; j < straight.size(); ++j)
+        if (grows_beyond_disc(to.modes.lambda[j]) && straight[j] < from.n_branches &&
+            index_of(to, straight[j]) < 0)
+          to.branches[j] = straight[j];
+      return to;
     }
     if (!certain)
       log.line(
@@ -119,7 +156,7 @@ namespace squeal
   {
     BranchPoint to;
     make_mesh(value);
-    solve(value, nullptr, to);
+    solve(value, nullptr, to, Scope::window);
     const RowRange &old_rows = from.modes.right.row_range(), &new_rows = to.modes.right.row_range();
     int same = old_rows.begin == new_rows.begin && old_rows.end == new_rows.end &&
                old_rows.size == new_rows.size;
@@ -222,7 +259,7 @@ namespace squeal
     }
     if (!keeps_mesh)
       make_mesh(point.value);
-    EigenSolution found = tracker.solve_fully(study.parameters_at({point.value}));
+    EigenSolution found = tracker.solve_fully(study.parameters_at({point.value}), Scope::window);
     point.modes         = std::move(found.modes);
     point.rows          = tracker.analyse(point.modes);
     if (point.modes.lambda.size() != point.branches.size())
@@ -264,7 +301,7 @@ namespace squeal
       {
         if (!keeps_mesh)
           make_mesh(values[0]);
-        solve(values[0], nullptr, last);
+        solve(values[0], nullptr, last, Scope::window);
         last.n_branches = last.modes.lambda.size();
         for (unsigned int j = 0; j < last.n_branches; ++j)
           last.branches.push_back(j);
@@ -274,7 +311,7 @@ namespace squeal
       }
       else
       {
-        BranchPoint next = advance(last, values[k], 0);
+        BranchPoint next = advance(last, values[k], Scope::window);
         last             = std::move(next);
       }
       write(last);
@@ -331,16 +368,20 @@ namespace squeal
       if (at < 0)
         continue;
       const Complex a = from.modes.lambda[i], b = to.modes.lambda[at];
+      if (grows_beyond_disc(a) || grows_beyond_disc(b)) // steps in between would not see it
+        continue;
       // A mode that has become real by passing zero is a divergence.
       const bool became_real =
           (a.imag() == 0) != (b.imag() == 0) &&
-          (divergent_modes(from.modes).size() + divergent_modes(to.modes).size()) % 2 == 1;
+          (divergent_in_disc(from).size() + divergent_in_disc(to).size()) % 2 == 1;
       if (!study.is_marginal(a) && !study.is_marginal(b) && a.real() * b.real() < 0 && !became_real)
         report(onset(from, to, from.branches[i]));
       for (unsigned int k = i + 1; k < from.branches.size(); ++k)
       {
         const int at_k = index_of(to, from.branches[k]);
         if (at_k < 0)
+          continue;
+        if (grows_beyond_disc(from.modes.lambda[k]) || grows_beyond_disc(to.modes.lambda[at_k]))
           continue;
         const Complex before = squared_half_difference(a, from.modes.lambda[k]),
                       after  = squared_half_difference(b, to.modes.lambda[at_k]);
@@ -385,8 +426,7 @@ namespace squeal
 
   void Sweep::find_divergence(const BranchPoint &from, const BranchPoint &to)
   {
-    const std::vector<unsigned int> before = divergent_modes(from.modes),
-                                    after  = divergent_modes(to.modes);
+    const std::vector<unsigned int> before = divergent_in_disc(from), after = divergent_in_disc(to);
     // Two at a time are born by a pair of growing modes that becomes real, or leave like that.
     if ((before.size() + after.size()) % 2 == 0)
       return;

@@ -253,6 +253,26 @@ namespace squeal
       return result;
     }
 
+    /// Eigenvalues farther out, or not converged, that are nearly converged.
+    std::vector<Complex> not_given(const std::vector<RitzPair> &ritz, const SearchRegion &region,
+                                   const double given)
+    {
+      constexpr double nearly = 0.1; // of their residuals
+      std::vector<Complex> result;
+      for (const auto &[pair, residual] : ritz)
+        if (residual <= nearly && (region.distance(pair.lambda) > 1 || residual > given))
+          result.push_back(pair.lambda);
+      return result;
+    }
+
+    std::vector<RitzPair> converged(std::vector<RitzPair> ritz, const double tolerance)
+    {
+      ritz.erase(std::remove_if(ritz.begin(), ritz.end(),
+                                [&](const RitzPair &pair) { return pair.residual > tolerance; }),
+                 ritz.end());
+      return ritz;
+    }
+
     EigenPairs select_pairs(const Arnoldi &arnoldi, const std::vector<RitzPair> &ritz,
                             const BlockSearchOptions &options)
     {
@@ -285,7 +305,9 @@ namespace squeal
     EigenSolution result;
     const unsigned int per_mode = quadratic ? 2 : 1;
     unsigned int next_check     = per_mode * (3 * options.n_expected / 2 + 2 * options.block_size);
-    const unsigned int largest  = per_mode * (20 * options.n_expected + 40 * options.block_size);
+    const unsigned int largest =
+        options.most_vectors > 0 ? options.most_vectors
+                                 : per_mode * (20 * options.n_expected + 40 * options.block_size);
     constexpr unsigned int none = std::numeric_limits<unsigned int>::max() / 4;
     unsigned int done_since     = none;
     for (;;)
@@ -295,7 +317,9 @@ namespace squeal
       const unsigned int m = arnoldi.n_columns();
       if (m < next_check && arnoldi.n_new() > 0)
         continue;
-      next_check                       = m + 2 * options.block_size;
+      // A search that may fail is checked seldom: its Ritz values cost as much as its vectors.
+      next_check = m + (options.most_vectors > 0 ? std::max(2 * options.block_size, m / 3)
+                                                 : 2 * options.block_size);
       const std::vector<RitzPair> ritz = ritz_pairs(arnoldi.hessenberg(), shift_invert, quadratic,
                                                     options.region, std::max(1.05, options.reach));
       unsigned int n_inside = 0, n_converged = 0;
@@ -321,10 +345,19 @@ namespace squeal
       // Friction may have moved a mode out of the disc: fewer than expected are all if a space half
       // as large again shows no more.
       done_since = done ? std::min(done_since, m) : none;
-      if ((done && (n_inside >= options.n_expected || 2 * m >= 3 * done_since)) ||
-          arnoldi.n_new() == 0)
+      const bool is_complete =
+          (done && (n_inside >= options.n_expected || 2 * m >= 3 * done_since)) ||
+          arnoldi.n_new() == 0;
+      const bool is_partial = !is_complete && options.most_vectors > 0 && m >= largest;
+      if (is_complete || is_partial)
       {
-        result.modes = select_pairs(arnoldi, ritz, options);
+        result.modes =
+            select_pairs(arnoldi, is_partial ? converged(ritz, options.tolerance) : ritz, options);
+        constexpr double everywhere = std::numeric_limits<double>::infinity();
+        if (options.region.is_disc())
+          result.proof.ritz_values_beyond = not_given(
+              ritz_pairs(arnoldi.hessenberg(), shift_invert, quadratic, options.region, everywhere),
+              options.region, is_partial ? options.tolerance : everywhere);
         break;
       }
       if (m >= largest)

@@ -62,6 +62,13 @@ namespace squeal
     problem.compliant           = compliant;
     problem.reference_name      = reference_name;
     problem.may_move_rigidly    = may_move_rigidly;
+
+    const std::vector<Term> of_velocity = of_order(1);
+    problem.may_excite                  = std::any_of(of_velocity.begin(), of_velocity.end(),
+                                                      [](const Term &term) {
+                                       return term.origin == Origin::falling_friction ||
+                                              term.origin == Origin::velocity;
+                                     });
     return problem;
   }
 

@@ -1,7 +1,9 @@
 #include <squeal/base/stopwatch.h>
+#include <squeal/base/text.h>
 #include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/block_krylov.h>
 #include <squeal/eigen/eigensolvers.h>
+#include <squeal/eigen/growth_search.h>
 #include <squeal/eigen/inertia_count.h>
 #include <squeal/eigen/interval_search.h>
 #include <squeal/eigen/left_vectors.h>
@@ -53,7 +55,8 @@ namespace squeal
 
     bool is_wanted(const EigensolverOptions &options, const Complex &l)
     {
-      return l.imag() >= options.min_imaginary && l.imag() <= options.max_imaginary;
+      return l.imag() >= options.min_imaginary * (1 - rounding_of_window) &&
+             l.imag() <= options.max_imaginary * (1 + rounding_of_window);
     }
 
     /// Leaves the modes of the window, sorted and normalised; zero eigenvalues are counted.
@@ -66,7 +69,7 @@ namespace squeal
       for (const unsigned int j : order_of_modes(lambda))
         if (std::abs(lambda[j]) <= rigid_body_limit(options.max_imaginary))
           ++n_zero;
-        else if (is_wanted(options, lambda[j]) && (lambda[j].imag() > 0 || lambda[j].real() > 0))
+        else if (is_wanted(options, lambda[j]) && !is_overdamped(lambda[j]))
           inside.push_back(j); // real eigenvalues only if they diverge
       solution.proof.n_rigid_body_modes += n_zero / 2;
       solution.modes = solution.modes.select(inside);
@@ -114,6 +117,23 @@ namespace squeal
           return region.contains(l) && std::abs(l) > rigid_body_limit(options.max_imaginary);
         }
       };
+      static BlockSearchOptions search_options(const Task &task, const unsigned int seed)
+      {
+        BlockSearchOptions options;
+        options.region        = task.region;
+        options.max_imaginary = task.options.max_imaginary;
+        options.tolerance     = std::min(1e-11, 1e-2 * task.options.tolerance);
+        options.n_expected    = task.n_expected + task.n_rigid;
+        options.seed          = seed;
+        return options;
+      }
+      static void add_left_by_block_search(const Task &task, EigenSolution &solution)
+      {
+        BlockSearchOptions options = search_options(task, 2);
+        options.tolerance          = 1e-8; // of vectors: their eigenvalues are known
+        options.n_expected         = solution.modes.size() + task.n_rigid;
+        search_left_vectors(task.problem, task.shift_invert(true), options, task.options, solution);
+      }
       /// Finds the eigenvalues of the region (proof.eigenvalues) and either the wanted modes or a
       /// space that has them (reuse.search_space).
       virtual EigenSolution search(const Task &task, unsigned int seed) const = 0;
@@ -156,6 +176,10 @@ namespace squeal
       /// @p start becomes what spans the vectors found, to be refined if need be.
       EigenSolution search_all(const Task &task, MultiVector &start) const;
 
+      /// Adds modes of the window that grow outside of the disc, and tells what is known of them.
+      /// Returns whether there are signs of them.
+      static bool look_for_growth_beyond(const Task &task, EigenSolution &solution);
+
       mutable RememberedCounts count_reference;
     };
 
@@ -168,14 +192,30 @@ namespace squeal
                                       std::hypot(task.radius(), task.shift),
                                       2 * (task.n_expected + task.n_rigid) + 4, seed, task.options);
         EigenSolution result;
+        std::copy_if(found.lambda.begin(), found.lambda.end(),
+                     std::back_inserter(result.proof.ritz_values_beyond),
+                     [&](const Complex &l) { return !task.region.contains(l); });
         result.proof.eigenvalues  = std::move(found.lambda);
         result.reuse.search_space = found.right.real_span();
+        std::vector<unsigned int> inside;
+        for (unsigned int j = 0; j < found.size(); ++j)
+          if (const Complex l = result.proof.eigenvalues[j]; task.in_region(l) && !is_overdamped(l))
+            inside.push_back(j);
+        found.lambda = result.proof.eigenvalues;
+        result.modes = found.select(inside);
         return result;
       }
       void add_left(const Task &task, EigenSolution &solution) const override
       {
-        add_left_vectors(task.problem, task.shift_invert(true), task.radius(), task.options,
-                         solution);
+        try
+        {
+          add_left_vectors(task.problem, task.shift_invert(true), task.radius(), task.options,
+                           solution);
+        }
+        catch (const SolverError &) // damping too strong for a space without it
+        {
+          add_left_by_block_search(task, solution);
+        }
       }
     };
 
@@ -183,16 +223,6 @@ namespace squeal
     /// few.
     class BlockKrylov : public ShiftInvertSolver
     {
-      static BlockSearchOptions search_options(const Task &task, const unsigned int seed)
-      {
-        BlockSearchOptions options;
-        options.region        = task.region;
-        options.max_imaginary = task.options.max_imaginary;
-        options.tolerance     = std::min(1e-11, 1e-2 * task.options.tolerance);
-        options.n_expected    = task.n_expected + task.n_rigid;
-        options.seed          = seed;
-        return options;
-      }
       /// In a window velocity terms are no part of the factors.
       static EigenSolution search_with_velocity_terms(const Task &task, const unsigned int seed)
       {
@@ -225,10 +255,7 @@ namespace squeal
       }
       void add_left(const Task &task, EigenSolution &solution) const override
       {
-        BlockSearchOptions options = search_options(task, 2);
-        options.tolerance          = 1e-8; // of vectors: their eigenvalues are known
-        options.n_expected         = solution.modes.size() + task.n_rigid;
-        search_left_vectors(task.problem, task.shift_invert(true), options, task.options, solution);
+        add_left_by_block_search(task, solution);
       }
       bool searches_windows() const override
       {
@@ -273,7 +300,8 @@ namespace squeal
       {
         const std::vector<Complex> &lambda = solution.proof.eigenvalues;
         return std::count_if(lambda.begin(), lambda.end(),
-                             [&](const Complex &l) { return task.in_region(l) && l.imag() > 0; });
+                             [&](const Complex &l)
+                             { return task.in_region(l) && l.imag() > 0 && !is_overdamped(l); });
       };
       // Friction and damping move eigenvalues, so near the rim the numbers of the problem and of
       // its reference may differ without anything missing: then an independent search from another
@@ -364,10 +392,13 @@ namespace squeal
       EigenPairs &modes      = solution.modes;
       std::vector<Complex> inside;
       for (const Complex &l : solution.proof.eigenvalues)
-        if (task.in_region(l))
+        if (task.in_region(l) && !is_overdamped(l))
           inside.push_back(l);
       if (inside.empty() || (!is_disc && modes.empty()))
+      {
+        modes       = {};
         modes.right = ComplexMultiVector(problem.rows, 0);
+      }
       else if (!is_accurate(problem, options, modes))
       {
         if (!is_disc)
@@ -398,11 +429,38 @@ namespace squeal
         solution.reuse.disc_left     = modes.left.real_span();
         solution.reuse.n_reference   = solution.proof.n_reference;
         solution.reuse.disc_lambda   = modes.lambda;
+        solution.reuse.clearance     = clearance_of(solution.proof, options.max_imaginary);
       }
       else
         solution.reuse = {};
+      if (is_disc && options.looks_beyond_disc)
+        solution.reuse.has_no_growth_beyond = !look_for_growth_beyond(task, solution);
       restrict_to_window(problem, options, solution);
       return solution;
+    }
+
+    bool ShiftInvertSolver::look_for_growth_beyond(const Task &task, EigenSolution &solution)
+    {
+      Stopwatch watch;
+      EigenSolution::Proof &proof = solution.proof;
+      const unsigned int n_found  = std::count_if(
+           proof.eigenvalues.begin(), proof.eigenvalues.end(),
+           [&](const Complex &l) { return task.in_region(l) && l.imag() > 0 && !is_overdamped(l); });
+      const GrowthSigns signs =
+          signs_of_growth(task.problem, task.options, n_found == task.n_expected, proof);
+      if (signs.any())
+      {
+        const EigenSolution beyond = search_growth_beyond(task.problem, task.options, signs);
+        if (!beyond.modes.empty())
+          solution.modes.append(beyond.modes);
+        proof.beyond        = beyond.proof.beyond;
+        proof.lacks_growing = beyond.proof.lacks_growing;
+        solution.cost.n_solves += beyond.cost.n_solves;
+      }
+      else
+        proof.beyond = "no sign of modes that grow outside of that disc";
+      solution.cost.seconds.right += watch.lap();
+      return signs.any();
     }
 
     /// LAPACK on the whole problem; the oracle of the other solvers.
@@ -419,19 +477,29 @@ namespace squeal
                                 ".",
                             {Failure::too_large_for_dense});
         // Every rank solves the whole problem: the basis of the projection is the identity.
-        MultiVector identity(problem.rows, problem.rows.size);
-        for (unsigned int row = problem.rows.begin; row < problem.rows.end; ++row)
-          identity.column(row)[row - problem.rows.begin] = 1;
+        const MultiVector identity = identity_columns(problem.rows);
         const double radius        = search_radius(options.max_imaginary);
         const unsigned int n_rigid = count_rigid_body_modes(problem, options);
         const double shift         = shift_of(options, n_rigid > 0);
         options.progress("  dense: " + std::to_string(problem.rows.size) + " unknowns");
-        const EigenPairs pairs = rayleigh_ritz(problem, identity, identity, radius, shift);
+        const auto is_listed = [&](const Complex &l, const double margin) {
+          return std::abs(l) <= margin * radius ||
+                 grows_beyond_disc(l / margin, options.max_imaginary);
+        };
+        const EigenPairs pairs = finite_pairs(
+            problem, rayleigh_ritz(problem, identity, identity, radius, shift,
+                                   [&](const Complex &l) {
+                                     return is_listed(l, 1) ||
+                                            (is_wanted(options, l) && !is_overdamped(l));
+                                   }));
         // Rounding decides how many of the defective zeros of a free body have Im l >= 0, in the
         // transposed problem anew: they are counted and left out.
         std::vector<unsigned int> moving;
+        unsigned int n_decaying_beyond = 0;
         for (unsigned int j = 0; j < pairs.size(); ++j)
-          if (std::abs(pairs.lambda[j]) > rigid_body_limit(options.max_imaginary))
+          if (!is_listed(pairs.lambda[j], 1))
+            ++n_decaying_beyond;
+          else if (std::abs(pairs.lambda[j]) > rigid_body_limit(options.max_imaginary))
             moving.push_back(j);
         EigenSolution solution;
         EigenPairs &modes    = solution.modes;
@@ -439,11 +507,18 @@ namespace squeal
         modes.backward_error = BackwardError(problem)(modes);
         for (const double error : modes.backward_error)
           if (error > options.tolerance)
-            throw SolverError("The dense solver's backward error is " + std::to_string(error) + ".",
+            throw SolverError(text_of("The dense solver's backward error is ", error, "."),
                               {Failure::dense_inaccurate});
         solution.proof.n_rigid_body_modes = n_rigid;
-        solution.proof.completeness       = "all eigenvalues were computed";
-        add_left_vectors(problem, identity, shift, radius, modes);
+        solution.proof.completeness =
+            text_of("all eigenvalues were computed; listed are those with |l| <= 2 pi ",
+                    radius / (2 * M_PI), " Hz and all that grow");
+        if (n_decaying_beyond > 0)
+          solution.proof.completeness +=
+              text_of(", not ", n_decaying_beyond, " of the window that decay outside");
+        // A little further: rounding must not lose a partner at the rim.
+        add_left_vectors(problem, identity, shift, radius, modes,
+                         [&](const Complex &l) { return is_listed(l, 1 + 1e-6); });
         restrict_to_window(problem, options, solution);
         return solution;
       }

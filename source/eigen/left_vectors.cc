@@ -244,11 +244,11 @@ namespace squeal
   }
 
   void add_left_vectors(const QuadraticEigenproblem &problem, const MultiVector &basis,
-                        const double shift, const double radius, EigenPairs &modes)
+                        const double shift, const double radius, EigenPairs &modes,
+                        const std::function<bool(const Complex &)> &is_wanted)
   {
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
-    // A little further: rounding must not lose a partner at the rim.
-    EigenPairs pairs     = rayleigh_ritz(adjoint, basis, basis, radius * (1 + 1e-6), shift);
+    EigenPairs pairs     = rayleigh_ritz(adjoint, basis, basis, radius, shift, is_wanted);
     pairs.backward_error = BackwardError(adjoint)(pairs);
     attach_nearest(problem, pairs, modes);
   }

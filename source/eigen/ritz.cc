@@ -19,7 +19,8 @@ namespace squeal
   } // namespace
 
   EigenPairs rayleigh_ritz(const QuadraticEigenproblem &problem, const MultiVector &trial,
-                           const MultiVector &test, const double radius, const double shift)
+                           const MultiVector &test, const double radius, const double shift,
+                           const std::function<bool(const Complex &)> &is_wanted)
   {
     const unsigned int n = trial.n_columns();
     const auto project   = [&](const Matrix &matrix)
@@ -33,7 +34,7 @@ namespace squeal
     EigenPairs pairs;
     std::vector<double> c_re, c_im;
     for (const DensePair &pair : all)
-      if (std::abs(pair.lambda) <= radius)
+      if (is_wanted ? is_wanted(pair.lambda) : std::abs(pair.lambda) <= radius)
       {
         pairs.lambda.push_back(pair.lambda);
         for (const Complex &c : pair.vector)
@@ -45,6 +46,14 @@ namespace squeal
     pairs.right.re = combine(trial, c_re, pairs.lambda.size());
     pairs.right.im = combine(trial, c_im, pairs.lambda.size());
     return pairs;
+  }
+
+  MultiVector identity_columns(const RowRange &rows)
+  {
+    MultiVector identity(rows, rows.size);
+    for (unsigned int row = rows.begin; row < rows.end; ++row)
+      identity.column(row)[row - rows.begin] = 1;
+    return identity;
   }
 
   MultiVector krylov_basis(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
@@ -94,13 +103,16 @@ namespace squeal
                                        radius, shift_invert.shift);
 
       // Zero eigenvalues of free bodies are defective and never accurate; they are counted, not
-      // refined. Of known eigenvalues only the partners are wanted.
+      // refined. Overdamped modes crowd, and nobody wants them. Of known eigenvalues only the
+      // partners are wanted.
       std::vector<unsigned int> order;
       if (known)
         order = nearest_partners(previous, pairs.lambda);
       else
         for (unsigned int j = 0; j < pairs.lambda.size(); ++j)
-          if (std::abs(pairs.lambda[j]) > rigid_body_limit(options.max_imaginary))
+          if (const Complex l = pairs.lambda[j];
+              std::abs(l) > rigid_body_limit(options.max_imaginary) &&
+              (l.real() > 0 || !is_nearly_real(l)))
             order.push_back(j);
       pairs = pairs.select(order);
       n_solves += 2 * pairs.lambda.size();

@@ -106,6 +106,8 @@ namespace squeal
       contributions_csv.add(contributions_fields(cycle, part));
 
     log.line("Completeness: " + found.proof.completeness + ".");
+    if (!found.proof.beyond.empty())
+      log.line("Growth beyond: " + found.proof.beyond + ".");
     if (const auto &seconds = found.cost.seconds; seconds.factorization > 0)
       log.line(formatted("Eigenproblem, processor seconds: counting %.2f, factorisation %.2f, "
                          "right vectors %.2f, left vectors %.2f, error bars %.2f; %u right-hand "
@@ -127,6 +129,8 @@ namespace squeal
     }
     log.line(text_of("\n", table.rows.size(), " modes ", window_of(prm.eigenproblem), ", ",
                      n_unstable, " unstable (marked >), ", n_undecided, " undecided."));
+    if (found.proof.lacks_growing)
+      log.line(lacking_growth);
     if (prm.eigenproblem.minimum_frequency > 0)
       log.line(
           "The window leaves out zero frequency: nothing is said about divergence, and nothing "

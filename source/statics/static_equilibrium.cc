@@ -176,7 +176,8 @@ namespace squeal
       text << " Friction amplifies contact pressure with the gain " << gain
            << (gain >= 1 ? ": the brake is self-locking (gain of 1 and more), no steady sliding "
                            "holds the load."
-                         : " (1: self-locking).")
+                         : " (1: self-locking). Check first that the loads press the bodies "
+                           "together.")
            << " Try a smaller friction coefficient, or a pad with a shorter lever arm between its "
               "face and its support.";
       return text.str();

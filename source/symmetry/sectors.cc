@@ -42,6 +42,8 @@ namespace squeal
       broadcast(modes.left_backward_error, root, all);
       broadcast(modes.condition, root, all);
       broadcast(half.proof.completeness, root, all);
+      broadcast(half.proof.beyond, root, all);
+      broadcast(&half.proof.lacks_growing, 1, root, all);
       broadcast(&half.proof.n_reference, 1, root, all);
       broadcast(&half.proof.n_rigid_body_modes, 1, root, all);
       broadcast(&half.cost, 1, root, all);
@@ -63,6 +65,10 @@ namespace squeal
       proof.completeness +=
           (proof.completeness.empty() ? "" : "; ") + std::string(name_of(sector.parity())) + ", " +
           std::to_string(sector.row_range().size) + " unknowns: " + half.proof.completeness;
+      if (!half.proof.beyond.empty())
+        proof.beyond += (proof.beyond.empty() ? "" : "; ") + std::string(name_of(sector.parity())) +
+                        ": " + half.proof.beyond;
+      proof.lacks_growing |= half.proof.lacks_growing;
       proof.n_reference += half.proof.n_reference;
       proof.n_rigid_body_modes += half.proof.n_rigid_body_modes;
       EigenSolution::Cost &cost = whole.cost;
@@ -84,16 +90,20 @@ namespace squeal
     {
       const std::vector<double> counted =
           solver.counted_frequencies(options, equations.may_move_rigidly);
+      bool can_reuse = true;
       for (const Sector &sector : sectors.all(equations.rows))
       {
         auto half = std::make_shared<EigenSolution>(
             solver.solve(sector.parity_space().restrict(equations, counted), options));
         append(sector, *half, false, whole);
+        can_reuse &= !half->reuse.empty();
         if (options.keep_factors)
           whole.reuse.sectors.push_back(half);
         half.reset();
         return_freed_memory();
       }
+      if (!can_reuse)
+        whole.reuse = {};
     }
 
     /// A number that the ranks of one group find and those of another ask for later. It is sent in

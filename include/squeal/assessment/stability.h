@@ -65,6 +65,10 @@ namespace squeal
   /// rounded matrices, times its condition number.
   double algebraic_error(std::complex<double> lambda, double backward_error, double condition);
 
+  /// No eigenvalue is known better than to this part of it: rounding of sums of some thousand
+  /// terms.
+  constexpr double smallest_tolerance = 1e-12;
+
   /// The verdict on an eigenvalue that the solver knows to the relative error @p tolerance and
   /// whose growth rate discretisation or conditioning bound to @p growth_rate_error, 1/s: undecided
   /// where that straddles zero, marginal where both errors are rounding.

@@ -26,7 +26,8 @@ namespace squeal
   /// without a predecessor begins a new branch.
   ///
   /// Returns whether every continuation is beyond doubt: an overlap above 0.8 and no second one
-  /// above half of it. Modes in the uppermost hundredth of the window may come and go.
+  /// above half of it. Modes in the uppermost hundredth of the window or outside of the search disc
+  /// may come and go.
   bool continue_branches(const QuadraticEigenproblem &problem, const BranchPoint &before,
                          double max_imaginary, BranchPoint &next);
   /// @p form is biorthogonality() of the modes.

@@ -20,11 +20,18 @@ namespace squeal
     /// Another model with a mesh of its own. The old expansion point is forgotten.
     void set_model(Model &model);
 
+    /// What is to be found: all modes of the window, or for steps on the way to such a value only
+    /// those in the search disc, without what grows outside (growth_search.h).
+    enum class Scope
+    {
+      window,
+      disc
+    };
     /// Assembles the model and solves. Throws SolverError, InputError.
-    EigenSolution solve(const Parameters::All &parameters);
+    EigenSolution solve(const Parameters::All &parameters, Scope scope = Scope::window);
     /// The same without projection; the result depends on the parameters only, not on what was
     /// solved before.
-    EigenSolution solve_fully(const Parameters::All &parameters);
+    EigenSolution solve_fully(const Parameters::All &parameters, Scope scope = Scope::window);
     /// Makes a full solution for these parameters the expansion point. Modes in coordinates become
     /// invalid.
     void set_expansion_point(const Parameters::All &parameters,
@@ -63,7 +70,11 @@ namespace squeal
     }
     EigenPairs whole(const EigenPairs &modes) const
     {
-      return is_whole(modes) ? modes : reduced.expand(modes);
+      if (is_whole(modes))
+        return modes;
+      EigenPairs result = reduced.expand(modes);
+      turn_to_real(result); // a projection leaves any phase; real modes are to have real vectors
+      return result;
     }
 
     /// The functions of stability.h and branches.h, for modes of the last solution.

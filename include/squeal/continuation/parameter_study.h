@@ -67,7 +67,8 @@ namespace squeal
     /// Whether Re l is zero up to the accuracy of the solver.
     bool is_marginal(const std::complex<double> lambda) const
     {
-      return std::abs(lambda.real()) <= 10 * options.tolerance * std::abs(lambda);
+      return std::abs(lambda.real()) <=
+             10 * std::max(options.tolerance, smallest_tolerance) * std::abs(lambda);
     }
 
     /// The numbers of the modes nearest to the eigenvalues expected. Throws SolverError if there

@@ -36,10 +36,11 @@ namespace squeal
     /// Sets Q, P and M by their orders, Q first; P may be empty.
     void set_terms(unsigned int order, const DenseMatrix &projected);
 
-    /// All right and left pairs of the disc, in the same order, by LAPACK.
+    /// All right and left pairs of the disc but overdamped ones, in the same order, by LAPACK.
+    /// Throws SingularMatrix where an eigenvalue is zero.
     void solve_densely(ReducedPairs &x, ReducedPairs &y) const;
     /// The pairs near given ones, of this or a smaller dimension, by two-sided Rayleigh quotient
-    /// iteration; false if some do not converge.
+    /// iteration; false if some do not converge, leave the disc or become overdamped.
     bool improve(ReducedPairs &x, ReducedPairs &y) const;
 
   private:

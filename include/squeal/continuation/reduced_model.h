@@ -65,7 +65,9 @@ namespace squeal
     {
       // ReducedPairs with the same contacts tell more of those to come.
       const bool is_steady = n_steady >= most_recent;
-      return !recent.empty() && dimension() > (is_steady ? 56 + 6 * n_disc : 106 + 9 * n_disc);
+      // Overdamped modes are in V, but not in what the last solutions span.
+      return !has_overdamped && !recent.empty() &&
+             dimension() > (is_steady ? 56 + 6 * n_disc : 106 + 9 * n_disc);
     }
     /// Makes V and W anew of what the last solutions span: the parameters' path is smooth, and what
     /// has been learnt far back on it is of no more use. Modes in coordinates become invalid.
@@ -182,6 +184,9 @@ namespace squeal
                             const std::vector<unsigned int> &which) const;
     /// Enlarges V by the corrections of pairs that fail; false if there is nothing new in them.
     bool enrich(const MultiVector &residuals, const ReducedPairs &x);
+    std::optional<EigenPairs> solve_by_projection(const std::vector<Term> &terms);
+    /// Whether the disc has no more modes than those that are followed, as far as V shows.
+    bool has_number_of_expansion_point() const;
     void add_openings();
     /// The first summands of the responses to gaps at these interface rows.
     void add_responses(const std::vector<unsigned int> &added, unsigned int n_summands);
@@ -196,7 +201,11 @@ namespace squeal
     RowRange rows;
     unsigned int n_local_constraints = 0;
     std::shared_ptr<const Factorization> factors;
-    unsigned int n_disc = 0; ///< modes of the expansion point in the disc
+    /// Modes of the expansion point in the disc, but for overdamped ones
+    unsigned int n_disc = 0;
+    /// Whether there are overdamped ones, too: two of them may become a pair, or one may grow. Then
+    /// all of the projected problem are counted, which V must hold.
+    bool has_overdamped = false, has_others = false; ///< another one has been seen
 
     unsigned int n_real_at_expansion = 0; ///< eigenvalues of the disc
     std::vector<Term> expansion_terms;

@@ -30,6 +30,11 @@ namespace squeal
     void keep_apart(const std::vector<double> &varying_terms);
 
     bool has_expansion_point() const;
+    /// Whether nothing grows outside of the disc at the expansion point, as far as there are signs.
+    bool has_no_growth_beyond() const
+    {
+      return no_growth_beyond;
+    }
     /// x = Q^{-1} b of the expansion point, or of the terms of renew_inverse() for a symmetric b;
     /// empty without. To be used before the next expansion point.
     LinearOperator inverse() const
@@ -51,7 +56,8 @@ namespace squeal
     /// expansion point. False also if the terms have lost the symmetry.
     bool has_count_of_expansion_point(const std::vector<Term> &terms);
 
-    /// As those of ReducedModel.
+    /// As those of ReducedModel. Nothing either where forces have changed by more than the
+    /// expansion point's clearance: then strongly damped modes may have come into the disc.
     std::optional<EigenPairs> solve(const std::vector<Term> &terms);
     bool is_crowded() const;
     /// Gives these modes of the last solution in the new coordinates.
@@ -95,9 +101,18 @@ namespace squeal
     /// Vectors of a part in so many coordinates that those of all parts have room.
     ComplexMultiVector in_all_coordinates(const ComplexMultiVector &of_part) const;
 
+    /// The sizes of what makes modes overdamped, by origin and order.
+    using Strengths = std::map<std::pair<Origin, unsigned int>, double>;
+    Strengths strengths_of(const std::vector<Term> &terms);
+    bool is_within_clearance(const std::vector<Term> &terms);
+
     EigensolverOptions options;
     Sectors sectors;
     RowRange whole;
+    Strengths expansion_strengths;
+    double clearance      = 1;
+    bool no_growth_beyond = false;
+    std::map<std::shared_ptr<const Matrix>, double> matrix_norms; ///< of the last terms
     std::vector<Part> parts;
     std::array<double, 3> norms{}; ///< of the expansion point's matrices by order
     mutable unsigned int n_inverse_ = 0;

@@ -72,7 +72,7 @@ namespace squeal
     /// edge, or -1.
     int clip(const Position &from, Position &to) const;
 
-    void set_expansion_point(const Position &at);
+    void set_expansion_point(const Position &at, ModeTracker::Scope scope);
     Evaluation evaluate(const Position &at, std::complex<double> expected);
     Evaluation evaluate(const Position &at, const StaticInstability &instability);
 

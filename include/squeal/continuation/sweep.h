@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 
 namespace squeal
 {
@@ -43,7 +44,8 @@ namespace squeal
 
     /// Modes, rows and branches at a value; those of @p before, if any, go on. Returns whether they
     /// do without doubt.
-    bool solve(double value, const BranchPoint *before, BranchPoint &point, bool fully = false);
+    bool solve(double value, const BranchPoint *before, BranchPoint &point,
+               ModeTracker::Scope scope, bool fully = false);
     /// Whether so much time has passed since the state was saved that the next value should be
     /// solved in full, from which alone a sweep can be resumed.
     bool is_state_old() const;
@@ -51,8 +53,14 @@ namespace squeal
     /// Whether the rules of the parameters allow a value between two of the sweep: the angular
     /// velocity 0 may be none.
     bool is_allowed(double value);
-    /// From a point to a value: branches continued, critical values in between located.
-    BranchPoint advance(const BranchPoint &from, double value, unsigned int n_halvings);
+    /// From a point to a value: branches continued, critical values in between located. What is
+    /// known of a value that was solved in full is not computed again.
+    BranchPoint advance(const BranchPoint &from, double value, ModeTracker::Scope scope,
+                        unsigned int n_halvings = 0, std::optional<BranchPoint> known = {});
+    /// Whether steps of Scope::disc do not see the mode.
+    bool grows_beyond_disc(const std::complex<double> &lambda) const;
+    /// Numbers of divergent_modes() that all steps see.
+    std::vector<unsigned int> divergent_in_disc(const BranchPoint &point) const;
     BranchPoint advance_on_new_mesh(const BranchPoint &from, double value);
     void write(const BranchPoint &point);
     bool resume(BranchPoint &last, unsigned int &n_done);

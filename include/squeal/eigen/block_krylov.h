@@ -14,6 +14,10 @@ namespace squeal
     unsigned int seed       = 0;
     double reach = 1; ///< return pairs up to this distance(), those beyond the rim as they are
 
+    /// The search ends with so many vectors and gives the pairs that have converged, others as
+    /// proof.ritz_values_beyond; 0: it fails with more than n_expected and block_size make likely.
+    unsigned int most_vectors = 0;
+
     /// Larger blocks make a right-hand side cheaper and need more of them: 4 to 8 are equally fast,
     /// 16 takes 1.4 times as long (a brake of 52 300 unknowns, 25 pairs).
     unsigned int block_size = 6;
@@ -32,7 +36,8 @@ namespace squeal
   /// 2016), half of the memory and of the work of vectors of twice that size.
   ///
   /// Gives all converged right pairs with Im l >= 0 in the region and up to `reach`, U as what may
-  /// be reused, and the number of right-hand sides.
+  /// be reused, the number of right-hand sides, and of a disc what it shows of those outside
+  /// (proof.ritz_values_beyond).
   ///
   /// S does not see the contact pressures. The eigenvectors returned are images S v, with the
   /// pressures that belong to them. Throws SolverError if the space grows too large.

@@ -68,6 +68,13 @@ namespace squeal
       unsigned int n_rigid_body_modes = 0; ///< zero eigenvalues, not listed
       /// All eigenvalues with Im l >= 0 that were found, those of the window and others.
       std::vector<std::complex<double>> eigenvalues;
+      /// What is known of modes of the window that grow outside of the region, as a sentence for
+      /// the log; empty: nothing.
+      std::string beyond;
+      /// Whether there are such modes that were not found: then more grow than are listed.
+      bool lacks_growing = false;
+      /// Ritz values outside of the region that are nearly converged.
+      std::vector<std::complex<double>> ritz_values_beyond;
     } proof;
 
     struct Cost
@@ -89,6 +96,12 @@ namespace squeal
       std::shared_ptr<const Factorization> factorization; ///< of Q
       unsigned int n_reference = 0;                       ///< as in the proof
       std::vector<std::complex<double>> disc_lambda;      ///< all eigenvalues of the disc
+      /// By what factor forces may change before a mode that is strongly damped or grows strongly
+      /// can come into the disc from outside: clearance_of().
+      double clearance = 1;
+      /// Whether modes of the window that grow outside of the disc were looked for without a sign
+      /// of one: else the vectors of the disc lack them.
+      bool has_no_growth_beyond = false;
       /// If the modes were found sector by sector: those of the sectors, in their own vectors.
       std::vector<std::shared_ptr<const EigenSolution>> sectors;
 
@@ -98,6 +111,11 @@ namespace squeal
       }
     } reuse;
   };
+
+  /// What a run says where proof.lacks_growing.
+  constexpr const char *lacking_growth =
+      "Warning, more modes grow than are listed: there are signs of growth outside of the region "
+      "that was searched. The steady state is unstable.";
 
   /// The order of modes: by |Im l|, then by Re l.
   inline bool precedes(const std::complex<double> &a, const std::complex<double> &b)

@@ -91,6 +91,8 @@ namespace squeal
 
     /// Whether zero eigenvalues must be looked for (they rule out a shift of zero).
     bool may_move_rigidly = true;
+    /// Whether velocity terms may feed energy: the symmetric part of P need not be positive.
+    bool may_excite = true;
   };
 
   /// The equations of motion as they are before their terms are summed: the sectors of a symmetric

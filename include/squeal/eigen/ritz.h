@@ -6,9 +6,14 @@ namespace squeal
 {
   /// Rayleigh-Ritz on the span of an orthonormal real basis U, tested with Z: all Ritz pairs
   ///     (l^2 Z^T M U + l Z^T P U + Z^T Q U) c = 0,   x = U c,
-  /// with Im l >= 0 and |l| <= radius.
+  /// with Im l >= 0 and |l| <= radius; or those that are wanted, as accurate as those of the size
+  /// of the radius are.
   EigenPairs rayleigh_ritz(const QuadraticEigenproblem &problem, const MultiVector &trial,
-                           const MultiVector &test, double radius, double shift);
+                           const MultiVector &test, double radius, double shift,
+                           const std::function<bool(const std::complex<double> &)> &is_wanted = {});
+
+  /// The basis of all vectors.
+  MultiVector identity_columns(const RowRange &rows);
 
   /// An orthonormal basis of the block Krylov space of Q(s)^{-1} M from a fixed start block. The
   /// velocity terms, weak in a brake, are left to refine_eigenpairs(). Multipliers are cleared.
@@ -26,9 +31,9 @@ namespace squeal
   /// smooth.
   ///
   /// @p start spans the approximate vectors, @p previous holds their eigenvalues inside the
-  /// radius. Ritz values without a small residual are no eigenvalues and are left out; fewer
-  /// pairs than given are a SolverError. If the eigenvalues are @p known, exactly theirs are looked
-  /// for.
+  /// radius but real ones that decay, which are left out. Ritz values without a small residual are
+  /// no eigenvalues and are left out; fewer pairs than given are a SolverError. If the eigenvalues
+  /// are @p known, exactly theirs are looked for.
   EigenSolution refine_eigenpairs(const QuadraticEigenproblem &problem,
                                   const ShiftInvert &shift_invert, MultiVector start,
                                   std::vector<std::complex<double>> previous, double radius,

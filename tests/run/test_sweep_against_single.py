@@ -1,0 +1,118 @@
+"""Every value of a sweep or map has the modes of a run of its own by LAPACK: their number and their values.
+
+The solver `dense` computes all eigenvalues and knows nothing of neighbouring values, so a mode that a projection lost, kept
+or took for another shows as a difference in number or value. What may come or go on the way: modes that become overdamped
+or oscillate again, that grow without oscillating, that come into the search disc by its sides, contacts that open, friction
+that turns round. Sweeps know an eigenvalue to some hundred times the tolerance of its backward error (test_sweep.py,
+test_long): 1e-10 gives 1e-7 here, near coalescence the root of it.
+"""
+
+import pathlib
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import squeal_testing as st  # noqa: E402
+
+# 156 unknowns
+BRAKE = {
+    "Discretization/Degree": 1,
+    "Discretization/Rotor cells": "2, 8, 1",
+    "Discretization/Pad cells": "1, 2, 1",
+    "Discretization/Clamp layers": 0,
+    "Contact/Steady pressure": "uniform",
+    "Eigenproblem/Maximum frequency": 3000,
+    "Eigenproblem/Error bars": "false",
+    "Eigenproblem/Tolerance": 1e-10,
+    "Output/Fields": "none",
+}
+# Falls so steeply that pads grow by 1e5 1/s without oscillating.
+STEEP = {"Pads/Pressure": 1e7, "Contact/Friction/Law": "falling", "Contact/Friction/Coefficient at speed": 0.1,
+         "Contact/Friction/Decay speed": 0.5}
+AT_REST = {"Stage": "friction", "Operation/Angular velocity": 0}
+FRICTION, SPEED = "Contact/Friction/Coefficient", "Operation/Angular velocity"
+
+
+class AgainstSingleRuns(st.TestCase):
+    def compare(self, settings, parameter, values, tolerance=1e-7):
+        """Returns the modes of the single runs by value."""
+        directory = self.analyse({**settings, "Sweep/Parameter": parameter, "Sweep/Values": ", ".join(map(repr, values))})
+        rows = st.read_table(directory / "sweep.csv")
+        singles = {}
+        for value in values:
+            own = [st.eigenvalue(row) for row in rows if row["parameter"] == value]
+            singles[value] = self.eigenvalues({**settings, parameter: value, "Eigenproblem/Solver": "dense"})
+            with self.subTest(parameter=parameter, value=value):
+                self.assertSameModes(own, singles[value], tolerance)
+        return singles
+
+    def matrices(self, files):
+        """Writes matrices of two rows as files and returns the settings that name them."""
+        for key, entries in files.items():
+            lines = [f"{i} {j} {value!r}" for (i, j), value in entries.items()]
+            self.write(f"{key}.mtx", "\n".join(["%%MatrixMarket matrix coordinate real general",
+                                                f"2 2 {len(entries)}", *lines]) + "\n")
+        return {f"Matrices/{key}": f"{key}.mtx" for key in files}
+
+    def test_speed_through_zero(self):
+        self.compare(BRAKE, SPEED, [-20, -5, 5, 20])
+
+    def test_slow(self):
+        """Friction damping grows like 1/speed: overdamped modes come into the disc, and pairs become overdamped."""
+        found = self.compare(BRAKE, SPEED, [2, 0.5, 0.1, 0.02])
+        self.assertGreater(len({len(modes) for modes in found.values()}), 1)
+
+    def test_steep_falling_friction(self):
+        """Real modes that grow, outside of the disc and inside."""
+        found = self.compare({**BRAKE, **STEEP}, SPEED, [6, 5, 4.2, 4])
+        self.assertEqual([sum(l.imag == 0 for l in found[speed]) > 0 for speed in (6, 5, 4)], [False, False, True])
+
+    def test_creeping(self):
+        self.compare({**BRAKE, **STEEP}, SPEED, [2, 1.9, 1.8])
+
+    def test_coalescence(self):
+        """Two oscillators with the coupling [[11, -3 + 5 p], [-3, 9]]: l^2 = -10 +- sqrt(10 - 15 p), p_c = 2/3; and a brake
+        whose friction is far from it."""
+        files = {"Mass": {(1, 1): 1, (2, 2): 1}, "Stiffness": {(1, 1): 11, (1, 2): -3, (2, 1): -3, (2, 2): 9},
+                 "Circulatory": {(1, 2): 5}}
+        found = self.compare({"Scene": "matrices", "Eigenproblem/Maximum frequency": 1, **self.matrices(files)},
+                             "Matrices/Circulatory factor", [0.5, 0.6, 0.7, 0.8], 1e-9)
+        self.assertEqual([sum(l.real > 1e-3 for l in found[p]) for p in (0.6, 0.7)], [0, 1])
+        self.compare({**BRAKE, **AT_REST, **st.PENALTY}, FRICTION, [0.1, 0.4, 0.8], 1e-6)
+
+    def test_lift_off(self):
+        self.compare({**BRAKE, "Contact/Steady pressure": "computed"}, FRICTION, [0.1, 0.3, 0.5, 0.7])
+
+    def test_strong_damping(self):
+        """Pads from lightly to overdamped."""
+        self.compare(BRAKE, "Pads/Material/Stiffness proportional damping", [1e-6, 1e-5, 1e-4, 1e-3])
+
+    def test_stiffness(self):
+        self.compare(BRAKE, "Pads/Material/Young modulus", [2e9, 3e9, 5e9, 1e10])
+
+    def test_divergence(self):
+        """l^2 = 2 p - 1.0001 and l^2 = -4: a pair meets at zero and leaves as two real eigenvalues, of which one grows."""
+        files = {"Mass": {(1, 1): 1, (2, 2): 1}, "Stiffness": {(1, 1): 1.0001, (2, 2): 4}, "Circulatory": {(1, 1): -2}}
+        found = self.compare({"Scene": "matrices", "Eigenproblem/Maximum frequency": 1, **self.matrices(files)},
+                             "Matrices/Circulatory factor", [0.3, 0.5, 0.6, 0.7], 1e-9)
+        self.assertEqual([len(found[p]) for p in (0.3, 0.7)], [2, 2])
+        self.assertEqual([sum(l.imag == 0 for l in found[p]) for p in (0.3, 0.7)], [0, 1])
+
+    def test_map(self):
+        """Numbers of unstable modes and largest growth rates at the points of a map."""
+        speeds, coefficients = [5, 15], [0.2, 0.45, 0.7]
+        directory = self.analyse({**BRAKE, "Sweep/Parameter": FRICTION, "Sweep/Values": str(coefficients)[1:-1],
+                                  "Sweep/Second parameter": SPEED, "Sweep/Second values": str(speeds)[1:-1]})
+        points = st.read_table(directory / "map.csv")
+        self.assertEqual(len(points), 6)
+        for point in points:
+            mu, speed = list(point.values())[:2]
+            modes = self.modes({**BRAKE, FRICTION: mu, SPEED: speed, "Eigenproblem/Solver": "dense"})
+            worst = max(modes, key=lambda row: row["growth_rate_1_per_s"])
+            self.assertEqual(point["unstable_modes"], sum(row["verdict"] in ("flutter", "divergence") for row in modes))
+            self.assertLess(abs(st.eigenvalue(point) - st.eigenvalue(worst)), 1e-7 * abs(st.eigenvalue(worst)))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
