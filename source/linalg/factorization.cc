@@ -102,9 +102,10 @@ namespace squeal
     PetscInt code = 0, detail = 0;
     MatMumpsGetInfog(mat, 1, &code);
     MatMumpsGetInfog(mat, 2, &detail);
-    // Many constraints delay many pivots, more than the analysis of the pattern knows of.
+    // Many constraints delay many pivots, more than the analysis of the pattern knows of: work
+    // arrays (-8, -9) and buffers between ranks (-17, -20) are too small.
     constexpr PetscInt most_room = 1000;
-    if ((code == -8 || code == -9) && room < most_room)
+    if ((code == -8 || code == -9 || code == -17 || code == -20) && room < most_room)
     {
       room *= 5;
       analyse(matrix);
