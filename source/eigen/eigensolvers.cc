@@ -446,8 +446,16 @@ namespace squeal
       const unsigned int n_found  = std::count_if(
            proof.eigenvalues.begin(), proof.eigenvalues.end(),
            [&](const Complex &l) { return task.in_region(l) && l.imag() > 0 && !is_overdamped(l); });
-      const GrowthSigns signs =
-          signs_of_growth(task.problem, task.options, n_found == task.n_expected, proof);
+      GrowthSigns signs;
+      try
+      {
+        signs = signs_of_growth(task.problem, task.options, n_found == task.n_expected, proof);
+      }
+      catch (const SolverError &error) // the modes of the disc are known nevertheless
+      {
+        proof.beyond = std::string("not known. ") + error.what();
+        return true;
+      }
       if (signs.any())
       {
         const EigenSolution beyond = search_growth_beyond(task.problem, task.options, signs);
