@@ -61,7 +61,8 @@ namespace squeal
   /// The modes of the window that grow outside of the disc, with left vectors, out of block Krylov
   /// searches around real shifts s,
   ///     |l - s| <= 0.95 s,   s = 2 R, 20 R, 200 R, ...,
-  /// R the disc's radius (or by LAPACK, if the problem is small): with l = s + m a quadratic
+  /// R the disc's radius, or beside a Ritz value that was glimpsed (or by LAPACK, if the problem is
+  /// small): with l = s + m a quadratic
   /// eigenproblem m^2 M + m (P + 2 s M) + Q(s). They end where no sign points further. proof.beyond
   /// says what was found, proof.lacks_growing whether signs remain. A factorisation for each s:
   /// called where there are signs. Collective.
