@@ -90,17 +90,19 @@ namespace squeal
   }
 
   template <int dim>
-  int LocalProblems<dim>::contact_face(const CellIterator &cell) const
+  std::pair<int, const ContactInterface *>
+  LocalProblems<dim>::contact_face(const CellIterator &cell) const
   {
     for (const unsigned int f : cell->face_indices())
       for (const ContactInterface &interface : spaces.geometry.interfaces)
         if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == interface.pad_face)
-          return f;
-    return -1;
+          return {f, &interface};
+    return {-1, nullptr};
   }
 
-  /// Appends the contact pressures of a pad's cell: the traces of the complement's functions that
-  /// do not vanish on the contact face, where it is closed.
+  /// Appends the contact pressures of a pad's cell, and where it sticks the tangential tractions:
+  /// the traces of the complement's functions that do not vanish on the contact face, where it is
+  /// closed.
   template <int dim>
   void LocalProblems<dim>::add_pressures(const CellIterator &cell, const int face,
                                          const std::vector<bool> &direct,
@@ -109,44 +111,65 @@ namespace squeal
     const std::vector<Point<dim>> &points = spaces.fe.get_unit_support_points();
     std::vector<types::global_dof_index> nodes(n);
     cell->get_dof_indices(nodes);
-    for (unsigned int w = 0; w < functions.n_columns; ++w)
-    {
-      bool on_face = false, is_free = true;
-      for (unsigned int a = 0; a < n; ++a)
-        if (functions(a, w) != 0 && std::abs(points[a][face / 2] - face % 2) < 1e-12)
-        {
-          on_face = true;
-          is_free &= direct[dim * n + a] && contact->is_closed(spaces.multiplier(nodes[a]));
-        }
-      if (on_face && is_free)
-        kept.push_back(dim * functions.n_columns + w);
-    }
+    for (const unsigned int field : contact_fields())
+      for (unsigned int w = 0; w < functions.n_columns; ++w)
+      {
+        bool on_face = false, is_free = true;
+        for (unsigned int a = 0; a < n; ++a)
+          if (functions(a, w) != 0 && std::abs(points[a][face / 2] - face % 2) < 1e-12)
+          {
+            on_face = true;
+            is_free &=
+                direct[field * n + a] && contact->is_closed(spaces.field_equation(nodes[a], field));
+          }
+        if (on_face && is_free)
+          kept.push_back(field * functions.n_columns + w);
+      }
+  }
+
+  /// The fields of a node that are multipliers of the contact: pressure, tangential tractions.
+  template <int dim>
+  std::vector<unsigned int> LocalProblems<dim>::contact_fields() const
+  {
+    std::vector<unsigned int> fields = {dim};
+    for (unsigned int field = spaces.first_stick_field(); field < spaces.n_fields(); ++field)
+      fields.push_back(field);
+    return fields;
   }
 
   /// The contact's part of a pad's local problem, the rotor held: with v.n and v.e along the
   /// rotor's normal and the sliding direction, penalty
   ///     int (v.n + mu v.e) k_C u.n,
-  /// mortar -int (v.n + mu v.e) p, -int psi u.n - 1/k_C int psi p.
+  /// mortar -int (v.n + mu v.e) p, -int psi u.n - 1/k_C int psi p, and where it sticks
+  /// -int v.t T, -int psi u.t for both tangential directions t.
   template <int dim>
   void LocalProblems<dim>::add_contact(const CellIterator &cell, const int face,
+                                       const ContactInterface &interface,
                                        const std::vector<int> &kept, DenseMatrix &local)
   {
     const ContactModel<dim> &law = contact->contact_model();
     const double scale = contact->pressure_scale(), omega = law.angular_velocity;
     face_values.reinit(cell, face);
-    const unsigned int n_w = functions.n_columns;
+    const unsigned int n_w = functions.n_columns, first_stick = spaces.first_stick_field();
     std::vector<double> traces(n_w);
     std::vector<unsigned int> on_face;
     for (const unsigned int q : face_values.quadrature_point_indices())
     {
       const Tensor<1, dim> normal = -face_values.normal_vector(q);
-      Tensor<1, dim> e            = spaces.geometry.transport(face_values.quadrature_point(q));
-      e -= (e * normal) * normal;
-      const double speed = e.norm();
-      e *= law.direction() / speed;
-      const double mu =
-          with_friction ? law.friction.traction(std::abs(omega) * speed, pad_pressure).d_pressure
-                        : 0.;
+      Tensor<1, dim> e;
+      double mu = 0;
+      if (interface.slides())
+      {
+        e = spaces.geometry.transport(face_values.quadrature_point(q));
+        e -= (e * normal) * normal;
+        const double speed = e.norm();
+        e *= law.direction() / speed;
+        if (with_friction)
+          mu = law.friction.traction(std::abs(omega) * speed, pad_pressure).d_pressure;
+      }
+      else
+        e = direction_in_surface(normal, interface.along);
+      const std::array<Tensor<1, dim>, 2> tangents = {{e, binormal_of<dim>(normal, e)}};
       for (unsigned int w = 0; w < n_w; ++w)
       {
         traces[w] = 0;
@@ -156,7 +179,8 @@ namespace squeal
       // Most functions vanish on the face.
       on_face.clear();
       for (unsigned int r = 0; r < kept.size(); ++r)
-        if (kept[r] < int((dim + 1) * n_w) && std::abs(traces[kept[r] % n_w]) > 1e-12)
+        if ((kept[r] < int((dim + 1) * n_w) || kept[r] >= int(first_stick * n_w)) &&
+            std::abs(traces[kept[r] % n_w]) > 1e-12)
           on_face.push_back(r);
       const double k = law.mortar ? 0 : law.penalty_stiffness;
       for (const unsigned int r : on_face)
@@ -168,7 +192,12 @@ namespace squeal
           const unsigned int d = kept[s] / n_w;
           const double u       = traces[kept[s] % n_w];
           double value         = 0;
-          if (c < dim && d < dim)
+          if (c >= first_stick || d >= first_stick)
+          {
+            const unsigned int moved = std::min(c, d), traction = std::max(c, d) - first_stick;
+            value = moved < dim ? -scale * tangents[traction][moved] : 0;
+          }
+          else if (c < dim && d < dim)
             value = k * (normal[c] + mu * e[c]) * normal[d];
           else if (c < dim)
             value = -scale * (normal[c] + mu * e[c]);
@@ -249,7 +278,7 @@ namespace squeal
         }
         for (unsigned int s = 0; s < kept.size(); ++s)
         {
-          if (kept[s] < int((dim + 1) * n_w))
+          if (kept[s] < int((dim + 1) * n_w) || kept[s] >= int(spaces.first_stick_field() * n_w))
             continue;
           const unsigned int c = kept[s] / n_w - dim - 1;
           for (unsigned int r = 0; r < kept.size(); ++r)
@@ -284,7 +313,8 @@ namespace squeal
         if (is_free)
           kept.push_back(c * n_w + w);
       }
-    const int face             = contact ? contact_face(cell) : -1;
+    const auto [face, interface] =
+        contact ? contact_face(cell) : std::pair<int, const ContactInterface *>(-1, nullptr);
     const unsigned int n_moves = kept.size();
     if (face >= 0 && contact->contact_model().mortar)
       add_pressures(cell, face, direct, kept);
@@ -299,7 +329,7 @@ namespace squeal
       for (unsigned int r = 0; r < n_moves; ++r)
         problem.matrix(r, s) = stiffness(kept[r], kept[s]);
     if (face >= 0)
-      add_contact(cell, face, kept, problem.matrix);
+      add_contact(cell, face, *interface, kept, problem.matrix);
     if (!tied.empty())
       add_ties(cell, tied, kept, problem.matrix);
     problem.symmetric = face < 0 && tied.empty();

@@ -16,15 +16,18 @@ namespace squeal
         active{std::vector<bool>(spaces.rows.size, true), {}}
   {
     MultiVector mark(space->rows, 1);
-    for (unsigned int row = space->first_local_multiplier; row < space->first_local_tie; ++row)
-      mark.data()[row - space->rows.begin] = 1;
-    std::fill(mark.data() + (space->first_local_tie - space->rows.begin),
-              mark.data() + mark.n_local(), 2.);
+    const auto local = [&](const unsigned int row)
+    { return mark.data() + (row - space->rows.begin); };
+    std::fill(local(space->first_local_multiplier), local(space->first_local_tie),
+              double(Unknown::pressure));
+    for (const auto node : space->nodes.locally_owned_dofs())
+      if (const unsigned int row = space->stick(node); row != FiniteElementSpace<dim>::none)
+        std::fill_n(local(row), dim - 1, double(Unknown::traction));
+    std::fill(local(space->first_local_tie), mark.data() + mark.n_local(), double(Unknown::other));
     for (const double value : replicate(mark))
-    {
-      is_displacement.push_back(value == 0);
-      is_multiplier.push_back(value == 1);
-    }
+      unknowns.push_back(Unknown(int(value)));
+    if (space->geometry.has_stick())
+      find_held_tractions();
     std::size_t n_all_points = 0;
     for (const PairedInterface<dim> &interface : paired_interfaces())
     {
@@ -62,7 +65,7 @@ namespace squeal
         const auto shapes = std::make_shared<PairShapes<dim>>(
             element, paired_interfaces()[i].rotor_faces[pair.rotor_face],
             paired_interfaces()[i].pad_faces[pair.pad_face], pair, space->geometry,
-            model.angular_velocity);
+            model.angular_velocity, slides(i) ? nullptr : &paired_interfaces()[i].along);
         shapes->first_point = first_point;
         first_point += pair.points.size();
         Kinematics kinematics(shapes);
@@ -75,6 +78,76 @@ namespace squeal
     }
     if (keeps)
       cached.shapes = std::move(table);
+  }
+
+  template <int dim>
+  void Contact<dim>::for_each_sliding_pair(
+      const std::function<void(unsigned int interface, const Kinematics &)> &work,
+      const bool with_slopes) const
+  {
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          if (slides(i))
+            work(i, k);
+        },
+        with_slopes);
+  }
+
+  /// Where a support fixes the first side along a tangential direction, it has that traction: two
+  /// would share it in any proportion.
+  template <int dim>
+  void Contact<dim>::find_held_tractions()
+  {
+    // int |psi| and int |psi| sum of e_c^2 over the fixed components c, by equation
+    std::vector<double> sums(2 * space->rows.size);
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          if (!sticks(i))
+            return;
+          for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
+            for (const FreeNode<dim> &node : k.pad->nodes[m])
+              for (unsigned int direction = 1; direction < dim && node.equations[dim + 1] >= 0;
+                   ++direction)
+                for (unsigned int q = 0; q < k.n_points; ++q)
+                {
+                  const Tensor<1, dim> along = k.direction(direction, q);
+                  const double w             = std::abs(node.weight * k.weights[q] * k.psi(m, q));
+                  double *const sum          = &sums[2 * node.multiplier(direction)];
+                  sum[0] += w;
+                  for (unsigned int c = 0; c < dim; ++c)
+                    if (node.equations[c] < 0)
+                      sum[1] += w * along[c] * along[c];
+                }
+        });
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, space->comm);
+    for (unsigned int row = 0; row < space->rows.size; ++row)
+      if (sums[2 * row + 1] > sums[2 * row] / 2)
+        unknowns[row] = Unknown::held;
+    close();
+  }
+
+  template <int dim>
+  void Contact<dim>::close()
+  {
+    active.close();
+    for (unsigned int row = 0; row < unknowns.size(); ++row)
+      if (unknowns[row] == Unknown::held)
+        active.by_row[row] = false;
+  }
+
+  template <int dim>
+  std::vector<unsigned int> Contact<dim>::with_tractions(const unsigned int pressure) const
+  {
+    std::vector<unsigned int> rows = {pressure};
+    for (unsigned int row = pressure + 1;
+         row < unknowns.size() &&
+         (unknowns[row] == Unknown::traction || unknowns[row] == Unknown::held);
+         ++row)
+      if (unknowns[row] == Unknown::traction)
+        rows.push_back(row);
+    return rows;
   }
 
   template <int dim>
@@ -107,7 +180,7 @@ namespace squeal
                                                : k.at_points(k.n(), k.local_values(global));
           for (unsigned int q = 0; q < k.n_points; ++q)
             p[q] = pressure_per_unknown(i, k.first_point + q) *
-                   (model.mortar ? p[q] : p[q] - initial_gap(k.positions[q]));
+                   (model.mortar ? p[q] : p[q] - initial_gap(i, k.positions[q]));
           pressure[i].insert(pressure[i].end(), p.begin(), p.end());
         });
     return pressure;
@@ -120,7 +193,7 @@ namespace squeal
     ActiveSetChange change;
     double size = 0; // of the displacements, for what counts as rounding
     for (unsigned int row = 0; row < space->rows.size; ++row)
-      if (is_displacement[row])
+      if (unknowns[row] == Unknown::displacement)
         size = std::max(size, std::abs(global[row]));
 
     if (model.mortar)
@@ -130,7 +203,7 @@ namespace squeal
       // |psi_j|.
       std::vector<double> gaps(2 * space->rows.size);
       for_each_pair(
-          [&](const unsigned int, const Kinematics &k)
+          [&](const unsigned int i, const Kinematics &k)
           {
             std::vector<double> jump = k.at_points(k.n(), k.local_values(global));
             if (model.compliance > 0)
@@ -145,17 +218,17 @@ namespace squeal
                   for (unsigned int q = 0; q < k.n_points; ++q)
                   {
                     const double w = node.weight * k.weights[q] * k.psi(m, q);
-                    gaps[2 * node.equations[dim]] += w * (jump[q] - initial_gap(k.positions[q]));
+                    gaps[2 * node.equations[dim]] += w * (jump[q] - initial_gap(i, k.positions[q]));
                     gaps[2 * node.equations[dim] + 1] += std::abs(w);
                   }
           });
       MPI_Allreduce(MPI_IN_PLACE, gaps.data(), gaps.size(), MPI_DOUBLE, MPI_SUM, space->comm);
       double largest_pressure = 0;
       for (unsigned int row = 0; row < space->rows.size; ++row)
-        if (is_multiplier[row])
+        if (unknowns[row] == Unknown::pressure)
           largest_pressure = std::max(largest_pressure, std::abs(global[row]));
       for (unsigned int row = 0; row < space->rows.size; ++row)
-        if (is_multiplier[row])
+        if (unknowns[row] == Unknown::pressure)
         {
           const double penetration = gaps[2 * row] / gaps[2 * row + 1];
           if (active.by_row[row])
@@ -166,7 +239,7 @@ namespace squeal
                                               : penetration > 1e-12 * size;
           change.n_changed += now != active.by_row[row];
           change.n_active += now;
-          active.by_row[row] = now;
+          set_closed(with_tractions(row), now);
         }
     }
     else
@@ -177,7 +250,7 @@ namespace squeal
             const std::vector<double> jump = k.at_points(k.n(), k.local_values(global));
             for (unsigned int q = 0; q < k.n_points; ++q)
             {
-              const double penetration = jump[q] - initial_gap(k.positions[q]);
+              const double penetration = jump[q] - initial_gap(i, k.positions[q]);
               const bool before        = active.by_point[i][k.first_point + q],
                          now           = penetration > -1e-12 * size;
               if (before)
@@ -216,7 +289,7 @@ namespace squeal
                   space->comm);
     std::vector<std::string> names;
     for (unsigned int i = 0; i < paired_interfaces().size(); ++i)
-      if (n_active[i] == 0)
+      if (n_active[i] == 0 && slides(i))
         names.push_back(paired_interfaces()[i].name);
     return names;
   }
@@ -232,7 +305,7 @@ namespace squeal
   {
     std::vector<unsigned int> all;
     for (unsigned int row = 0; row < active.by_row.size() && model.mortar; ++row)
-      if (is_multiplier[row])
+      if (unknowns[row] == Unknown::pressure || unknowns[row] == Unknown::traction)
         all.push_back(row);
     return all;
   }

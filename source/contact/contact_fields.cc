@@ -117,9 +117,10 @@ namespace squeal
     // Rows of each patch's data: pressure, gap, status, traction.
     constexpr unsigned int first_traction = 3, n_fields = 3 + dim;
     std::vector<DataOutBase::Patch<dim - 1, dim>> patches;
-    for (const PairedInterface<dim> &interface : contact.paired_interfaces())
+    for (unsigned int i = 0; i < contact.paired_interfaces().size(); ++i)
     {
-      const auto opposite = opposite_faces(interface);
+      const PairedInterface<dim> &interface = contact.paired_interfaces()[i];
+      const auto opposite                   = opposite_faces(interface);
       for (unsigned int f = 0; f < interface.pad_faces.size(); ++f)
       {
         const ContactFace<dim> &face = interface.pad_faces[f];
@@ -132,7 +133,7 @@ namespace squeal
           const auto [u_rotor, frame] = opposite_point(element, opposite[f], x, global);
           const double penetration =
               (u_rotor - displacement(face.nodes[a], global)) * frame.normal -
-              (model.initial_gap ? model.initial_gap(x) : 0.);
+              contact.initial_gap(i, x);
           double pressure = 0, status = 0;
           if (model.mortar)
             for (const FreeNode<dim> &node : face.nodes[a])
@@ -145,11 +146,25 @@ namespace squeal
             pressure = model.penalty_stiffness * std::max(0., penetration);
             status   = penetration > 0;
           }
-          Tensor<1, dim> w = spaces.geometry.transport(x);
-          w -= (w * frame.normal) * frame.normal;
-          const double speed = std::abs(model.angular_velocity) * w.norm();
-          const double tau   = with_friction ? model.friction.traction(speed, pressure).value : 0;
-          const Tensor<1, dim> traction = -tau * model.direction() * w / w.norm();
+          Tensor<1, dim> traction;
+          if (interface.kind == ContactKind::sliding)
+          {
+            Tensor<1, dim> w = spaces.geometry.transport(x);
+            w -= (w * frame.normal) * frame.normal;
+            const double speed = std::abs(model.angular_velocity) * w.norm();
+            const double tau   = with_friction ? model.friction.traction(speed, pressure).value : 0;
+            traction           = -tau * model.direction() * w / w.norm();
+          }
+          else if (interface.kind == ContactKind::stick)
+          {
+            const Tensor<1, dim> e = direction_in_surface(frame.normal, interface.along);
+            for (unsigned int direction = 1; direction < dim; ++direction)
+              for (const FreeNode<dim> &node : face.nodes[a])
+                if (contact.is_active(node, direction))
+                  traction -= contact.pressure_scale() * node.weight *
+                              global[node.multiplier(direction)] *
+                              (direction == 1 ? e : binormal_of<dim>(frame.normal, e));
+          }
 
           patch.data(0, a) = pressure;
           patch.data(1, a) = -penetration;

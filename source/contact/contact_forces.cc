@@ -22,11 +22,12 @@ namespace squeal
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
             const unsigned int point = k.first_point + q;
-            const double w = k.weights[q], g = contact.initial_gap(k.positions[q]),
+            const double w = k.weights[q], g = contact.initial_gap(i, k.positions[q]),
                          p = pressure[i][point];
-            const auto tau =
-                with_friction ? model.friction.traction(k.speeds[q], p) : FrictionTraction();
-            along_e[q] = -w * (tau.value - p * tau.d_pressure);
+            const auto tau = with_friction && contact.slides(i)
+                                 ? model.friction.traction(k.speeds[q], p)
+                                 : FrictionTraction();
+            along_e[q]     = -w * (tau.value - p * tau.d_pressure);
             if (model.mortar)
             {
               for (unsigned int m = 0; m < k.pad->nodes.size() && g != 0; ++m)
@@ -122,7 +123,7 @@ namespace squeal
               v[0] = 0;
             v -= (v * normal) * normal;
             Components traction = p * normal;
-            if (with_friction)
+            if (with_friction && contact.slides(i))
               traction += model.friction.traction(v.norm(), p).over_speed * v;
             for (unsigned int c = 0; c < 3; ++c)
             {
@@ -136,10 +137,28 @@ namespace squeal
                   if (contact.is_active(node))
                   {
                     rows.push_back(node.equations[dim]);
-                    values.push_back(
-                        node.weight * contact.pressure_scale() * w * k.psi(m, q) *
-                        (jump[q][0] - contact.initial_gap(k.positions[q]) - model.compliance * p));
+                    values.push_back(node.weight * contact.pressure_scale() * w * k.psi(m, q) *
+                                     (jump[q][0] - contact.initial_gap(i, k.positions[q]) -
+                                      model.compliance * p));
                   }
+          }
+          for (unsigned int direction = 1; direction < dim && contact.sticks(i); ++direction)
+          {
+            // int T . d[[u]] and int Psi [[u]].e, and the same along b
+            const std::vector<double> T =
+                k.at_points(k.psi, k.local_multipliers(u, &contact.active_set().by_row, direction));
+            for (unsigned int q = 0; q < k.n_points; ++q)
+            {
+              force[direction][q] += k.weights[q] * contact.pressure_scale() * T[q];
+              for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
+                for (const FreeNode<dim> &node : k.pad->nodes[m])
+                  if (contact.is_active(node, direction))
+                  {
+                    rows.push_back(node.multiplier(direction));
+                    values.push_back(node.weight * contact.pressure_scale() * k.weights[q] *
+                                     k.psi(m, q) * jump[q][direction]);
+                  }
+            }
           }
           const std::array<const DenseMatrix *, 3> basis = {{&k.n(), &k.e(), &k.b()}};
           for (unsigned int c = 0; c < dim; ++c)
@@ -161,6 +180,41 @@ namespace squeal
     return sum_entries(contact.spaces().rows, rows, values);
   }
 
+  namespace
+  {
+    /// The largest |T|/p of a stick contact's closed nodes where p is not near zero. Collective.
+    template <int dim>
+    double needed_friction(const Contact<dim> &contact, const unsigned int interface,
+                           const std::vector<double> &state)
+    {
+      constexpr double near_zero = 1e-3;
+      double largest_pressure = 0, largest_ratio = 0;
+      for (const bool is_second_pass : {false, true})
+      {
+        for (const ContactFace<dim> &face : contact.paired_interfaces()[interface].pad_faces)
+          for (const auto &nodes : face.nodes)
+            for (const FreeNode<dim> &node : nodes)
+            {
+              if (!contact.is_active(node))
+                continue;
+              const double p = state[node.multiplier(0)];
+              if (!is_second_pass)
+                largest_pressure = std::max(largest_pressure, p);
+              else if (p > near_zero * largest_pressure)
+              {
+                double square = 0;
+                for (unsigned int direction = 1; direction < dim; ++direction)
+                  if (contact.is_active(node, direction))
+                    square += std::pow(state[node.multiplier(direction)], 2);
+                largest_ratio = std::max(largest_ratio, std::sqrt(square) / p);
+              }
+            }
+        largest_pressure = Utilities::MPI::max(largest_pressure, contact.spaces().comm);
+      }
+      return Utilities::MPI::max(largest_ratio, contact.spaces().comm);
+    }
+  } // namespace
+
   template <int dim>
   std::vector<ContactResultants>
   resultants(const Contact<dim> &contact, const ContactPressure &pressure, const MultiVector *state)
@@ -168,8 +222,13 @@ namespace squeal
     const ContactModel<dim> &model   = contact.contact_model();
     const std::vector<double> global = state ? replicate(*state) : std::vector<double>();
     std::vector<ContactResultants> results(contact.paired_interfaces().size());
+    std::vector<Tensor<1, dim>> tangential(results.size());
     for (unsigned int i = 0; i < contact.paired_interfaces().size(); ++i)
-      results[i].name = contact.paired_interfaces()[i].name;
+    {
+      results[i].name     = contact.paired_interfaces()[i].name;
+      results[i].kind     = contact.paired_interfaces()[i].kind;
+      results[i].friction = contact.paired_interfaces()[i].friction;
+    }
     contact.for_each_pair(
         [&](const unsigned int i, const ContactKinematics<dim> &k)
         {
@@ -199,7 +258,9 @@ namespace squeal
             const double p           = pressure[i][point];
             if (!at_nodes)
               extend(p);
-            const double friction = k.weights[q] * model.friction.traction(k.speeds[q], p).value;
+            const double friction =
+                contact.slides(i) ? k.weights[q] * model.friction.traction(k.speeds[q], p).value
+                                  : 0;
             r.area +=
                 k.weights[q] *
                 (model.mortar ? in_contact[q] : double(contact.active_set().by_point[i][point]));
@@ -207,9 +268,28 @@ namespace squeal
             r.friction_force += friction;
             r.friction_torque += friction * k.radii[q];
             r.max_penetration =
-                std::max(r.max_penetration, jump[q] - contact.initial_gap(k.positions[q]));
+                std::max(r.max_penetration, jump[q] - contact.initial_gap(i, k.positions[q]));
+          }
+          // The forces on the first body: with [[u]] = u_2 - u_1 the left side has -T there.
+          for (unsigned int direction = 1; direction < dim && state && contact.sticks(i);
+               ++direction)
+          {
+            const std::vector<double> T = k.at_points(
+                k.psi, k.local_multipliers(global, &contact.active_set().by_row, direction));
+            for (unsigned int q = 0; q < k.n_points; ++q)
+            {
+              const Tensor<1, dim> force =
+                  k.weights[q] * contact.pressure_scale() * T[q] * k.direction(direction, q);
+              tangential[i] += force;
+              if (dim == 3)
+                r.friction_torque += k.positions[q][0] * force[1] - k.positions[q][1] * force[0];
+            }
           }
         });
+    if (state)
+      for (unsigned int i = 0; i < results.size(); ++i)
+        if (contact.sticks(i))
+          results[i].needed_friction = needed_friction(contact, i, global);
     for (ContactResultants &r : results)
     {
       for (double *sum : {&r.area, &r.normal_force, &r.friction_force, &r.friction_torque})
@@ -218,6 +298,10 @@ namespace squeal
         *maximum = Utilities::MPI::max(*maximum, contact.spaces().comm);
       r.min_pressure = Utilities::MPI::min(r.min_pressure, contact.spaces().comm);
     }
+    for (unsigned int i = 0; i < results.size(); ++i)
+      if (contact.sticks(i))
+        results[i].friction_force =
+            Tensor<1, dim>(Utilities::MPI::sum(tangential[i], contact.spaces().comm)).norm();
     return results;
   }
 
@@ -256,6 +340,12 @@ namespace squeal
                            : amplitude(k.n(), local);
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
+            if (!contact.slides(i))
+            {
+              for (ContactPressure *part : {&work.friction, &work.damping, &work.falling})
+                (*part)[i].push_back(0.);
+              continue;
+            }
             const unsigned int point = k.first_point + q;
             const double p_0         = pressure[i][point];
             dp[q] *= contact.pressure_per_unknown(i, point);

@@ -25,25 +25,37 @@ namespace squeal
       return invert(metric) * components;
     }
 
-    template <int dim>
-    Tensor<1, dim> binormal_of(const Tensor<1, dim> &normal, const Tensor<1, dim> &direction)
-    {
-      Tensor<1, dim> binormal;
-      if constexpr (dim == 3)
-        binormal = cross_product_3d(normal, direction);
-      else
-      {
-        (void)normal;
-        (void)direction;
-      }
-      return binormal;
-    }
   } // namespace
+
+  template <int dim>
+  Tensor<1, dim> binormal_of(const Tensor<1, dim> &normal, const Tensor<1, dim> &direction)
+  {
+    Tensor<1, dim> binormal;
+    if constexpr (dim == 3)
+      binormal = cross_product_3d(normal, direction);
+    else
+    {
+      (void)normal;
+      (void)direction;
+    }
+    return binormal;
+  }
+
+  template <int dim>
+  Tensor<1, dim> direction_in_surface(const Tensor<1, dim> &normal, const Tensor<1, 3> &along)
+  {
+    Tensor<1, dim> e;
+    for (unsigned int d = 0; d < dim; ++d)
+      e[d] = along[d];
+    e -= (e * normal) * normal;
+    return e / e.norm();
+  }
 
   template <int dim>
   PairShapes<dim>::PairShapes(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
                               const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
-                              const Geometry<dim> &geometry, const double angular_velocity)
+                              const Geometry<dim> &geometry, const double angular_velocity,
+                              const Tensor<1, 3> *const along)
       : n_points(pair.points.size()), rotor(&rotor_face), pad(&pad_face)
   {
     const unsigned int n_nodes = element.n_nodes();
@@ -60,35 +72,33 @@ namespace squeal
 
       // The transport field is tangential on the rotor's surface; e = v_0/|v_0| follows the
       // turning, and at rest the forward direction.
-      Tensor<1, dim> w = geometry.transport(frame.x);
+      Tensor<1, dim> w = along ? Tensor<1, dim>() : geometry.transport(frame.x);
       w -= (w * normal) * normal;
       const double speed = w.norm();
       normals.push_back(normal);
-      directions.push_back((std::signbit(angular_velocity) ? -1 : 1) * w / speed);
+      directions.push_back(along ? direction_in_surface(normal, *along)
+                                 : (std::signbit(angular_velocity) ? -1 : 1) * w / speed);
       weights.push_back(point.weight);
       positions.push_back(frame.x);
       speeds.push_back(std::abs(angular_velocity) * speed);
       radii.push_back(speed);
-      const Tensor<1, dim - 1> along = surface_coordinates<dim>(frame, w);
+      const Tensor<1, dim - 1> turning = surface_coordinates<dim>(frame, w);
       for (unsigned int a = 0; a < n_nodes; ++a)
       {
         on_rotor(a, q) = rotor_values[a];
         on_pad(a, q)   = pad_values[a];
-        d_phi(a, q)    = gradients[a] * along;
+        d_phi(a, q)    = gradients[a] * turning;
       }
     }
   }
 
-  namespace
+  template <int dim>
+  Tensor<1, dim> ContactKinematics<dim>::direction(const unsigned int number,
+                                                   const unsigned int q) const
   {
-    template <int dim>
-    Tensor<1, dim> direction_of(const PairShapes<dim> &shapes, const unsigned int direction,
-                                const unsigned int q)
-    {
-      const Tensor<1, dim> &n = shapes.normals[q], &e = shapes.directions[q];
-      return direction == 0 ? n : direction == 1 ? e : binormal_of<dim>(n, e);
-    }
-  } // namespace
+    const Tensor<1, dim> &n = shapes->normals[q], &e = shapes->directions[q];
+    return number == 0 ? n : number == 1 ? e : binormal_of<dim>(n, e);
+  }
 
   template <int dim>
   const DenseMatrix &
@@ -101,7 +111,7 @@ namespace squeal
     kept                       = DenseMatrix(2 * n_nodes * dim, n_points);
     for (unsigned int q = 0; q < n_points; ++q)
     {
-      const Tensor<1, dim> d = direction_of(*shapes, direction, q);
+      const Tensor<1, dim> d = this->direction(direction, q);
       for (unsigned int a = 0; a < n_nodes; ++a)
         for (unsigned int c = 0; c < dim; ++c)
         {
@@ -206,7 +216,8 @@ namespace squeal
                   FreeNode<dim> free_node{w.weight, {}};
                   for (unsigned int c = 0; c < dim; ++c)
                     free_node.equations[c] = static_cast<int>(spaces.equation(w.node, c));
-                  free_node.equations[dim] = static_cast<int>((spaces.*multiplier)(w.node));
+                  free_node.equations[dim]     = static_cast<int>((spaces.*multiplier)(w.node));
+                  free_node.equations[dim + 1] = static_cast<int>(spaces.stick(w.node));
                   expansion.push_back(free_node);
                 }
                 face.nodes.push_back(std::move(expansion));
@@ -317,14 +328,25 @@ namespace squeal
       PairedInterface<dim> interface =
           gather_surfaces(spaces, element, description.pad_face, description.rotor_face,
                           &FiniteElementSpace<dim>::multiplier);
-      interface.name  = description.name;
-      interface.pairs = pair_surfaces(element, shapes_of(interface.pad_faces),
-                                      shapes_of(interface.rotor_faces), 0.);
+      interface.name     = description.name;
+      interface.kind     = description.kind;
+      interface.along    = description.along;
+      interface.friction = description.friction;
+      // Pads touch a plane as a whole. Joints are as they are: curved, behind an edge.
+      interface.pairs =
+          (description.slides()
+               ? pair_surfaces<dim>
+               : pair_facing_surfaces<dim>)(element, shapes_of(interface.pad_faces),
+                                            shapes_of(interface.rotor_faces), description.distance);
       interfaces.push_back(std::move(interface));
     }
     return interfaces;
   }
 
+  template Tensor<1, 2> direction_in_surface(const Tensor<1, 2> &, const Tensor<1, 3> &);
+  template Tensor<1, 3> direction_in_surface(const Tensor<1, 3> &, const Tensor<1, 3> &);
+  template Tensor<1, 2> binormal_of(const Tensor<1, 2> &, const Tensor<1, 2> &);
+  template Tensor<1, 3> binormal_of(const Tensor<1, 3> &, const Tensor<1, 3> &);
   template struct PairShapes<2>;
   template struct PairShapes<3>;
   template struct ContactKinematics<2>;

@@ -21,6 +21,9 @@ namespace squeal
           if (model.mortar)
           {
             k.add_coupling(entries, k.product(k.n(), c, k.psi), contact.active_set().by_row, true);
+            for (unsigned int direction = 1; direction < dim && contact.sticks(i); ++direction)
+              k.add_coupling(entries, k.product(direction == 1 ? k.e() : k.b(), c, k.psi),
+                             contact.active_set().by_row, true, direction);
             for (double &value : c)
               value *= -contact.pressure_scale() * model.compliance;
             if (model.compliance > 0)
@@ -29,7 +32,7 @@ namespace squeal
           else
             k.add(entries, k.product(k.n(), c, k.n()));
         });
-    if (model.mortar) // Lambda = 0 where the pad has lifted off
+    if (model.mortar) // Lambda = 0 where the surfaces are apart
       for (unsigned int row = contact.spaces().first_local_multiplier;
            row < contact.spaces().first_local_tie; ++row)
         if (!contact.active_set().by_row[row])
@@ -45,7 +48,7 @@ namespace squeal
     {
       const ContactModel<dim> &model = contact.contact_model();
       EntryList entries;
-      contact.for_each_pair(
+      contact.for_each_sliding_pair(
           [&](const unsigned int i, const ContactKinematics<dim> &k)
           {
             std::vector<double> c = k.weights;
@@ -66,8 +69,8 @@ namespace squeal
   Matrix friction_matrix(const Contact<dim> &contact, const ContactPressure &pressure)
   {
     const ContactModel<dim> &model = contact.contact_model();
-    ContactPressure slopes         = pressure;
-    contact.for_each_pair(
+    ContactPressure slopes         = contact.uniform_pressure(0);
+    contact.for_each_sliding_pair(
         [&](const unsigned int i, const ContactKinematics<dim> &k)
         {
           for (unsigned int q = k.first_point; q < k.first_point + k.n_points; ++q)
@@ -97,7 +100,7 @@ namespace squeal
     const ContactModel<dim> &model = contact.contact_model();
     ContactPressure slopes         = contact.uniform_pressure(0);
     double largest                 = 0;
-    contact.for_each_pair(
+    contact.for_each_sliding_pair(
         [&](const unsigned int i, const ContactKinematics<dim> &k)
         {
           for (unsigned int q = 0; q < k.n_points; ++q)
@@ -143,7 +146,7 @@ namespace squeal
     if (!entries)
       entries = std::make_shared<std::array<RepeatedEntries, 2>>();
     auto &[P, Q] = *entries;
-    contact.for_each_pair(
+    contact.for_each_sliding_pair(
         [&, &P = P, &Q = Q](const unsigned int i, const ContactKinematics<dim> &k)
         {
           std::vector<double> turning(k.n_points), slope(k.n_points);
@@ -197,7 +200,7 @@ namespace squeal
   {
     const ContactModel<dim> &model = contact.contact_model();
     EntryList by_pressure, by_friction;
-    contact.for_each_pair(
+    contact.for_each_sliding_pair(
         [&](const unsigned int i, const ContactKinematics<dim> &k)
         {
           std::vector<double> p(k.n_points), tau(k.n_points), turn(k.n_points), slope(k.n_points);

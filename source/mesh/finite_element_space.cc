@@ -169,7 +169,7 @@ namespace squeal
     // Which components are fixed, and which nodes carry a multiplier. Ghost cells are looked at
     // too: the only face of a node on a boundary may belong to another rank.
     std::vector<IndexSet> fixed(dim, IndexSet(nodes.n_dofs()));
-    IndexSet in_contact(nodes.n_dofs()), in_tie(nodes.n_dofs());
+    IndexSet in_contact(nodes.n_dofs()), in_tie(nodes.n_dofs()), in_stick(nodes.n_dofs());
     std::vector<types::global_dof_index> face_nodes(fe.n_dofs_per_face());
     for (const auto &cell : nodes.active_cell_iterators())
       if (!cell->is_artificial())
@@ -185,18 +185,24 @@ namespace squeal
             if (with_multipliers)
               for (const ContactInterface &interface : geometry.interfaces)
                 if (interface.pad_face == cell->face(f)->boundary_id())
+                {
                   in_contact.add_indices(face_nodes.begin(), face_nodes.end());
+                  if (interface.kind == ContactKind::stick)
+                    in_stick.add_indices(face_nodes.begin(), face_nodes.end());
+                }
             for (const TiedSurfaces &tie : geometry.ties)
               if (tie.side == cell->face(f)->boundary_id())
                 in_tie.add_indices(face_nodes.begin(), face_nodes.end());
           }
     in_contact.compress();
     in_tie.compress();
+    in_stick.compress();
     for (IndexSet &set : fixed)
       set.compress();
 
     // Local numbers first, then the offset of this rank.
-    equations.assign(dim + 1 + has_ties(), NodeVector(owned, relevant_nodes, comm));
+    equations.assign(dim + 1 + has_ties() + geometry.has_stick(),
+                     NodeVector(owned, relevant_nodes, comm));
     unsigned int n_local = 0;
     for (NodeVector &vector : equations)
       vector = -1;
@@ -214,7 +220,14 @@ namespace squeal
     const unsigned int n_local_displacements = n_local;
     for (const auto node : owned)
       if (in_contact.is_element(node) && !hanging.is_constrained(node))
+      {
         equations[dim](node) = n_local++;
+        if (in_stick.is_element(node))
+        {
+          equations.back()(node) = n_local;
+          n_local += dim - 1;
+        }
+      }
     const unsigned int n_local_multipliers = n_local - n_local_displacements;
     for (const auto node : owned)
       if (in_tie.is_element(node) && !hanging.is_constrained(node))

@@ -46,6 +46,7 @@ namespace squeal
         name_faces();
         check_pairs();
         check_ties();
+        check_contacts();
         if (needs_revolution())
           check_revolution();
         check_supports();
@@ -234,6 +235,7 @@ namespace squeal
 
         // The pieces of the surfaces of each joint
         ties        = prm.joints.tied_surfaces();
+        contacts    = prm.joints.list_of_contacts();
         Groups tied = pieces;
         std::set<unsigned int> joined;
         for (const Parameters::Joints::Point &point : prm.joints.list_of_points())
@@ -271,6 +273,8 @@ namespace squeal
                                     "' are a tie across the sliding surface: one is on the rotor, "
                                     "the other is not. Both must turn or both must not.");
         }
+        for (Parameters::Joints::Contact &contact : contacts)
+          find_contact_bodies(contact, rotor_pieces, piece_of, tied, joined);
         for (const auto &[piece, cell] : rotor_pieces)
           if (tied.of(piece) != tied.of(rotor_pieces.begin()->first))
             fail("Rotor", "the rotor is in " + std::to_string(rotor_pieces.size()) +
@@ -314,7 +318,8 @@ namespace squeal
             fail(
                 "Contact pairs",
                 "the piece with " + element(cell) +
-                    " has no contact pair and no joint (Joints/Ties), and shares no nodes with a "
+                    " has no contact pair and no joint (Joints/Ties, Contacts, Points), and shares "
+                    "no nodes with a "
                     "pad that has a contact pair. Common surfaces of volumes need common nodes (in "
                     "Gmsh: Coherence).");
           const Body body = Body(facts.bodies.size());
@@ -342,6 +347,39 @@ namespace squeal
                      (mesh.curved == CurvedBodies::rotor && body == rotor_body)});
           part_of_cell.push_back(id->second);
         }
+      }
+
+      /// The names as in the file of a contact's surfaces, each on one body that does not turn.
+      template <typename PieceOf>
+      void find_contact_bodies(Parameters::Joints::Contact &contact,
+                               const std::map<unsigned int, unsigned int> &rotor_pieces,
+                               const PieceOf &piece_of, Groups &tied,
+                               std::set<unsigned int> &joined) const
+      {
+        const std::string key = "Joints/Contacts";
+        std::vector<unsigned int> found;
+        for (std::string *name : {&contact.first, &contact.second})
+        {
+          *name = find_group(file.surfaces, *name, key, "surface").first;
+          std::set<unsigned int> pieces;
+          for (const Face &face : file.surfaces.at(*name))
+            pieces.insert(piece_of(boundary_cell(face, *name, key).cell));
+          if (pieces.size() > 1)
+            fail(key, "the surface '" + *name + "' is on " + std::to_string(pieces.size()) +
+                          " bodies; allowed is one.");
+          if (rotor_pieces.count(*pieces.begin()))
+            fail(key,
+                 "the surface '" + *name +
+                     "' is on the rotor, which turns. What slides on it is a pad (Mesh/Contact "
+                     "pairs); pieces of the rotor are joined by Joints/Ties.");
+          found.push_back(*pieces.begin());
+        }
+        if (found[0] == found[1])
+          fail(key, "'" + contact.first + "' and '" + contact.second +
+                        "' are on the same body; allowed are two bodies.");
+        joined.insert(found.begin(), found.end());
+        if (contact.sticks)
+          tied.join(found[0], found[1]);
       }
 
       /// That of a volume group in which a cell of the piece is; two pieces of one group differ by
@@ -445,6 +483,10 @@ namespace squeal
         };
         add_surfaces(pairs, "Contact pairs");
         add_surfaces(ties, "Joints/Ties");
+        std::vector<std::pair<std::string, std::string>> touching;
+        for (const Parameters::Joints::Contact &contact : contacts)
+          touching.emplace_back(contact.first, contact.second);
+        add_surfaces(touching, "Joints/Contacts");
         const std::vector<Parameters::Joints::Point> points = prm.joints.list_of_points();
         for (unsigned int p = 0; p < points.size(); ++p)
           if (!points[p].surface.empty())
@@ -542,6 +584,77 @@ namespace squeal
             fail("Joints/Ties", "'" + second + "' is the second of a tie and in " + other->second +
                                     " too; allowed is a surface that is the second of other ties "
                                     "only.");
+      }
+
+      /// Contacts that do not slide: each pressure belongs to one pair of surfaces.
+      void check_contacts()
+      {
+        const std::string key = "Joints/Contacts";
+        std::map<std::string, std::string> uses;
+        std::map<unsigned int, std::string> at_node; // the surface that has the pressure there
+        const auto use = [&](const std::string &name, const std::string &by)
+        {
+          const auto [other, is_new] = uses.emplace(name, by);
+          if (!is_new)
+            fail(key, "'" + name + "' is in a contact and in " + other->second + " too.");
+        };
+        const auto take_nodes = [&](const std::string &name)
+        {
+          for (const Face &face : file.surfaces.at(name))
+            for (const unsigned int node : face)
+              if (const auto [other, is_new] = at_node.emplace(node, name);
+                  !is_new && other->second != name)
+                fail(key,
+                     "the surfaces '" + name + "' and '" + other->second +
+                         "' share nodes, among them that at " + text_of(file.nodes[node]) +
+                         ": two contacts would share a pressure there. One of them must be the "
+                         "second of its contact.");
+        };
+        for (const auto &[pad, rotor] : pairs)
+        {
+          use(pad, "Mesh/Contact pairs");
+          take_nodes(pad);
+        }
+        for (const auto &[first, second] : ties)
+          for (const std::string &name : {first, second})
+            uses.emplace(name, "Joints/Ties");
+        for (const Parameters::Joints::Contact &contact : contacts)
+        {
+          use(contact.first, "another contact");
+          use(contact.second, "another contact");
+          take_nodes(contact.first);
+          const auto first = curved_patches(contact.first), second = curved_patches(contact.second);
+          JointMeasures measures =
+              check_joint(key + ": " + file.name + ": ", contact.first, first, contact.second,
+                          second, prm.joints.position_tolerance);
+          measures.kind = contact.sticks ? "Stick contact" : "Frictionless contact";
+          facts.ties.push_back(measures);
+          const Body body =
+              geometry.parts[part_of_cell[faces.at(file.surfaces.at(contact.first)[0])[0].cell]]
+                  .body;
+          geometry.interfaces.push_back(
+              {measures.name, body, geometry.boundaries.at(contact.first),
+               geometry.boundaries.at(contact.second), measures.distance,
+               contact.sticks ? ContactKind::stick : ContactKind::frictionless,
+               tangential_axis(first, second), contact.friction});
+        }
+      }
+
+      /// The coordinate axis that is furthest from all normals: on a cylinder about an axis, that.
+      Tensor<1, 3> tangential_axis(const std::vector<SurfaceFace<3>> &first,
+                                   const std::vector<SurfaceFace<3>> &second) const
+      {
+        const FaceElement<3> element(2);
+        std::array<double, 3> nearest{};
+        for (const auto *patches : {&first, &second})
+          for (const SurfaceFace<3> &face : *patches)
+            for (const Point<2> &xi : {Point<2>(0, 0), Point<2>(1, 0), Point<2>(0, 1),
+                                       Point<2>(1, 1), Point<2>(0.5, 0.5)})
+              for (unsigned int d = 0; d < 3; ++d)
+                nearest[d] = std::max(nearest[d], std::abs(element.frame(face, xi).normal[d]));
+        Tensor<1, 3> axis;
+        axis[std::min_element(nearest.begin(), nearest.end()) - nearest.begin()] = 1;
+        return axis;
       }
 
       /// A face as a surface patch whose normal points out of its cell.
@@ -691,13 +804,27 @@ namespace squeal
             if (support.boundary == id)
               fixed = support.fixed;
           for (const ContactInterface &interface : geometry.interfaces)
-            fixed[2] = fixed[2] || interface.pad_face == id;
+            fixed[2] = fixed[2] || (interface.slides() && interface.pad_face == id);
           for (const unsigned int node : face)
             for (unsigned int c = 0; c < 3; ++c)
               if (fixed[c])
                 motions.hold(scaled(file.nodes[node]), c,
                              cluster_of_body[geometry.parts[part].body]);
         }
+        const FaceElement<3> flat(1);
+        const auto cluster = [&](const Face &face)
+        {
+          const CellFace at = faces.at(face)[0];
+          return cluster_of_body[geometry.parts[part_of_cell[at.cell]].body];
+        };
+        for (const Parameters::Joints::Contact &contact : contacts)
+          for (const Face &face : file.surfaces.at(contact.first))
+          {
+            const Tensor<1, 3> normal = flat.frame(patch(face), Point<2>(0.5, 0.5)).normal;
+            for (const unsigned int node : face)
+              motions.connect(cluster(face), cluster(file.surfaces.at(contact.second)[0]),
+                              scaled(file.nodes[node]), normal);
+          }
         std::vector<std::pair<Point<3>, unsigned int>> place_and_body;
         const std::vector<Parameters::Joints::Point> points = prm.joints.list_of_points();
         for (unsigned int p = 0; p < points.size(); ++p)
@@ -752,7 +879,7 @@ namespace squeal
           geometry.may_move_rigidly = true;
           const auto n_tied =
               std::count(cluster_of_body.begin(), cluster_of_body.end(), Body(body));
-          if (prm.n_pads() > 0 && prm.contact.steady_pressure == SteadyPressure::computed)
+          if (prm.has_contact() && prm.contact.steady_pressure == SteadyPressure::computed)
             fail("Clamped", "the body '" + facts.bodies[body] + "'" +
                                 (n_tied > 1 ? " with those that are tied to it" : "") +
                                 " can move rigidly in " + std::to_string(n_free[body]) + " ways (" +
@@ -766,7 +893,7 @@ namespace squeal
               points[p].surface.empty() && n_free[n_bodies + p] > 0)
           {
             geometry.may_move_rigidly = true;
-            if (prm.n_pads() > 0 && prm.contact.steady_pressure == SteadyPressure::computed)
+            if (prm.has_contact() && prm.contact.steady_pressure == SteadyPressure::computed)
               fail("Joints/Points", "the point '" + points[p].name + "' can move freely (" +
                                         motions.describe(n_bodies + p) +
                                         "), so that there is no static equilibrium. It needs "
@@ -856,6 +983,7 @@ namespace squeal
       MeshFacts facts;
       Geometry<3> geometry;
       std::vector<std::pair<std::string, std::string>> pairs, ties;
+      std::vector<Parameters::Joints::Contact> contacts; ///< that do not slide
       std::vector<Body> pad_of_pair;
       std::vector<Body> cluster_of_body; ///< one of the bodies that are tied to it
       std::vector<bool> of_rotor;        ///< by material

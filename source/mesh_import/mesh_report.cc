@@ -261,7 +261,7 @@ namespace squeal
     }
     std::string joints;
     for (const JointMeasures &tie : facts.ties)
-      joints += text_of("  Tie ", tie.name, ": gap ", tie.gap, " m of ", tie.distance,
+      joints += text_of("  ", tie.kind, " ", tie.name, ": gap ", tie.gap, " m of ", tie.distance,
                         " m that are allowed, ", 100 * tie.overlap / tie.area, " % of ",
                         1e4 * tie.area, " cm^2\n");
     for (const std::string &point : facts.points)

@@ -14,19 +14,30 @@ namespace squeal
   {
     constexpr double rounding = 1e-9;
 
-    /// The displacement along, or the rotation about, an axis at x is this times (t, o) of
-    /// u = t + o x x: e.u = e.t + (x x e).o.
-    std::array<double, 6> row_of(const Point<3> &x, const unsigned int c)
+    /// The displacement along e at x is this times (t, o) of u = t + o x x: e.u = e.t + (x x e).o.
+    std::array<double, 6> row_of(const Point<3> &x, const Tensor<1, 3> &e)
     {
       std::array<double, 6> row{};
-      row[c] = 1;
-      if (c >= 3)
-        return row;
-      Tensor<1, 3> e;
-      e[c]                    = 1;
       const Tensor<1, 3> turn = cross_product_3d(Tensor<1, 3>(x), e);
       for (unsigned int d = 0; d < 3; ++d)
+      {
+        row[d]     = e[d];
         row[3 + d] = turn[d];
+      }
+      return row;
+    }
+
+    /// The same for a coordinate axis, or of the rotation about it.
+    std::array<double, 6> row_of(const Point<3> &x, const unsigned int c)
+    {
+      if (c < 3)
+      {
+        Tensor<1, 3> e;
+        e[c] = 1;
+        return row_of(x, e);
+      }
+      std::array<double, 6> row{};
+      row[c] = 1;
       return row;
     }
   } // namespace
@@ -35,17 +46,26 @@ namespace squeal
                              const unsigned int second, const Point<3> &at_second,
                              const unsigned int c)
   {
+    forbid(first, row_of(at_first, c), second, row_of(at_second, c));
+  }
+
+  void RigidMotions::connect(const unsigned int first, const unsigned int second, const Point<3> &x,
+                             const Tensor<1, 3> &direction)
+  {
+    forbid(first, row_of(x, direction), second, row_of(x, direction));
+  }
+
+  void RigidMotions::forbid(const unsigned int first, const Row &of_first,
+                            const unsigned int second, const Row &of_second)
+  {
     std::vector<std::pair<unsigned int, double>> forbidden;
-    const auto add = [&](const unsigned int body, const Point<3> &x, const double sign)
+    const auto add = [&](const unsigned int body, const Row &row, const double sign)
     {
-      if (body == ground)
-        return;
-      const std::array<double, 6> row = row_of(x, c);
-      for (unsigned int i = 0; i < 6; ++i)
+      for (unsigned int i = 0; i < 6 && body != ground; ++i)
         forbidden.emplace_back(6 * body + i, sign * row[i]);
     };
-    add(first, at_first, 1);
-    add(second, at_second, -1);
+    add(first, of_first, 1);
+    add(second, of_second, -1);
     for (const auto &[i, a] : forbidden)
       for (const auto &[j, b] : forbidden)
         held(i, j) += a * b;

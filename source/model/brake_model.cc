@@ -462,6 +462,8 @@ namespace squeal
     std::map<Body, unsigned int> number_of_body = {{rotor_body, 0}};
     for (const ContactInterface &interface : geometry.interfaces)
     {
+      if (!interface.slides())
+        continue;
       number_of_body[interface.pad] = names.size();
       names.push_back(interface.name);
     }

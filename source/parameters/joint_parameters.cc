@@ -94,10 +94,19 @@ namespace squeal
           "softer or finer side, the smaller one if one is larger. Both belong to the rotor or "
           "both "
           "do not.");
-      prm.add_parameter("Position tolerance", position_tolerance,
-                        "Largest distance of tied surfaces, m; 0: 5 % of the longest edge of their "
-                        "faces. A distance within it is closed without moving nodes.",
-                        not_negative());
+      prm.add_parameter(
+          "Contacts", contacts,
+          "Surface groups of bodies that do not turn and touch without sliding, meshes not "
+          "matching: "
+          "surface : surface : frictionless, or surface : surface : stick, if wanted with the "
+          "friction coefficient up to which it sticks (stick 0.3: more is warned of); and so on. "
+          "The "
+          "static state decides where they touch. The first of a pair has the multipliers.");
+      prm.add_parameter(
+          "Position tolerance", position_tolerance,
+          "Largest distance of joined surfaces, m; 0: 5 % of the longest edge of their "
+          "faces. A distance within it is closed without moving nodes.",
+          not_negative());
       prm.add_parameter(
           "Points", points,
           "Points that carry masses, springs, dashpots and rigid links: name : surface group, the "
@@ -121,6 +130,28 @@ namespace squeal
     std::vector<std::pair<std::string, std::string>> Joints::tied_surfaces() const
     {
       return pairs_of_names("Joints/Ties", ties, "surface : surface");
+    }
+
+    std::vector<Joints::Contact> Joints::list_of_contacts() const
+    {
+      const std::string wanted = "surface : surface : frictionless, surface : surface : stick, or "
+                                 "that with a friction coefficient above zero";
+      std::vector<Contact> result;
+      for (const std::vector<std::string> &entry : entries_of(contacts))
+      {
+        if (entry.size() != 3 || entry[0].empty() || entry[1].empty() || entry[0] == entry[1])
+          refuse("Contacts", contacts, entry, wanted);
+        const std::string kind = entry[2].substr(0, entry[2].find(' '));
+        std::vector<double> friction;
+        if ((kind != "stick" && kind != "frictionless") ||
+            (kind != entry[2] &&
+             (kind != "stick" || !read_numbers(entry[2].substr(kind.size()), friction) ||
+              friction.size() != 1 || friction[0] <= 0)))
+          refuse("Contacts", contacts, entry, wanted);
+        result.push_back(
+            {entry[0], entry[1], kind == "stick", friction.empty() ? 0. : friction[0]});
+      }
+      return result;
     }
 
     std::vector<Joints::Point> Joints::list_of_points() const
@@ -180,6 +211,7 @@ namespace squeal
     void Joints::check() const
     {
       tied_surfaces();
+      list_of_contacts();
       std::map<std::string, unsigned int> numbers;
       for (const Point &point : list_of_points())
         if (!numbers.emplace(point.name, numbers.size()).second)
@@ -238,6 +270,12 @@ namespace squeal
       if (static_equilibrium.linear_solver == LinearSolver::iterative)
         throw InputError(joint + "Static equilibrium/Linear solver = iterative has no joints; "
                                  "allowed are auto and direct.");
+      if (!joints.contacts.empty() && contact.formulation != Formulation::mortar)
+        throw InputError("Contact/Formulation = " + name_of(contact.formulation) +
+                         " does not go with Joints/Contacts; allowed is mortar.");
+      if (!joints.contacts.empty() && prestress.turning_contact)
+        throw InputError("Prestress/Turning contact does not go with Joints/Contacts, whose "
+                         "directions do not turn; allowed is false.");
       if (contact.formulation == Formulation::mortar_penalty && n_pads() > 0)
         throw InputError(joint + "Contact/Formulation = mortar_penalty does not go with joints; "
                                  "allowed are mortar and penalty.");

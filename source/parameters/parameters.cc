@@ -415,9 +415,9 @@ namespace squeal
       for (const BodyMaterial &body : materials())
         if (body.of_rotor || n_pads() > 0 || joints.active())
           body.material.check(body.section);
-      if (n_pads() > 0)
+      if (has_contact())
         contact.check(stage, operation.angular_velocity);
-      if (prestress.needs_state() && n_pads() > 0 &&
+      if (prestress.needs_state() && has_contact() &&
           contact.steady_pressure != SteadyPressure::computed)
         throw InputError("Contact/Steady pressure = " + name_of(contact.steady_pressure) +
                          ": Prestress/Centrifugal load and Prestress/Stress stiffness need the "

@@ -379,13 +379,13 @@ namespace squeal
           return;
         const std::string &directory          = common.directory;
         const FiniteElementSpace<dim> &spaces = model.spaces();
-        const bool has_pads = prm.n_pads() > 0, slides = prm.terms().friction;
-        const double pressure_scale = has_pads ? state.contact->pressure_scale() : 1;
+        const bool has_contact = prm.has_contact(), slides = prm.terms().friction;
+        const double pressure_scale = has_contact ? state.contact->pressure_scale() : 1;
         if (state.equilibrium)
         {
           const MultiVector &displacements = state.equilibrium->state;
           write_state(spaces, displacements, pressure_scale, directory, cycle);
-          if (has_pads)
+          if (has_contact)
             write_contact(spaces, *state.contact, displacements, slides, directory, cycle);
         }
         std::vector<unsigned int> wanted;
@@ -400,7 +400,7 @@ namespace squeal
           report.log.progress("  fields of mode " + std::to_string(rows[j].mode));
           write_mode(spaces, modes.right, j, pressure_scale, directory, cycle, rows[j].mode,
                      prm.output.animation_frames);
-          if (slides && has_pads)
+          if (slides && prm.n_pads() > 0)
             write_friction_work(spaces, *state.contact, model.friction_work(modes, j), directory,
                                 cycle, rows[j].mode);
         }

@@ -182,10 +182,14 @@ namespace squeal
                    "\n";
           for (unsigned int c = 0; c < n_fields; ++c)
           {
-            const double scale     = c < dim ? 1 : c == dim ? pressure_scale : tie_scale;
-            const std::string kind = c < dim    ? std::string("displacement,") + "xyz"[c]
-                                     : c == dim ? "multiplier,normal"
-                                                : std::string("multiplier,") + "xyz"[c - dim - 1];
+            const unsigned int first_stick = spaces.first_stick_field();
+            const bool is_tie              = c > dim && c < first_stick;
+            const double scale             = c < dim ? 1 : is_tie ? tie_scale : pressure_scale;
+            const std::string kind =
+                c < dim    ? std::string("displacement,") + "xyz"[c]
+                : c == dim ? "multiplier,normal"
+                : is_tie   ? std::string("multiplier,") + "xyz"[c - dim - 1]
+                           : std::string("multiplier,tangential ") + "eb"[c - first_stick];
             for (const WeightedNode &parent : spaces.expand(node))
               if (const unsigned int row = spaces.field_equation(parent.node, c);
                   row != none && kept.has(row))
@@ -210,12 +214,15 @@ namespace squeal
         write_table("unknowns.csv", "row,body,kind,component,node,x_m,y_m,z_m,scale\n", unknowns);
         write_table("nodes.csv", "node,body,x_m,y_m,z_m\n", nodes);
         const std::string n = std::to_string(n_fields);
-        write_matrix_market(directory + "expansion.mtx", expansion,
-                            {"E: E x has for each line of nodes.csv " + n + " rows, the " +
-                             (dim == 3 ? "displacements x, y, z (m)" : "displacements x, y (m)") +
-                             ", the contact pressure" +
-                             (spaces.has_ties() ? " and the tractions of ties" : "") + " (Pa)"},
-                            comm);
+        write_matrix_market(
+            directory + "expansion.mtx", expansion,
+            {"E: E x has for each line of nodes.csv " + n + " rows, the " +
+             (dim == 3 ? "displacements x, y, z (m)" : "displacements x, y (m)") +
+             ", the contact pressure" + (spaces.has_ties() ? " and the tractions of ties" : "") +
+             (spaces.geometry.has_stick() ? " and the tangential tractions e, b of stick contacts"
+                                          : "") +
+             " (Pa)"},
+            comm);
       }
 
     private:
@@ -281,7 +288,8 @@ namespace squeal
       {
         std::map<types::material_id, std::string> names = {{rotor_body, "rotor"}};
         for (const ContactInterface &interface : spaces.geometry.interfaces)
-          names[interface.pad] = interface.name;
+          if (interface.slides())
+            names[interface.pad] = interface.name;
         const IndexSet &owned = spaces.nodes.locally_owned_dofs();
         std::vector<std::string> result(owned.n_elements());
         std::vector<types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());

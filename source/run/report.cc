@@ -60,26 +60,35 @@ namespace squeal
                             const SelfLocking *locking)
   {
     const bool slides = prm.terms().friction, computed = equilibrium != nullptr;
-    if (computed && prm.n_pads() > 0)
+    if (computed && prm.has_contact())
       log.print(iteration_table(equilibrium->iterations, prm.contact.mortar()));
+    const auto has_friction = [&](const ContactResultants &r)
+    { return r.kind == ContactKind::sliding ? slides : computed && r.kind == ContactKind::stick; };
     const auto fields_of = [&](const ContactResultants &r) -> Fields
     {
       const auto known = [](const bool is_known, const double value)
       { return is_known ? std::optional<double>(value) : std::nullopt; };
-      return {{"cycle", cycle},
-              {"pad", r.name},
-              {"normal_force_n", r.normal_force},
-              {"friction_force_n", known(slides, r.friction_force)},
-              {"friction_torque_nm", known(slides, r.friction_torque)},
-              {"contact_area_m2", r.area},
-              {"max_pressure_pa", r.max_pressure},
-              {"max_penetration_m", known(computed, r.max_penetration)},
-              {"self_energising_gain", known(locking, locking ? locking->gain : 0)}};
+      return {
+          {"cycle", cycle},
+          {"pad", r.name},
+          {"normal_force_n", r.normal_force},
+          {"friction_force_n", known(has_friction(r), r.friction_force)},
+          {"friction_torque_nm", known(has_friction(r), r.friction_torque)},
+          {"contact_area_m2", r.area},
+          {"max_pressure_pa", r.max_pressure},
+          {"max_penetration_m", known(computed, r.max_penetration)},
+          {"self_energising_gain", known(locking, locking ? locking->gain : 0)},
+          {"needed_friction", known(computed && r.kind == ContactKind::stick, r.needed_friction)}};
     };
     Table &static_csv = table("static.csv", fields_of({}));
     for (const ContactResultants &r : resultants)
     {
       static_csv.add(fields_of(r));
+      if (r.kind != ContactKind::sliding)
+      {
+        describe_joint(r, computed);
+        continue;
+      }
       log.line(formatted("Pad %s: normal force %.6g N, friction force %.6g N, torque %.6g N m, "
                          "area in contact %.6g m^2, pressure %.4g to %.4g Pa",
                          r.name.c_str(), r.normal_force, slides ? r.friction_force : 0.,
@@ -93,6 +102,30 @@ namespace squeal
       log.line("Warning, self-locking: the friction that a pattern of contact pressure causes "
                "brings back more pressure than that. This steady state is not the one that a "
                "brake reaches when friction grows from zero.");
+  }
+
+  void Report::describe_joint(const ContactResultants &joint, const bool computed)
+  {
+    const bool sticks      = joint.kind == ContactKind::stick;
+    const std::string name = (sticks ? "Stick contact " : "Frictionless contact ") + joint.name;
+    if (!computed)
+    {
+      log.line(name + ": taken for closed, without a computed steady pressure");
+      return;
+    }
+    log.line(
+        formatted("%s: normal force %.6g N, area in contact %.6g m^2, pressure %.4g to %.4g Pa",
+                  name.c_str(), joint.normal_force, joint.area, joint.min_pressure,
+                  joint.max_pressure) +
+        (sticks ? formatted(", tangential force %.6g N; it needs a friction coefficient of "
+                            "%.3g at its worst node",
+                            joint.friction_force, joint.needed_friction)
+                : std::string()));
+    if (joint.friction > 0 && joint.needed_friction > joint.friction)
+      log.line(
+          formatted("Warning: the contact %s has the friction coefficient %g (Joints/Contacts): "
+                    "where it needs more it slips, and is taken for stuck all the same.",
+                    joint.name.c_str(), joint.friction));
   }
 
   void Report::modes(const unsigned int cycle, const EigenSolution &found, const ModeTable &table,

@@ -13,8 +13,9 @@ namespace squeal
       return transposed(gather_rows(block, numbers));
     }
 
-    /// Multipliers of nodes next to each other on a pad's face of which one is closed, the other
-    /// open: the closed ones and the open ones, ascending, the same on all ranks.
+    /// Multipliers, pressures with their tangential tractions, of nodes next to each other on a
+    /// pad's face of which one is closed, the other open: the closed ones and the open ones,
+    /// ascending, the same on all ranks.
     template <int dim>
     std::array<std::vector<unsigned int>, 2> multipliers_beside_edge(const Contact<dim> &contact,
                                                                      const RowRange &rows)
@@ -42,7 +43,8 @@ namespace squeal
       std::array<std::vector<unsigned int>, 2> result;
       for (unsigned int row = 0; row < rows.size; ++row)
         if (marked[row])
-          result[contact.is_closed(row) ? 0 : 1].push_back(row);
+          for (const unsigned int changed : contact.with_tractions(row))
+            result[contact.is_closed(row) ? 0 : 1].push_back(changed);
       return result;
     }
 

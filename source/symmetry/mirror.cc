@@ -148,7 +148,8 @@ namespace squeal
   {
     if constexpr (dim == 3)
     {
-      if (spaces.has_points()) // their rows belong to no node
+      // Rows of points belong to no node; tangential directions are not those of the image.
+      if (spaces.has_points() || spaces.geometry.has_stick())
         return {};
       const auto nodes  = all_nodes(spaces);
       const auto images = find_images(nodes, mid_plane(nodes), tolerance_of(spaces));

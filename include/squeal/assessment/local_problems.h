@@ -52,11 +52,13 @@ namespace squeal
     void add_ties(const CellIterator &cell, const std::vector<unsigned int> &faces,
                   const std::vector<int> &kept, DenseMatrix &local);
     /// The face of a pad's cell that is in contact, or -1.
-    int contact_face(const CellIterator &cell) const;
+    /// The number of the cell's face on the first side of a contact, or -1, and the contact.
+    std::pair<int, const ContactInterface *> contact_face(const CellIterator &cell) const;
+    std::vector<unsigned int> contact_fields() const;
     void add_pressures(const CellIterator &cell, int face, const std::vector<bool> &direct,
                        std::vector<int> &kept) const;
-    void add_contact(const CellIterator &cell, int face, const std::vector<int> &kept,
-                     DenseMatrix &local);
+    void add_contact(const CellIterator &cell, int face, const ContactInterface &interface,
+                     const std::vector<int> &kept, DenseMatrix &local);
 
     const FiniteElementSpace<dim> &spaces;
     const CellMap<dim> &map;

@@ -45,7 +45,7 @@ namespace squeal
   /// them are in contact_matrices.h, the forces in contact_forces.h.
   ///
   /// What has lifted off contributes nothing; the row of an inactive multiplier says that it is
-  /// zero.
+  /// zero. A stick contact has tangential multipliers, too, which are active where the pressure is.
   template <int dim>
   class Contact
   {
@@ -92,10 +92,7 @@ namespace squeal
       return active;
     }
     /// The surfaces touch everywhere again.
-    void close()
-    {
-      active.close();
-    }
+    void close();
     /// Closes or releases the multipliers of these equations, the same on all ranks.
     void set_closed(const std::vector<unsigned int> &equations, const bool closed)
     {
@@ -107,15 +104,20 @@ namespace squeal
     {
       return active.by_row[equation];
     }
-    bool is_active(const FreeNode<dim> &node) const
+    bool is_active(const FreeNode<dim> &node, const unsigned int direction = 0) const
     {
-      return Kinematics::is_active(active.by_row, node);
+      return Kinematics::is_active(active.by_row, node, direction);
     }
 
-    /// Names of the interfaces without any active multiplier or point. Collective.
+    /// The equation of a pressure and those of the tangential tractions that are there only with
+    /// it.
+    std::vector<unsigned int> with_tractions(unsigned int pressure) const;
+
+    /// Names of the pads without any active multiplier or point. Collective.
     std::vector<std::string> lost_contacts() const;
     unsigned int n_active_multipliers() const;
-    /// The rows of the released multipliers, the same on all ranks.
+    /// The rows of the released multipliers, pressures and tangential tractions, the same on all
+    /// ranks.
     std::vector<unsigned int> released_multipliers() const;
     /// The rows of all multipliers, the same on all ranks; none for penalty.
     std::vector<unsigned int> multipliers() const;
@@ -141,16 +143,28 @@ namespace squeal
     {
       model = other;
     }
-    /// g_0, m.
-    double initial_gap(const dealii::Point<dim> &x) const
+    /// g_0, m: between the pads and the rotor.
+    double initial_gap(const unsigned int interface, const dealii::Point<dim> &x) const
     {
-      return model.initial_gap ? model.initial_gap(x) : 0.;
+      return model.initial_gap && slides(interface) ? model.initial_gap(x) : 0.;
+    }
+    bool slides(const unsigned int interface) const
+    {
+      return paired_interfaces()[interface].kind == ContactKind::sliding;
+    }
+    bool sticks(const unsigned int interface) const
+    {
+      return paired_interfaces()[interface].kind == ContactKind::stick;
     }
 
     /// Calls the function with the kinematics of each pair of faces. What they are made of is
     /// cached for the next time unless that is too much in all. With slopes they are made anew.
     void for_each_pair(const std::function<void(unsigned int interface, const Kinematics &)> &work,
                        bool with_slopes = false) const;
+    /// The same for the pads on the rotor: what has friction.
+    void for_each_sliding_pair(
+        const std::function<void(unsigned int interface, const Kinematics &)> &work,
+        bool with_slopes = false) const;
 
     /// What the matrix N depends on but for the active set.
     std::vector<double> constants_of_normal() const
@@ -196,7 +210,16 @@ namespace squeal
     ContactModel<dim> model;
     FaceElement<dim> element;
     std::shared_ptr<const std::vector<PairedInterface<dim>>> surfaces; ///< shared with copies
-    std::vector<bool> is_displacement, is_multiplier;                  ///< by equation
+    enum class Unknown : char
+    {
+      displacement,
+      pressure,
+      traction, ///< tangential, of a stick contact; they follow their pressure
+      held,     ///< the same along what a support holds: it is zero
+      other
+    };
+    void find_held_tractions();
+    std::vector<Unknown> unknowns; ///< by equation
     ActiveSet active;
     double scale = 1, stiffness_of_constraints = 1;
     bool keeps_table = true;

@@ -28,11 +28,18 @@ namespace squeal
                                const MultiVector &velocity, bool with_friction,
                                const MultiVector *turned_from = nullptr);
 
-  /// Resultants of the contact pressure on one pad.
+  /// Resultants of the contact pressure on one pad, or between two other bodies.
   struct ContactResultants
   {
     std::string name;
+    ContactKind kind = ContactKind::sliding;
+    /// Of a pad the sum of the friction's size and its torque about the axis, of a stick contact
+    /// the size of the tangential tractions' sum and their torque on the first body.
     double normal_force = 0, friction_force = 0, friction_torque = 0;
+    /// Of a stick contact, at a node: the largest tangential traction by the pressure, where that
+    /// is more than a thousandth of the largest; and the coefficient up to which it sticks, or
+    /// zero: it is not known.
+    double needed_friction = 0, friction = 0;
     double area = 0;
     /// At the pad's nodes for mortar contact and a static state, else at the quadrature points.
     double max_pressure = 0, min_pressure = 0;

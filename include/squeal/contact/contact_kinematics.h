@@ -18,8 +18,17 @@ namespace squeal
   struct FreeNode
   {
     double weight;
-    /// Displacement components and multiplier (of a tie: the first of dim); -1: none
-    std::array<int, dim + 1> equations;
+    /// Displacement components, multiplier (of a tie: the first of dim), the first of the dim - 1
+    /// tangential ones of a stick contact; -1: none
+    std::array<int, dim + 2> equations;
+
+    /// The equation of the pressure (0) or of the tangential traction along e (1) or b (2), or -1.
+    int multiplier(const unsigned int direction) const
+    {
+      return direction == 0           ? equations[dim]
+             : equations[dim + 1] < 0 ? -1
+                                      : equations[dim + 1] + int(direction) - 1;
+    }
   };
 
   /// A face with the equations of its nodes: each node is interpolated from free nodes.
@@ -29,6 +38,17 @@ namespace squeal
     SurfaceFace<dim> shape;
     std::vector<std::vector<FreeNode<dim>>> nodes;
   };
+
+  /// The direction in the surface with that normal that is nearest to @p along, which is not
+  /// normal to it.
+  template <int dim>
+  dealii::Tensor<1, dim> direction_in_surface(const dealii::Tensor<1, dim> &normal,
+                                              const dealii::Tensor<1, 3> &along);
+
+  /// b = n x e; zero in 2D.
+  template <int dim>
+  dealii::Tensor<1, dim> binormal_of(const dealii::Tensor<1, dim> &normal,
+                                     const dealii::Tensor<1, dim> &direction);
 
   /// What the kinematics on one pair of faces are made of: shape functions of both faces and the
   /// directions at the pair's quadrature points. Less than a seventh of the kinematics themselves.
@@ -43,9 +63,11 @@ namespace squeal
     std::vector<dealii::Point<dim>> positions;
     const ContactFace<dim> *rotor = nullptr, *pad = nullptr;
 
+    /// Where nothing slides, @p along has e as its direction in the surface.
     PairShapes(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
                const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
-               const Geometry<dim> &geometry, double angular_velocity);
+               const Geometry<dim> &geometry, double angular_velocity,
+               const dealii::Tensor<1, 3> *along = nullptr);
   };
 
   /// The displacement jump and its parts on one pair of faces, as rows over the local displacements
@@ -96,6 +118,8 @@ namespace squeal
     {
       return jump_along(2);
     }
+    /// n (0), e (1) or b (2) at a point.
+    dealii::Tensor<1, dim> direction(unsigned int number, unsigned int q) const;
     /// (d_phi u_R).e
     const DenseMatrix &e_phi() const
     {
@@ -128,22 +152,23 @@ namespace squeal
           });
     }
 
-    /// Distributes a local matrix over displacements x multipliers, and its transpose on demand.
-    /// Only active multipliers (flags by equation) couple.
+    /// Distributes a local matrix over displacements x multipliers, pressures or tangential
+    /// tractions (FreeNode::multiplier), and its transpose on demand. Only active multipliers
+    /// (flags by equation) couple.
     void add_coupling(EntryList &entries, const DenseMatrix &local, const std::vector<bool> &active,
-                      const bool transpose_too) const
+                      const bool transpose_too, const unsigned int direction = 0) const
     {
       for_nodes(
           [&](const unsigned int a, const FreeNode<dim> &row)
           {
             for (unsigned int m = 0; m < pad->nodes.size(); ++m)
               for (const FreeNode<dim> &column : pad->nodes[m])
-                for (unsigned int i = 0; i < dim && is_active(active, column); ++i)
+                for (unsigned int i = 0; i < dim && is_active(active, column, direction); ++i)
                 {
                   const double value = row.weight * column.weight * local(a * dim + i, m);
-                  entries.add(row.equations[i], column.equations[dim], value);
+                  entries.add(row.equations[i], column.multiplier(direction), value);
                   if (transpose_too)
-                    entries.add(column.equations[dim], row.equations[i], value);
+                    entries.add(column.multiplier(direction), row.equations[i], value);
                 }
           });
     }
@@ -161,9 +186,11 @@ namespace squeal
                             row.weight * column.weight * local(a, b));
     }
 
-    static bool is_active(const std::vector<bool> &active, const FreeNode<dim> &node)
+    static bool is_active(const std::vector<bool> &active, const FreeNode<dim> &node,
+                          const unsigned int direction = 0)
     {
-      return node.equations[dim] >= 0 && active[node.equations[dim]];
+      const int row = node.multiplier(direction);
+      return row >= 0 && active[row];
     }
 
     /// Adds the local forces sum_q c_q rows(:, q) on the displacements to a list of vector entries.
@@ -232,13 +259,14 @@ namespace squeal
     /// The local multipliers out of a replicated vector; with flags by equation those that are
     /// active, zero for the others.
     std::vector<double> local_multipliers(const std::vector<double> &global,
-                                          const std::vector<bool> *active = nullptr) const
+                                          const std::vector<bool> *active = nullptr,
+                                          const unsigned int direction    = 0) const
     {
       std::vector<double> local(psi.n_rows);
       for (unsigned int m = 0; m < pad->nodes.size(); ++m)
         for (const FreeNode<dim> &node : pad->nodes[m])
-          if (active ? is_active(*active, node) : node.equations[dim] >= 0)
-            local[m] += node.weight * global[node.equations[dim]];
+          if (active ? is_active(*active, node, direction) : node.multiplier(direction) >= 0)
+            local[m] += node.weight * global[node.multiplier(direction)];
       return local;
     }
 
@@ -307,12 +335,15 @@ namespace squeal
     mutable std::array<DenseMatrix, 3> jumps, turning_slopes;
   };
 
-  /// One pad against the rotor: this rank's share of the pad's faces, all faces of the rotor's
-  /// side, their common quadrature.
+  /// One pad against the rotor, or one body against another: this rank's share of the pad's faces,
+  /// all faces of the rotor's side, their common quadrature.
   template <int dim>
   struct PairedInterface
   {
     std::string name;
+    ContactKind kind = ContactKind::sliding;
+    dealii::Tensor<1, 3> along; ///< where nothing slides, e is its direction in the surface
+    double friction = 0;        ///< that a stick contact may need; zero: not known
     std::vector<ContactFace<dim>> pad_faces, rotor_faces;
     std::vector<FacePair<dim>> pairs;
   };

@@ -9,7 +9,7 @@
 namespace squeal
 {
   /// N: penalty int d[[u]].n k_C D[[u]].n, mortar the two off-diagonal blocks and, with
-  /// compliance, -1/k_C int Psi Psi^T.
+  /// compliance, -1/k_C int Psi Psi^T. A stick contact has such blocks along e and b, too.
   template <int dim>
   Matrix normal_matrix(const Contact<dim> &contact);
 

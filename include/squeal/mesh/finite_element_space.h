@@ -27,7 +27,8 @@ namespace squeal
   /// Displacement components share one scalar element, so everything is indexed by *nodes* (degrees
   /// of freedom of the scalar element). An *equation* is a row of the eigenproblem: a displacement
   /// component of a node that is neither fixed nor hanging, the contact pressure of a node on a
-  /// pad's contact face, or a component of the traction of a node on the first side of a tie. Fixed
+  /// contact face, where that sticks with the tangential tractions along e and b, which follow
+  /// it, or a component of the traction of a node on the first side of a tie. Fixed
   /// components and hanging nodes have no equation: nothing is stored or solved for them. Each
   /// rank's equations are contiguous, its displacements first, then its contact pressures, then the
   /// tractions of its ties. Those of the points that joints need (theory.md, section 11) are the
@@ -60,15 +61,25 @@ namespace squeal
       return to_equation(equations[dim](node));
     }
 
+    /// The first of dim - 1 equations of the tangential tractions of a stick contact at a locally
+    /// relevant node, or none. They follow that of the contact pressure.
+    unsigned int stick(const dealii::types::global_dof_index node) const
+    {
+      return geometry.has_stick() ? to_equation(equations.back()(node)) : none;
+    }
     /// The first of dim equations, one for each component, of the traction of a tie at a locally
     /// relevant node, or none. Surfaces that share nodes share these.
     unsigned int tie(const dealii::types::global_dof_index node) const
     {
       return has_ties() ? to_equation(equations[dim + 1](node)) : none;
     }
-    /// The unknowns of a node: displacements, contact pressure, and where there are ties their
-    /// tractions.
+    /// The unknowns of a node: displacements, contact pressure, and where there are ties and stick
+    /// contacts their tractions.
     unsigned int n_fields() const
+    {
+      return first_stick_field() + (geometry.has_stick() ? dim - 1 : 0);
+    }
+    unsigned int first_stick_field() const
     {
       return has_ties() ? 2 * dim + 1 : dim + 1;
     }
@@ -78,8 +89,9 @@ namespace squeal
     {
       if (field <= dim)
         return to_equation(equations[field](node));
-      const unsigned int first = tie(node);
-      return first == none ? none : first + field - dim - 1;
+      const unsigned int first_field = field < first_stick_field() ? dim + 1 : first_stick_field(),
+                         first       = field < first_stick_field() ? tie(node) : stick(node);
+      return first == none ? none : first + field - first_field;
     }
     /// The equation of a motion of a point: along x, y, z, then about them.
     unsigned int point(const unsigned int number, const unsigned int motion) const
@@ -140,6 +152,6 @@ namespace squeal
     void shape_cells(const dealii::AffineConstraints<double> &constraints);
 
     const bool with_multipliers;
-    std::vector<NodeVector> equations; ///< components, multiplier, tie; -1: none
+    std::vector<NodeVector> equations; ///< components, multiplier, tie, stick; -1: none
   };
 } // namespace squeal

@@ -6,6 +6,7 @@
 #include <deal.II/base/tensor.h>
 #include <deal.II/grid/tria.h>
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <map>
@@ -28,12 +29,31 @@ namespace squeal
     return body != rotor_body;
   }
 
-  /// A pair of faces in contact: the pad's face is the mortar (slave) side.
+  /// What two surfaces in contact do along each other (theory.md, section 11).
+  enum class ContactKind
+  {
+    sliding,      ///< a pad on the rotor: Coulomb friction in steady sliding
+    frictionless, ///< nothing
+    stick         ///< not move where they touch
+  };
+
+  /// A pair of surfaces in contact, of a pad and the rotor or of two bodies that do not turn: the
+  /// pad's or first one's is the mortar (slave) side.
   struct ContactInterface
   {
-    std::string name; ///< of the pad, as in static.csv
-    Body pad;
+    std::string name; ///< as in static.csv
+    Body pad;         ///< or the body of the first surface
     dealii::types::boundary_id pad_face, rotor_face;
+    double distance  = 0; ///< that may be between them, m
+    ContactKind kind = ContactKind::sliding;
+    /// Where nothing slides: e is its direction in the surface.
+    dealii::Tensor<1, 3> along = {};
+    double friction            = 0; ///< that a stick contact may need, or zero: not known
+
+    bool slides() const
+    {
+      return kind == ContactKind::sliding;
+    }
   };
 
   /// Two surfaces that are tied (theory.md, section 11): the first has the multipliers.
@@ -104,6 +124,12 @@ namespace squeal
     std::vector<Support<dim>> supports;
     std::vector<PressureLoad<dim>> loads;
     std::vector<ContactInterface> interfaces;
+    bool has_stick() const
+    {
+      return std::any_of(interfaces.begin(), interfaces.end(),
+                         [](const ContactInterface &contact)
+                         { return contact.kind == ContactKind::stick; });
+    }
     std::vector<TiedSurfaces> ties;
     PointJoints point_joints;
     /// Bodies that neither turn nor touch the rotor, by name.

@@ -40,6 +40,7 @@ namespace squeal
     double gap;      ///< the largest distance of paired points, m
     double overlap;  ///< common area, m^2
     double area;     ///< of the first, m^2
+    std::string kind = "Tie";
   };
 
   /// The second surface must cover nearly all of the first, within the @p distance, m, or where

@@ -169,17 +169,24 @@ namespace squeal
     /// How bodies of a mesh file hang together where their meshes do not (theory.md, section 11).
     struct Joints
     {
-      std::string ties = "", points = "", masses = "", springs = "", dashpots = "", links = "";
+      std::string ties = "", contacts = "", points = "", masses = "", springs = "", dashpots = "",
+                  links         = "";
       double position_tolerance = 0; ///< m; 0: a part of the faces' size
 
       bool active() const
       {
-        return !ties.empty() || !points.empty();
+        return !ties.empty() || !contacts.empty() || !points.empty();
       }
 
       /// Surfaces that are tied; the first of a pair has the multipliers. Throws InputError.
       std::vector<std::pair<std::string, std::string>> tied_surfaces() const;
 
+      struct Contact
+      {
+        std::string first, second; ///< surfaces; the first has the multipliers
+        bool sticks;
+        double friction; ///< up to which it sticks, or zero: not known
+      };
       struct Point
       {
         std::string name, surface;        ///< no surface: a point in space
@@ -200,6 +207,7 @@ namespace squeal
         Six values = {};
       };
       // Throw InputError.
+      std::vector<Contact> list_of_contacts() const;
       std::vector<Point> list_of_points() const;
       std::vector<Mass> list_of_masses() const;
       std::vector<Connection> list_of_springs() const;
@@ -391,6 +399,11 @@ namespace squeal
       /// The material of a section, "Rotor", "Pads", "Mesh/Part 1" and so on.
       MaterialSection &material(const std::string &section);
       /// The number of contact pairs.
+      /// Whether surfaces touch: pads on the rotor, or bodies that do not slide.
+      bool has_contact() const
+      {
+        return n_pads() > 0 || !joints.contacts.empty();
+      }
       int n_pads() const
       {
         return scene == Scene::mesh    ? int(mesh.pairs().size())

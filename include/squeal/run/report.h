@@ -62,6 +62,8 @@ namespace squeal
   private:
     /// The table of this name, begun with the columns of @p sample.
     Table &table(const std::string &name, const Fields &sample);
+    /// The line of a contact between bodies that do not slide.
+    void describe_joint(const ContactResultants &joint, bool computed);
     /// Causes of growth rates, and modes near to coalescence.
     void explain(const ModeTable &table);
 

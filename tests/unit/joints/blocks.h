@@ -1,0 +1,122 @@
+#pragma once
+
+#include "fields.h"
+
+#include <squeal/bodies/body_operators.h>
+
+#include <deal.II/physics/transformations.h>
+
+#include <map>
+
+/// What the tests of joints share.
+namespace squeal::tests
+{
+  using dealii::CellData;
+  using dealii::Tensor;
+  namespace types = dealii::types;
+
+  constexpr types::boundary_id first_side = 1, second_side = 2;
+
+  /// A lower block under an upper one of cells that do not match; @p place moves both.
+  template <typename Place>
+  Geometry<3> make_joined_blocks(const Place &place)
+  {
+    Geometry<3> geometry;
+    geometry.parts        = {{rotor_body, 0, false}, {upper_pad_body, 0, false}};
+    geometry.other_bodies = {{upper_pad_body, "block"}};
+    const auto add        = [&](const unsigned int body, const std::array<unsigned int, 3> &n,
+                         const Point<3> &low, const Point<3> &high)
+    {
+      std::map<std::array<unsigned int, 3>, unsigned int> numbers;
+      const auto vertex = [&](const std::array<unsigned int, 3> &at)
+      {
+        const auto [found, is_new] = numbers.emplace(at, geometry.vertices.size());
+        Point<3> x;
+        for (unsigned int d = 0; d < 3; ++d)
+          x[d] = low[d] + (high[d] - low[d]) * at[d] / n[d];
+        if (is_new)
+          geometry.vertices.push_back(place(x));
+        return found->second;
+      };
+      for (unsigned int k = 0; k < n[2]; ++k)
+        for (unsigned int j = 0; j < n[1]; ++j)
+          for (unsigned int i = 0; i < n[0]; ++i)
+          {
+            CellData<3> cell;
+            cell.material_id = body;
+            for (unsigned int v = 0; v < 8; ++v)
+              cell.vertices[v] = vertex({{i + v % 2, j + v / 2 % 2, k + v / 4}});
+            geometry.cells.push_back(cell);
+            if (k != (body == rotor_body ? n[2] - 1 : 0))
+              continue;
+            std::array<unsigned int, 4> face;
+            for (unsigned int v = 0; v < 4; ++v)
+              face[v] = cell.vertices[body == rotor_body ? 4 + v : v];
+            std::sort(face.begin(), face.end());
+            geometry.named_faces[face] = body == rotor_body ? second_side : first_side;
+          }
+    };
+    add(rotor_body, {{2, 3, 2}}, Point<3>(0, 0, 0), Point<3>(0.1, 0.09, 0.03));
+    add(upper_pad_body, {{3, 2, 1}}, Point<3>(0, 0, 0.03), Point<3>(0.1, 0.09, 0.05));
+    return geometry;
+  }
+
+  /// Rows of nodes on the free surface, for one replicated flag a row.
+  inline std::vector<double> free_surface(const FiniteElementSpace<3> &spaces)
+  {
+    MultiVector flags(spaces.rows, 1);
+    std::vector<int> equations;
+    std::vector<double> ones;
+    std::vector<types::global_dof_index> nodes(spaces.fe.n_dofs_per_face());
+    for (const auto &cell : spaces.nodes.active_cell_iterators())
+      if (!cell->is_artificial())
+        for (const unsigned int f : cell->face_indices())
+          if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == 0)
+          {
+            cell->face(f)->get_dof_indices(nodes);
+            for (const auto node : nodes)
+              for (const WeightedNode &w : spaces.expand(node))
+                for (unsigned int c = 0; c < 3; ++c)
+                {
+                  const unsigned int row = spaces.equation(w.node, c);
+                  if (row != FiniteElementSpace<3>::none && spaces.rows.contains(row))
+                    flags.data()[row - spaces.rows.begin] = 1;
+                }
+          }
+    return replicate(flags);
+  }
+
+  inline Point<3> straight(const Point<3> &x)
+  {
+    return x;
+  }
+
+  /// Sheared along the joint, then turned.
+  inline Tensor<2, 3> oblique_turn()
+  {
+    return dealii::Physics::Transformations::Rotations::rotation_matrix_3d(Point<3>(0.6, 0, 0.8),
+                                                                           0.7);
+  }
+  inline Point<3> oblique(const Point<3> &x)
+  {
+    return Point<3>(oblique_turn() * Tensor<1, 3>(Point<3>(x[0] + 0.3 * x[1] + 0.2 * x[2],
+                                                           x[1] - 0.1 * x[0] + 0.4 * x[2], x[2])));
+  }
+  /// Out of the upper block.
+  inline Tensor<1, 3> oblique_normal()
+  {
+    return oblique_turn() * Tensor<1, 3>({0, 0, -1});
+  }
+
+  /// Of a displacement gradient, Pa.
+  inline Tensor<2, 3> stress_of(const Material &material, const Tensor<2, 3> &gradient)
+  {
+    const double nu = material.poisson_ratio, E = material.young_modulus,
+                 lambda           = E * nu / ((1 + nu) * (1 - 2 * nu));
+    const Tensor<2, 3> strain = 0.5 * (gradient + transpose(gradient));
+    Tensor<2, 3> stress       = E / (1 + nu) * strain;
+    for (unsigned int d = 0; d < 3; ++d)
+      stress[d][d] += lambda * trace(strain);
+    return stress;
+  }
+} // namespace squeal::tests
