@@ -165,7 +165,9 @@ namespace squeal
         const double speed = e.norm();
         e *= law.direction() / speed;
         if (with_friction)
-          mu = law.friction.traction(std::abs(omega) * speed, pad_pressure).d_pressure;
+          mu = law.friction_of(interface.name)
+                   .traction(std::abs(omega) * speed, pad_pressure)
+                   .d_pressure;
       }
       else
         e = direction_in_surface(normal, interface.along);

@@ -152,8 +152,9 @@ namespace squeal
             Tensor<1, dim> w = spaces.geometry.transport(x);
             w -= (w * frame.normal) * frame.normal;
             const double speed = std::abs(model.angular_velocity) * w.norm();
-            const double tau   = with_friction ? model.friction.traction(speed, pressure).value : 0;
-            traction           = -tau * model.direction() * w / w.norm();
+            const double tau =
+                with_friction ? contact.friction(i).traction(speed, pressure).value : 0;
+            traction = -tau * model.direction() * w / w.norm();
           }
           else if (interface.kind == ContactKind::stick)
           {

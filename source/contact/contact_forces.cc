@@ -25,7 +25,7 @@ namespace squeal
             const double w = k.weights[q], g = contact.initial_gap(i, k.positions[q]),
                          p = pressure[i][point];
             const auto tau = with_friction && contact.slides(i)
-                                 ? model.friction.traction(k.speeds[q], p)
+                                 ? contact.friction(i).traction(k.speeds[q], p)
                                  : FrictionTraction();
             along_e[q]     = -w * (tau.value - p * tau.d_pressure);
             if (model.mortar)
@@ -124,7 +124,7 @@ namespace squeal
             v -= (v * normal) * normal;
             Components traction = p * normal;
             if (with_friction && contact.slides(i))
-              traction += model.friction.traction(v.norm(), p).over_speed * v;
+              traction += contact.friction(i).traction(v.norm(), p).over_speed * v;
             for (unsigned int c = 0; c < 3; ++c)
             {
               force[c][q] = w * traction[c];
@@ -259,8 +259,9 @@ namespace squeal
             if (!at_nodes)
               extend(p);
             const double friction =
-                contact.slides(i) ? k.weights[q] * model.friction.traction(k.speeds[q], p).value
-                                  : 0;
+                contact.slides(i)
+                    ? k.weights[q] * contact.friction(i).traction(k.speeds[q], p).value
+                    : 0;
             r.area +=
                 k.weights[q] *
                 (model.mortar ? in_contact[q] : double(contact.active_set().by_point[i][point]));
@@ -349,7 +350,7 @@ namespace squeal
             const unsigned int point = k.first_point + q;
             const double p_0         = pressure[i][point];
             dp[q] *= contact.pressure_per_unknown(i, point);
-            const auto law     = model.friction.traction(k.speeds[q], p_0);
+            const auto law     = contact.friction(i).traction(k.speeds[q], p_0);
             const auto of_slip = [&](const double slope, const Complex jump, const Complex d_phi)
             {
               return -M_PI * slope *
@@ -360,7 +361,7 @@ namespace squeal
                                        std::imag(std::conj(along_e[q]) * dp[q]));
             work.damping[i].push_back(
                 with_damping && dim == 3 ? of_slip(law.over_speed, along_b[q], phi_b[q]) : 0.);
-            work.falling[i].push_back(with_damping && !model.friction.is_flat()
+            work.falling[i].push_back(with_damping && !model.friction_is_flat()
                                           ? of_slip(law.d_speed, along_e[q], phi_e[q])
                                           : 0.);
           }

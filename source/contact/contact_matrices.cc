@@ -68,14 +68,14 @@ namespace squeal
   template <int dim>
   Matrix friction_matrix(const Contact<dim> &contact, const ContactPressure &pressure)
   {
-    const ContactModel<dim> &model = contact.contact_model();
-    ContactPressure slopes         = contact.uniform_pressure(0);
+    ContactPressure slopes = contact.uniform_pressure(0);
     contact.for_each_sliding_pair(
         [&](const unsigned int i, const ContactKinematics<dim> &k)
         {
           for (unsigned int q = k.first_point; q < k.first_point + k.n_points; ++q)
-            slopes[i][q] =
-                model.friction.traction(k.speeds[q - k.first_point], pressure[i][q]).d_pressure;
+            slopes[i][q] = contact.friction(i)
+                               .traction(k.speeds[q - k.first_point], pressure[i][q])
+                               .d_pressure;
         });
     return tangential_matrix(contact, slopes);
   }
@@ -97,16 +97,17 @@ namespace squeal
   std::pair<double, ContactPressure> friction_slopes(const Contact<dim> &contact,
                                                      const ContactPressure &pressure)
   {
-    const ContactModel<dim> &model = contact.contact_model();
-    ContactPressure slopes         = contact.uniform_pressure(0);
-    double largest                 = 0;
+    ContactPressure slopes = contact.uniform_pressure(0);
+    double largest         = 0;
     contact.for_each_sliding_pair(
         [&](const unsigned int i, const ContactKinematics<dim> &k)
         {
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
             double &slope = slopes[i][k.first_point + q];
-            slope = model.friction.traction(k.speeds[q], pressure[i][k.first_point + q]).d_pressure;
+            slope         = contact.friction(i)
+                        .traction(k.speeds[q], pressure[i][k.first_point + q])
+                        .d_pressure;
             largest = std::max(largest, std::abs(slope));
           }
         });
@@ -155,9 +156,10 @@ namespace squeal
             // Between its nodes the pressure of a partly released face may dip below zero. It is
             // taken as it is, as in N and T: cut off at zero it would have a kink inside of the
             // face, which no quadrature sees, and more than the pad's normal force.
-            const auto tau = model.friction.traction(k.speeds[q], pressure[i][k.first_point + q]);
-            turning[q]     = k.weights[q] * tau.over_speed;
-            slope[q]       = k.weights[q] * tau.d_speed;
+            const auto tau =
+                contact.friction(i).traction(k.speeds[q], pressure[i][k.first_point + q]);
+            turning[q] = k.weights[q] * tau.over_speed;
+            slope[q]   = k.weights[q] * tau.d_speed;
           }
           const auto times_omega = [&](std::vector<double> c)
           {
@@ -171,7 +173,7 @@ namespace squeal
             if (model.transports)
               k.add_product(Q, k.b(), times_omega(turning), k.b_phi());
           }
-          if (!model.friction.is_flat())
+          if (!model.friction_is_flat())
           {
             k.add(P_falling, k.product(k.e(), slope, k.e()));
             if (model.transports)
@@ -185,7 +187,7 @@ namespace squeal
       if (model.transports)
         result.Q = Q.make_matrix(contact.spaces().rows);
     }
-    if (!model.friction.is_flat())
+    if (!model.friction_is_flat())
     {
       result.P_falling = P_falling.make_matrix(contact.spaces().rows);
       if (model.transports)
@@ -210,7 +212,7 @@ namespace squeal
             p[q] = -w * p_0;
             if (with_friction)
             {
-              const auto t = model.friction.traction(k.speeds[q], p_0);
+              const auto t = contact.friction(i).traction(k.speeds[q], p_0);
               tau[q]       = w * t.value;
               turn[q]      = w * t.over_speed * model.angular_velocity;
               slope[q]     = w * t.d_speed * model.angular_velocity;

@@ -527,8 +527,8 @@ namespace squeal
           for (unsigned int j = 0; j < i; ++j)
             if (pairs[j].first == pad)
               fail("Contact pairs", "'" + pad + "' is in two pairs.");
-          geometry.interfaces.push_back(
-              {pad, pad_of_pair[i], geometry.boundaries.at(pad), geometry.boundaries.at(rotor)});
+          geometry.interfaces.push_back({pad, pad_of_pair[i], geometry.boundaries.at(pad),
+                                         geometry.boundaries.at(rotor), mesh.contact_tolerance});
         }
       }
 
@@ -713,9 +713,15 @@ namespace squeal
 
       void check_pairs()
       {
+        for (const auto &of_pad : prm.contact.friction_by_pad())
+          if (std::none_of(pairs.begin(), pairs.end(),
+                           [&](const auto &pair) { return pair.first == of_pad.first; }))
+            fail("Contact/Friction/Of pads",
+                 "there is no pad '" + of_pad.first + "' written like that.");
         for (const auto &[pad, rotor] : pairs)
           facts.pairs.push_back(check_contact_pair("Mesh/Contact pairs: " + file.name + ": ", pad,
-                                                   patches(pad), rotor, patches(rotor)));
+                                                   patches(pad), rotor, patches(rotor),
+                                                   mesh.contact_tolerance));
       }
 
       bool needs_revolution() const

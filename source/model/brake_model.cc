@@ -340,6 +340,7 @@ namespace squeal
     model.penalty_stiffness = parameters.contact.penalty_stiffness;
     model.compliance        = parameters.contact.compliance();
     model.friction          = parameters.contact.friction;
+    model.friction_of_pads  = parameters.contact.friction_by_pad();
     model.angular_velocity  = parameters.operation.directed_velocity();
     model.transports        = parameters.rotor.transport == Transport::full;
     if (parameters.contact.steady_pressure == SteadyPressure::computed &&

@@ -48,6 +48,10 @@ namespace squeal
       prm.add_parameter("Contact pairs", contact_pairs,
                         "Surface groups that touch: pad surface : rotor surface, and so on. Plane, "
                         "across the axis.");
+      prm.add_parameter("Contact tolerance", contact_tolerance,
+                        "Largest gap or overlap of a contact pair in the mesh, m; it is closed "
+                        "without moving nodes. 0: 1e-4 of the pad's size.",
+                        not_negative());
       prm.add_parameter("Pressure on", pressure_on,
                         "Names of surface groups under Pads/Pressure times Pads/Pressure profile.");
       prm.add_parameter("Clamped", clamped,

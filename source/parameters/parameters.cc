@@ -132,13 +132,64 @@ namespace squeal
                         "how much friction "
                         "amplifies the contact pressure that causes it.");
       friction.declare(prm);
+      const Subsection of_friction(prm, "Friction");
+      prm.add_parameter(
+          "Of pads", friction_of_pads,
+          "Pads whose friction differs: pad : key value; key value, and so on, with keys of this "
+          "section. What is not given is that of the section. Pads are named as in static.csv.");
+    }
+
+    std::vector<std::pair<std::string, FrictionLaw>> Contact::friction_by_pad() const
+    {
+      using dealii::Utilities::split_string_list;
+      const std::string key = "Contact/Friction/Of pads";
+      std::vector<std::pair<std::string, FrictionLaw>> result;
+      for (const std::string &entry : friction_of_pads.empty()
+                                          ? std::vector<std::string>()
+                                          : split_string_list(friction_of_pads, ','))
+      {
+        const std::size_t colon = entry.find(':');
+        const auto wrong        = [&](const std::string &what)
+        {
+          throw InputError(key + " = " + friction_of_pads + ": '" + entry + "' " + what +
+                           ". Wanted is pad : key value; key value, with keys and values of the "
+                           "section Contact/Friction.");
+        };
+        if (colon == std::string::npos)
+          wrong("has no colon");
+        FrictionLaw law = friction;
+        ParameterHandler handler;
+        law.declare(handler);
+        handler.enter_subsection("Friction");
+        for (const std::string &setting : split_string_list(entry.substr(colon + 1), ';'))
+        {
+          const std::size_t blank = setting.rfind(' ');
+          try
+          {
+            if (blank == std::string::npos)
+              wrong("has '" + setting + "' without a value");
+            handler.set(dealii::Utilities::trim(setting.substr(0, blank)),
+                        setting.substr(blank + 1));
+          }
+          catch (const dealii::ExceptionBase &)
+          {
+            wrong("has '" + setting + "', which is no key with a value that it may have");
+          }
+        }
+        handler.leave_subsection();
+        law.check();
+        result.emplace_back(dealii::Utilities::trim(entry.substr(0, colon)), law);
+      }
+      return result;
     }
 
     void Contact::check(const Stage stage, const double angular_velocity)
     {
       friction.check();
-      if (angular_velocity == 0 && terms_of(stage).friction_damping &&
-          friction.smoothing_speed == 0)
+      bool is_smoothed = friction.smoothing_speed > 0;
+      for (const auto &[pad, law] : friction_by_pad())
+        is_smoothed = is_smoothed && law.smoothing_speed > 0;
+      if (angular_velocity == 0 && terms_of(stage).friction_damping && !is_smoothed)
         fail("Operation/Angular velocity", angular_velocity,
              "the friction damping of the stages friction_damping and full grows like 1/Omega and "
              "has "
@@ -347,6 +398,35 @@ namespace squeal
                "there are no matrices; allowed are block_krylov, krylov and dense.");
     }
 
+    void All::check_friction_of_pads() const
+    {
+      std::vector<std::string> pads_there;
+      if (scene == Scene::mesh)
+        for (const auto &pair : mesh.pairs())
+          pads_there.push_back(pair.first);
+      else if (scene == Scene::strip)
+        pads_there = {"block"};
+      else
+        for (const std::string name : {"upper", "lower"})
+          if (pads.n_pads() == 2 || name_of(pads.arrangement) == name)
+            pads_there.push_back(name);
+      std::vector<std::string> named;
+      for (const auto &[pad, law] : contact.friction_by_pad())
+      {
+        if (std::count(pads_there.begin(), pads_there.end(), pad) == 0)
+        {
+          std::string allowed;
+          for (const std::string &name : pads_there)
+            allowed += (allowed.empty() ? "" : ", ") + name;
+          throw InputError("Contact/Friction/Of pads: there is no pad '" + pad + "'; allowed are " +
+                           allowed + ".");
+        }
+        if (std::count(named.begin(), named.end(), pad) > 0)
+          throw InputError("Contact/Friction/Of pads: the pad '" + pad + "' is named twice.");
+        named.push_back(pad);
+      }
+    }
+
     void All::check()
     {
       sweep.check();
@@ -416,7 +496,10 @@ namespace squeal
         if (body.of_rotor || n_pads() > 0 || joints.active())
           body.material.check(body.section);
       if (has_contact())
+      {
         contact.check(stage, operation.angular_velocity);
+        check_friction_of_pads();
+      }
       if (prestress.needs_state() && has_contact() &&
           contact.steady_pressure != SteadyPressure::computed)
         throw InputError("Contact/Steady pressure = " + name_of(contact.steady_pressure) +

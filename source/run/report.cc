@@ -309,8 +309,10 @@ namespace squeal
                      : " " + number(prm.contact.penalty_stiffness) + " N/m^3");
         if (prm.terms().friction)
           text << ", friction " << name_of(prm.contact.friction.kind) << " "
-               << prm.contact.friction.coefficient << ", steady pressure "
-               << name_of(prm.contact.steady_pressure);
+               << prm.contact.friction.coefficient
+               << (prm.contact.friction_of_pads.empty() ? ""
+                                                        : " (" + prm.contact.friction_of_pads + ")")
+               << ", steady pressure " << name_of(prm.contact.steady_pressure);
       }
       text << ", " << prm.operation.angular_velocity << " rad/s";
       if (prm.turns() && prm.rotor.transport == Transport::none)

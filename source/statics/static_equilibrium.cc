@@ -44,11 +44,6 @@ namespace squeal
 
   namespace
   {
-    bool is_nonlinear(const FrictionLaw &friction)
-    {
-      return friction.depends_on_pressure();
-    }
-
     /// The given load and that of the contact.
     template <int dim>
     MultiVector total_load(const Contact<dim> &contact, const ContactPressure &pressure,
@@ -71,7 +66,7 @@ namespace squeal
       result.iterations.push_back(
           {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change, 0});
       return set.n_changed == 0 &&
-             (!is_nonlinear(contact.contact_model().friction) || change < 1e-11);
+             (!contact.contact_model().friction_is_nonlinear() || change < 1e-11);
     }
 
     /// Products with the sum of the terms, which is not made.

@@ -129,5 +129,74 @@ class PlatesInContact(st.TestCase):
                 self.assertIn(words, result.stderr)
 
 
+class Pads(st.TestCase):
+    """Friction of single pads, and gaps of the mesh that are closed."""
+
+    def test_friction_of_pads(self):
+        low, high = 0.3, 0.5
+        both = {**st.TINY_BRAKE, "Contact/Friction/Coefficient": low, "Stage": "full"}
+        expected = self.eigenvalues(both)
+        same = {**both, "Contact/Friction/Coefficient": high,
+                "Contact/Friction/Of pads": f"upper : Coefficient {low}, lower : Law constant; Coefficient {low}"}
+        self.assertSameModes(self.eigenvalues(same), expected, 1e-9)
+        one = {**both, "Contact/Friction/Of pads": f"lower : Coefficient {high}"}
+        results = self.analyse(one)
+        for row in st.read_table(results / "static.csv"):
+            mu = {"upper": low, "lower": high}[row["pad"]]
+            self.assertAlmostEqual(row["friction_force_n"], mu * row["normal_force_n"], delta=1e-9 * row["normal_force_n"])
+        modes = joints.eigenvalues(st.read_table(results / "modes.csv"))
+        self.assertGreater(max(min(abs(l - m) for m in expected) for l in modes), 1)
+        # The other way round it is the mirror image; other paths agree.
+        other = {**both, "Contact/Friction/Coefficient": high, "Contact/Friction/Of pads": f"lower : Coefficient {low}"}
+        for settings, ranks in [(other, 1), (one, 2), ({**one, "Eigenproblem/Solver": "dense"}, 1)]:
+            self.assertSameModes(self.eigenvalues(settings, ranks=ranks), modes, 1e-7)
+        sweep = {"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": f"0.1, {low}"}
+        rows = st.read_table(self.analyse({**one, **sweep}) / "sweep.csv")
+        self.assertSameModes([st.eigenvalue(row) for row in rows if row["parameter"] == low], modes, 1e-6)
+
+    def test_falling_friction_of_one_pad(self):
+        """What falling friction of the lower pad feeds in is felt by its modes; halves on two laws are no halves."""
+        falling = "Law falling; Coefficient 0.4; Coefficient at speed 0.1; Decay speed 1"
+        settings = {**st.TINY_BRAKE, "Stage": "full", "Contact/Friction/Coefficient": 0.4}
+        one = {**settings, "Contact/Friction/Of pads": f"lower : {falling}"}
+        results = self.analyse(one)
+        modes = joints.eigenvalues(st.read_table(results / "modes.csv"))
+        self.assertIn("falling_friction", {row["origin"] for row in st.read_table(results / "contributions.csv")})
+        self.assertSameModes(self.eigenvalues({**one, "Eigenproblem/Solver": "dense"}), modes, 1e-7)
+
+    def test_refused_friction(self):
+        for value, words in [("left : Coefficient 0.3", "there is no pad 'left'; allowed are upper, lower"),
+                             ("upper : Coefficient 0.3, upper : Coefficient 0.4", "'upper' is named twice"),
+                             ("upper : Colour 0.3", "'Colour 0.3'"), ("upper : Coefficient -1", "'Coefficient -1'"),
+                             ("upper", "has no colon")]:
+            with self.subTest(value):
+                self.write("refused.prm", st.parameter_file({**st.TINY_BRAKE, "Contact/Friction/Of pads": value}))
+                result = st.run("refused.prm", directory=self.directory)
+                self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+                self.assertIn(words, result.stderr)
+
+    def test_gap(self):
+        """A gap of 0.1 mm between the upper pad and the disc is closed on demand: what it was without, but for the lever
+        arms."""
+        mesh = mesh_files.brake()
+        self.write("brake.msh", mesh_files.msh2(mesh))
+        expected = self.modes(joints.BRAKE)
+        mesh.move(lambda x, y, z: (x, y, z + 1e-4 * (z > 0.0065)))
+        mesh.nodes = [(x, y, z) for x, y, z in mesh.nodes]
+        first = min(v for face in mesh.surfaces["upper.low"] for v in face)
+        mesh.nodes = [(x, y, z + 1e-4 * (v >= first and abs(z - 0.006) < 1e-9)) for v, (x, y, z) in enumerate(mesh.nodes)]
+        self.write("brake.msh", mesh_files.msh2(mesh))
+        self.write("refused.prm", st.parameter_file(joints.BRAKE))
+        result = st.run("refused.prm", directory=self.directory)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("a gap of 0.0001 m", result.stderr)
+        self.assertIn("Mesh/Contact tolerance closes", result.stderr)
+        closed = {**joints.BRAKE, "Mesh/Contact tolerance": 1.5e-4}
+        modes = self.modes(closed)
+        for mode, other in zip(modes, expected):
+            self.assertAlmostEqual(mode["frequency_hz"], other["frequency_hz"], delta=2e-3 * other["frequency_hz"])
+        self.assertSameModes(joints.eigenvalues(self.modes(closed, ranks=2)), joints.eigenvalues(modes), 1e-7)
+
+
 if __name__ == "__main__":
     unittest.main(verbosity=2)

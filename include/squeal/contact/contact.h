@@ -4,6 +4,7 @@
 #include <squeal/contact/contact_kinematics.h>
 #include <squeal/parameters/friction_laws.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -25,10 +26,32 @@ namespace squeal
     double penalty_stiffness = 0;    ///< k_C, N/m^3
     double compliance        = 0; ///< 1/k_C of a mortar pressure, m^3/N: int Psi (g - p/k_C) da = 0
     FrictionLaw friction;
+    std::vector<std::pair<std::string, FrictionLaw>>
+        friction_of_pads;           ///< where it differs, by name
     double angular_velocity = 0;    ///< Omega, rad/s; -0: at rest, as if it had turned backward
     bool transports         = true; ///< whether turning carries the rotor's deformation along
     std::function<double(const dealii::Point<dim> &)> initial_gap; ///< g_0 >= 0, m; empty: zero
 
+    const FrictionLaw &friction_of(const std::string &pad) const
+    {
+      for (const auto &[name, law] : friction_of_pads)
+        if (name == pad)
+          return law;
+      return friction;
+    }
+    /// Whether no pad's traction depends on the speed.
+    bool friction_is_flat() const
+    {
+      return friction.is_flat() && std::all_of(friction_of_pads.begin(), friction_of_pads.end(),
+                                               [](const auto &of) { return of.second.is_flat(); });
+    }
+    /// Whether that of a pad is not proportional to the pressure.
+    bool friction_is_nonlinear() const
+    {
+      return friction.depends_on_pressure() ||
+             std::any_of(friction_of_pads.begin(), friction_of_pads.end(),
+                         [](const auto &of) { return of.second.depends_on_pressure(); });
+    }
     /// The speed of w d_phi u_R in the sliding velocity.
     double convective_velocity() const
     {
@@ -147,6 +170,10 @@ namespace squeal
     double initial_gap(const unsigned int interface, const dealii::Point<dim> &x) const
     {
       return model.initial_gap && slides(interface) ? model.initial_gap(x) : 0.;
+    }
+    const FrictionLaw &friction(const unsigned int interface) const
+    {
+      return model.friction_of(paired_interfaces()[interface].name);
     }
     bool slides(const unsigned int interface) const
     {

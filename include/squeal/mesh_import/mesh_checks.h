@@ -45,12 +45,14 @@ namespace squeal
   };
 
   /// Contact surfaces must be plane, across the z axis, in a common plane, face each other, and the
-  /// rotor's must cover the pad's. Patches are of degree 1 with outward normals. Throws InputError,
+  /// rotor's must cover the pad's. Their distance is at most @p tolerance, m, or where that is zero
+  /// a part of the pad's size. Patches are of degree 1 with outward normals. Throws InputError,
   /// @p where being the beginning of its message.
   ContactPairMeasures check_contact_pair(const std::string &where, const std::string &pad_name,
                                          const std::vector<SurfaceFace<3>> &pad_faces,
                                          const std::string &rotor_name,
-                                         const std::vector<SurfaceFace<3>> &rotor_faces);
+                                         const std::vector<SurfaceFace<3>> &rotor_faces,
+                                         double tolerance);
 
   /// By how much the corners of a face miss a line of the half plane (r, z), which circles about
   /// the z axis sweep to a plane, cylinder or cone; m.

@@ -100,8 +100,9 @@ namespace squeal
       double penalty_stiffness       = 1e12;
       SteadyPressure steady_pressure = SteadyPressure::computed;
       FrictionLaw friction{FrictionLaw::Kind::constant, 0.6, 0.3, 1, 0, "", {}};
-      std::string initial_gap = "0";
-      bool self_locking_check = false;
+      std::string friction_of_pads = ""; ///< "pad : key value; key value, pad : ..."
+      std::string initial_gap      = "0";
+      bool self_locking_check      = false;
 
       /// Whether the pressure is a multiplier, with or without compliance.
       bool mortar() const
@@ -113,6 +114,10 @@ namespace squeal
       {
         return formulation == Formulation::mortar_penalty ? 1 / penalty_stiffness : 0;
       }
+
+      /// The laws of pads that have their own, by name: the section Friction with what is given
+      /// for the pad in its place. Throws InputError.
+      std::vector<std::pair<std::string, FrictionLaw>> friction_by_pad() const;
 
       void declare(dealii::ParameterHandler &prm);
       void check(Stage stage, double angular_velocity);
@@ -150,9 +155,10 @@ namespace squeal
     struct Mesh
     {
       std::string file = "", origin_text = "0, 0, 0";
-      Axis axis           = Axis::z;
-      CurvedBodies curved = CurvedBodies::rotor;
-      double scale        = 1;
+      Axis axis                = Axis::z;
+      CurvedBodies curved      = CurvedBodies::rotor;
+      double scale             = 1;
+      double contact_tolerance = 0; ///< m; 0: a part of the pad's size
       std::string rotor = "rotor", pads = "", contact_pairs = "", pressure_on = "";
       std::string clamped = "", guided = "";
       std::array<std::string, 3> fixed = {{"", "", ""}};
@@ -399,6 +405,8 @@ namespace squeal
       /// The material of a section, "Rotor", "Pads", "Mesh/Part 1" and so on.
       MaterialSection &material(const std::string &section);
       /// The number of contact pairs.
+      /// Throws InputError where Contact/Friction/Of pads names a pad that there is not.
+      void check_friction_of_pads() const;
       /// Whether surfaces touch: pads on the rotor, or bodies that do not slide.
       bool has_contact() const
       {

@@ -99,7 +99,7 @@ namespace squeal
 
     static bool may_serve(const ContactModel<dim> &model)
     {
-      return model.mortar && !model.friction.depends_on_pressure();
+      return model.mortar && !model.friction_is_nonlinear();
     }
 
     struct Part

@@ -123,7 +123,7 @@ TEST_CASE("mesh checks: contact pairs")
   const std::vector<SurfaceFace<3>> rotor = {rectangle(0, 1, 0, 2, 3, true),
                                              rectangle(1, 3, 0, 2, 3, true)};
   const auto check                        = [&](const SurfaceFace<3> &pad)
-  { return check_contact_pair("", "pad", {pad}, "rotor", rotor); };
+  { return check_contact_pair("", "pad", {pad}, "rotor", rotor, 0.); };
   // Across both faces of the rotor, 3e-5 apart: allowed is 1e-4 of sqrt 5
   const auto inside = check(rectangle(0.5, 2.5, 0.5, 1.5, 3 + 3e-5, false));
   CHECK(std::abs(inside.overlap - 2) <= 1e-12);
