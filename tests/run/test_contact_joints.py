@@ -161,7 +161,7 @@ class Pads(st.TestCase):
         one = {**settings, "Contact/Friction/Of pads": f"lower : {falling}"}
         results = self.analyse(one)
         modes = joints.eigenvalues(st.read_table(results / "modes.csv"))
-        self.assertIn("falling_friction", {row["origin"] for row in st.read_table(results / "contributions.csv")})
+        self.assertIn("falling friction", {row["origin"] for row in st.read_table(results / "contributions.csv")})
         self.assertSameModes(self.eigenvalues({**one, "Eigenproblem/Solver": "dense"}), modes, 1e-7)
 
     def test_refused_friction(self):
