@@ -247,7 +247,7 @@ class CommandLine(st.TestCase):
         self.assertTrue(cycles[0].endswith(",seconds_total,memory_mib"))
         static = (results / "static.csv").read_text().splitlines()
         self.assertEqual(static[0], "cycle,pad,normal_force_n,friction_force_n,friction_torque_nm,contact_area_m2,"
-                                    "max_pressure_pa,max_penetration_m,self_energising_gain")
+                                    "max_pressure_pa,max_penetration_m,self_energising_gain,needed_friction")
 
 
 if __name__ == "__main__":
