@@ -202,9 +202,9 @@ namespace squeal
         }
       for (Column &column : residuals)
         column.compress(VectorOperation::add);
-      if (!base.has_points() || Utilities::MPI::this_mpi_process(spaces.comm) != 0)
+      if (!base.has_nodeless_rows() || Utilities::MPI::this_mpi_process(spaces.comm) != 0)
         return;
-      // The rows of points belong to no cell; they are the same on each space.
+      // The rows of points and superelements belong to no cell; they are the same on each space.
       const unsigned int n_points      = base.first_local_multiplier - base.first_point,
                          n_multipliers = base.rows.end - base.first_point_multiplier;
       for (unsigned int j = 0; j < columns.size(); ++j)

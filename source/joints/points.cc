@@ -236,16 +236,24 @@ namespace squeal
                      scale * arm[i][k] * factor(a, 3 + k));
       }
 
-      /// K (r_1 - r_2) on the first, its opposite on the second.
+      /// K (r_1 - r_2) on the first, its opposite on the second, K = sum of k_c a_c a_c^T over the
+      /// axes a_c, of displacements and of rotations.
       void add_spring(const PointConnection &spring, const std::array<double, 6> &values,
                       EntryList &entries) const
       {
+        std::array<Tensor<2, 3>, 2> stiffness; // along, about
         for (unsigned int k = 0; k < 6; ++k)
-          for (const unsigned int p : {spring.first, spring.second})
-            for (const unsigned int q : {spring.first, spring.second})
-              if (p != PointConnection::ground && q != PointConnection::ground)
-                add(entries, spaces.point(p, k), spaces.point(q, k),
-                    (p == q ? 1 : -1) * values[k] * factor(p, k) * factor(q, k));
+          for (unsigned int i = 0; i < 3; ++i)
+            for (unsigned int j = 0; j < 3; ++j)
+              stiffness[k / 3][i][j] += values[k] * spring.axes[k % 3][i] * spring.axes[k % 3][j];
+        for (unsigned int k = 0; k < 6; ++k)
+          for (unsigned int l = k / 3 * 3; l < k / 3 * 3 + 3; ++l)
+            for (const unsigned int p : {spring.first, spring.second})
+              for (const unsigned int q : {spring.first, spring.second})
+                if (p != PointConnection::ground && q != PointConnection::ground)
+                  add(entries, spaces.point(p, k), spaces.point(q, l),
+                      (p == q ? 1 : -1) * stiffness[k / 3][k % 3][l % 3] * factor(p, k) *
+                          factor(q, l));
       }
 
       const FiniteElementSpace<3> &spaces;

@@ -211,12 +211,11 @@ namespace squeal
         for (unsigned int c = 0; c < dim; ++c)
           if (!fixed[c].is_element(node))
             equations[c](node) = n_local++;
-    const bool has_points_here  = has_points() && Utilities::MPI::this_mpi_process(comm) == 0;
-    const unsigned int n_points = geometry.point_joints.points.size(),
-                       n_links  = geometry.point_joints.links.size();
-    first_point                 = n_local;
-    if (has_points_here)
-      n_local += 6 * n_points;
+    // Rows that belong to no node are the first rank's; here they still count from zero.
+    const bool is_first = Utilities::MPI::this_mpi_process(comm) == 0;
+    first_point         = n_local;
+    if (is_first)
+      n_local = superelement(geometry.superelements.size());
     const unsigned int n_local_displacements = n_local;
     for (const auto node : owned)
       if (in_contact.is_element(node) && !hanging.is_constrained(node))
@@ -238,8 +237,8 @@ namespace squeal
 
     const unsigned int n_local_ties = n_local - n_local_displacements - n_local_multipliers;
     first_point_multiplier          = n_local;
-    if (has_points_here)
-      n_local += 6 * (n_points + n_links);
+    if (is_first)
+      n_local = superelement_multiplier(geometry.superelements.size());
     // The first rank's rows begin at zero.
     first_point            = Utilities::MPI::broadcast(comm, first_point);
     first_point_multiplier = Utilities::MPI::broadcast(comm, first_point_multiplier);
@@ -264,6 +263,25 @@ namespace squeal
           vector(node) += rows.begin;
       vector.update_ghost_values();
     }
+  }
+
+  template <int dim>
+  unsigned int FiniteElementSpace<dim>::superelement(const unsigned int number) const
+  {
+    unsigned int row = first_point + 6 * geometry.point_joints.points.size();
+    for (unsigned int k = 0; k < number; ++k)
+      row += geometry.superelements[k].size();
+    return row;
+  }
+
+  template <int dim>
+  unsigned int FiniteElementSpace<dim>::superelement_multiplier(const unsigned int number) const
+  {
+    unsigned int row = first_point_multiplier + 6 * (geometry.point_joints.points.size() +
+                                                     geometry.point_joints.links.size());
+    for (unsigned int k = 0; k < number; ++k)
+      row += 3 * geometry.superelements[k].n_held();
+    return row;
   }
 
   template <int dim>

@@ -2,6 +2,7 @@
 #include <squeal/mesh_import/imported_scene.h>
 #include <squeal/mesh_import/mesh_checks.h>
 #include <squeal/mesh_import/rigid_motions.h>
+#include <squeal/mesh_import/superelement_files.h>
 #include <squeal/parameters/expressions.h>
 
 #include <deal.II/base/utilities.h>
@@ -20,6 +21,8 @@ namespace squeal
   namespace
   {
     constexpr double revolution_tolerance = 1e-3; ///< of a face's size
+    const std::string superelements_key   = "Joints/Superelements";
+    const std::string exported_key        = "Output/Superelement";
 
     std::vector<std::string> list_of(const std::string &text)
     {
@@ -32,7 +35,7 @@ namespace squeal
     public:
       explicit ImportedScene(const Parameters::All &prm)
           : prm(prm), mesh(prm.mesh),
-            file(read_mesh_file(mesh.file)), facts{file, {}, 0, {}, {}, {}, {}}
+            file(read_mesh_file(mesh.file)), facts{file, {}, 0, {}, {}, {}, {}, {}}
       {
       }
 
@@ -251,6 +254,11 @@ namespace squeal
                                         " bodies; allowed is one.");
             joined.insert(of_point.begin(), of_point.end());
           }
+        for (const auto &superelement : prm.joints.list_of_superelements())
+          for (const std::string &name : superelement.surfaces)
+            for (const Face &face :
+                 find_group(file.surfaces, name, superelements_key, "surface").second)
+              joined.insert(piece_of(boundary_cell(face, name, superelements_key).cell));
         for (auto &tie : ties)
         {
           std::set<bool> turns;
@@ -429,10 +437,13 @@ namespace squeal
           bool is_loaded = false;
           std::string contact; ///< or tied surface
           std::set<unsigned int> points;
+          std::set<unsigned int> superelements;
+          bool is_exported = false;
           bool operator<(const Use &other) const
           {
-            return std::tie(fixed, is_loaded, contact, points) <
-                   std::tie(other.fixed, other.is_loaded, other.contact, other.points);
+            return std::tie(fixed, is_loaded, contact, points, superelements, is_exported) <
+                   std::tie(other.fixed, other.is_loaded, other.contact, other.points,
+                            other.superelements, other.is_exported);
           }
         };
         std::map<Face, Use> uses;
@@ -499,8 +510,36 @@ namespace squeal
                   use.points.insert(p);
                 });
 
+        const auto elements = prm.joints.list_of_superelements();
+        for (unsigned int k = 0; k < elements.size(); ++k)
+          for (const std::string &name : elements[k].surfaces)
+            add(name, superelements_key,
+                [&, k](Use &use)
+                {
+                  if (!use.contact.empty())
+                    fail(superelements_key, "a face of '" + name + "' is in contact or tied too.");
+                  use.superelements.insert(k);
+                });
+        read_superelements();
+        const std::vector<std::string> exported = prm.output.superelement.empty()
+                                                      ? std::vector<std::string>()
+                                                      : prm.output.superelement_of().second;
+        for (const std::string &name : exported)
+          add(name, exported_key, [](Use &use) { use.is_exported = true; });
+        std::set<unsigned int> supported;
+        for (const auto &[face, use] : uses)
+          if (use.fixed != std::array<bool, 3>())
+            supported.insert(face.begin(), face.end());
+        for (const auto &[face, use] : uses)
+          for (const unsigned int node : face)
+            if (use.is_exported && supported.count(node) > 0)
+              fail(exported_key, "its surfaces have the node at " + text_of(file.nodes[node]) +
+                                     ", which is supported too; a superelement hangs on surfaces "
+                                     "that are free to move.");
+
         add_points();
         std::map<Use, types::boundary_id> ids;
+        std::set<types::boundary_id> exported_boundaries;
         for (const auto &[face, use] : uses)
         {
           const auto [id, is_new]    = ids.emplace(use, ids.size() + 1);
@@ -516,11 +555,18 @@ namespace squeal
             geometry.loads.push_back(
                 {id->second, [=](const Point<3> &x) { return pressure * profile(x); }});
           }
-          if (!use.contact.empty())
-            geometry.boundaries[use.contact] = id->second;
+          if (!use.contact.empty() && !geometry.boundaries.emplace(use.contact, id->second).second)
+            fail(exported_key, "its surfaces have some of the faces of '" + use.contact +
+                                   "', which is in contact or tied; allowed are all or none.");
+          for (const unsigned int k : use.superelements)
+            geometry.superelements[k].surface.insert(id->second);
+          if (use.is_exported)
+            exported_boundaries.insert(id->second);
           for (const unsigned int p : use.points)
             geometry.point_joints.points[p].surface.insert(id->second);
         }
+        if (!exported.empty())
+          geometry.superelement_out = {exported_body(exported), exported_boundaries};
         for (unsigned int i = 0; i < pairs.size(); ++i)
         {
           const auto &[pad, rotor] = pairs[i];
@@ -529,6 +575,94 @@ namespace squeal
               fail("Contact pairs", "'" + pad + "' is in two pairs.");
           geometry.interfaces.push_back({pad, pad_of_pair[i], geometry.boundaries.at(pad),
                                          geometry.boundaries.at(rotor), mesh.contact_tolerance});
+        }
+      }
+
+      /// The body of which a superelement is to be made, which has all faces of the surfaces.
+      Body exported_body(const std::vector<std::string> &surfaces) const
+      {
+        const std::string name = prm.output.superelement_of().first;
+        const auto body = std::find_if(geometry.other_bodies.begin(), geometry.other_bodies.end(),
+                                       [&](const auto &other) { return other.second == name; });
+        if (body == geometry.other_bodies.end())
+        {
+          std::string known;
+          for (const auto &other : geometry.other_bodies)
+            known += (known.empty() ? "" : ", ") + other.second;
+          fail(exported_key, "there is no body '" + name +
+                                 "' that neither turns nor touches the rotor. Allowed are: " +
+                                 (known.empty() ? "none, there are no such bodies" : known) + ".");
+        }
+        for (const std::string &surface : surfaces)
+          for (const Face &face :
+               find_group(file.surfaces, surface, exported_key, "surface").second)
+            if (geometry.parts[part_of_cell[faces.at(face)[0].cell]].body != body->first)
+              fail(exported_key,
+                   "the surface '" + surface + "' has faces that are not on '" + name + "'.");
+        return body->first;
+      }
+
+      /// Superelements, and which of their nodes are held. Their surfaces get ids with the faces.
+      void read_superelements()
+      {
+        for (const auto &entry : prm.joints.list_of_superelements())
+        {
+          if (entry.name == "points" || entry.name == "contact" || entry.name == "joints" ||
+              std::count(facts.bodies.begin(), facts.bodies.end(), entry.name) > 0)
+            fail(superelements_key, "there is a body '" + entry.name +
+                                        "' already; the superelement needs a name of its own.");
+          std::vector<HoldingSurface> surfaces;
+          for (const std::string &text : entry.surfaces)
+          {
+            const std::string &name =
+                find_group(file.surfaces, text, superelements_key, "surface").first;
+            surfaces.push_back({name, curved_patches(name)});
+          }
+          superelements.push_back(
+              read_superelement(entry, surfaces, prm.joints.position_tolerance));
+          geometry.superelements.push_back(superelements.back().element);
+          facts.superelements.push_back(superelements.back().report);
+        }
+      }
+
+      /// Connects superelements with the bodies that hold them; they are bodies from @p first on.
+      /// Positions are given to motions as @p scaled.
+      template <typename Function>
+      void hold_by_superelements(const unsigned int first, const Function &scaled,
+                                 RigidMotions &motions) const
+      {
+        const auto entries = prm.joints.list_of_superelements();
+        for (unsigned int k = 0; k < superelements.size(); ++k)
+        {
+          std::vector<unsigned int> cluster; // that each surface belongs to
+          for (const std::string &name : entries[k].surfaces)
+          {
+            std::set<Body> bodies;
+            for (const Face &face :
+                 find_group(file.surfaces, name, superelements_key, "surface").second)
+              bodies.insert(geometry.parts[part_of_cell[faces.at(face)[0].cell]].body);
+            if (bodies.size() > 1)
+              fail(superelements_key, "the surface '" + name + "' is on " +
+                                          std::to_string(bodies.size()) +
+                                          " bodies; allowed is one.");
+            const Body body = *bodies.begin();
+            if (body == rotor_body && needs_revolution())
+              fail(
+                  superelements_key,
+                  "'" + name +
+                      "' is on the rotor, which turns: a superelement would stay where it is. "
+                      "Allowed are other bodies, Stage = elastic, Operation/Angular velocity = 0.");
+            cluster.push_back(cluster_of_body[body]);
+          }
+          std::vector<Point<3>> places;
+          for (const Point<3> &x : superelements[k].element.nodes)
+            places.push_back(scaled(x));
+          for (unsigned int n = 0; n < places.size(); ++n)
+            if (superelements[k].element.is_held[n])
+              for (unsigned int c = 0; c < 3; ++c)
+                motions.connect(first + k, places[n], cluster[superelements[k].surface_of_node[n]],
+                                places[n], c);
+          motions.hold_by(rigid_stiffness(superelements[k].element, places), first + k);
         }
       }
 
@@ -548,11 +682,17 @@ namespace squeal
           for (unsigned int k = 0; k < 6; ++k)
             joints.points[numbers.at(mass.point)].mass[k] += mass.values[k];
         for (const auto &spring : prm.joints.list_of_springs())
-          joints.springs.push_back(
-              {numbers.at(spring.first), numbers.at(spring.second), spring.values, {}});
+          joints.springs.push_back({numbers.at(spring.first),
+                                    numbers.at(spring.second),
+                                    spring.values,
+                                    {},
+                                    spring.axes});
         for (const auto &dashpot : prm.joints.list_of_dashpots())
-          joints.springs.push_back(
-              {numbers.at(dashpot.first), numbers.at(dashpot.second), {}, dashpot.values});
+          joints.springs.push_back({numbers.at(dashpot.first),
+                                    numbers.at(dashpot.second),
+                                    {},
+                                    dashpot.values,
+                                    dashpot.axes});
         for (const auto &link : prm.joints.list_of_links())
           joints.links.push_back({numbers.at(link.first), numbers.at(link.second), {}, {}});
       }
@@ -794,9 +934,10 @@ namespace squeal
       void check_supports()
       {
         // Bodies that are tied are one; then come the points in space.
-        const PointJoints &joints   = geometry.point_joints;
-        const unsigned int n_bodies = facts.bodies.size();
-        RigidMotions motions(n_bodies + joints.points.size());
+        const PointJoints &joints             = geometry.point_joints;
+        const unsigned int n_bodies           = facts.bodies.size();
+        const unsigned int first_superelement = n_bodies + joints.points.size();
+        RigidMotions motions(first_superelement + superelements.size());
         Box box;
         for (const Point<3> &x : file.nodes)
           box.add(x);
@@ -828,8 +969,9 @@ namespace squeal
           {
             const Tensor<1, 3> normal = flat.frame(patch(face), Point<2>(0.5, 0.5)).normal;
             for (const unsigned int node : face)
-              motions.connect(cluster(face), cluster(file.surfaces.at(contact.second)[0]),
-                              scaled(file.nodes[node]), normal);
+              motions.connect(cluster(face), scaled(file.nodes[node]),
+                              cluster(file.surfaces.at(contact.second)[0]),
+                              scaled(file.nodes[node]), {{normal[0], normal[1], normal[2]}}, false);
           }
         std::vector<std::pair<Point<3>, unsigned int>> place_and_body;
         const std::vector<Parameters::Joints::Point> points = prm.joints.list_of_points();
@@ -857,10 +999,11 @@ namespace squeal
         {
           const auto &[x, a] = place_and_body[connection.first];
           if (connection.second == PointConnection::ground)
-            motions.connect(a, x, RigidMotions::ground, x, c);
+            motions.connect(a, x, RigidMotions::ground, x, connection.axes[c % 3], c >= 3);
           else
             motions.connect(a, x, place_and_body[connection.second].second,
-                            place_and_body[connection.second].first, c);
+                            place_and_body[connection.second].first, connection.axes[c % 3],
+                            c >= 3);
         };
         for (const PointConnection &spring : joints.springs)
           for (unsigned int c = 0; c < 6; ++c)
@@ -877,6 +1020,7 @@ namespace squeal
                                 : place_and_body[link.second].second,
                             x, c);
           }
+        hold_by_superelements(first_superelement, scaled, motions);
         const std::vector<unsigned int> n_free = motions.n_free();
         for (unsigned int body = 0; body < n_bodies; ++body)
         {
@@ -894,6 +1038,17 @@ namespace squeal
                                 "(Clamped, Guided, Fixed in x, y, z), joints, or Contact/Steady "
                                 "pressure = uniform.");
         }
+        for (unsigned int k = 0; k < superelements.size(); ++k)
+          if (const unsigned int body = first_superelement + k; n_free[body] > 0)
+          {
+            geometry.may_move_rigidly = true;
+            if (prm.n_pads() > 0 && prm.contact.steady_pressure == SteadyPressure::computed)
+              fail(superelements_key,
+                   "the superelement '" + superelements[k].element.name + "' can move freely (" +
+                       motions.describe(body) +
+                       "), so that there is no static equilibrium. It needs surfaces that are "
+                       "held, or a stiffness that holds it.");
+          }
         for (unsigned int p = 0; p < points.size(); ++p)
           if (const auto &mass = joints.points[p].mass;
               points[p].surface.empty() && n_free[n_bodies + p] > 0)
@@ -990,6 +1145,7 @@ namespace squeal
       Geometry<3> geometry;
       std::vector<std::pair<std::string, std::string>> pairs, ties;
       std::vector<Parameters::Joints::Contact> contacts; ///< that do not slide
+      std::vector<PlacedSuperelement> superelements;
       std::vector<Body> pad_of_pair;
       std::vector<Body> cluster_of_body; ///< one of the bodies that are tied to it
       std::vector<bool> of_rotor;        ///< by material

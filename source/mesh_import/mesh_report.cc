@@ -266,6 +266,8 @@ namespace squeal
                         1e4 * tie.area, " cm^2\n");
     for (const std::string &point : facts.points)
       joints += "  Point " + point + "\n";
+    for (const std::string &superelement : facts.superelements)
+      joints += "  Superelement " + superelement + "\n";
     geometry.report_table = table_of(rows);
     geometry.report =
         "\nMesh file " + facts.file.name + ": " + std::to_string(geometry.cells.size()) +

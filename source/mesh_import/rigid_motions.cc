@@ -14,30 +14,19 @@ namespace squeal
   {
     constexpr double rounding = 1e-9;
 
-    /// The displacement along e at x is this times (t, o) of u = t + o x x: e.u = e.t + (x x e).o.
-    std::array<double, 6> row_of(const Point<3> &x, const Tensor<1, 3> &e)
+    /// The displacement along, or the rotation about, an axis at x is this times (t, o) of
+    /// u = t + o x x: e.u = e.t + (x x e).o.
+    std::array<double, 6> row_of(const Point<3> &x, const std::array<double, 3> &direction,
+                                 const bool rotates)
     {
       std::array<double, 6> row{};
-      const Tensor<1, 3> turn = cross_product_3d(Tensor<1, 3>(x), e);
+      std::copy(direction.begin(), direction.end(), row.begin() + (rotates ? 3 : 0));
+      if (rotates)
+        return row;
+      const Tensor<1, 3> e({direction[0], direction[1], direction[2]}),
+          turn = cross_product_3d(Tensor<1, 3>(x), e);
       for (unsigned int d = 0; d < 3; ++d)
-      {
-        row[d]     = e[d];
         row[3 + d] = turn[d];
-      }
-      return row;
-    }
-
-    /// The same for a coordinate axis, or of the rotation about it.
-    std::array<double, 6> row_of(const Point<3> &x, const unsigned int c)
-    {
-      if (c < 3)
-      {
-        Tensor<1, 3> e;
-        e[c] = 1;
-        return row_of(x, e);
-      }
-      std::array<double, 6> row{};
-      row[c] = 1;
       return row;
     }
   } // namespace
@@ -46,26 +35,38 @@ namespace squeal
                              const unsigned int second, const Point<3> &at_second,
                              const unsigned int c)
   {
-    forbid(first, row_of(at_first, c), second, row_of(at_second, c));
+    std::array<double, 3> direction = {};
+    direction[c % 3]                = 1;
+    connect(first, at_first, second, at_second, direction, c >= 3);
   }
 
-  void RigidMotions::connect(const unsigned int first, const unsigned int second, const Point<3> &x,
-                             const Tensor<1, 3> &direction)
+  void RigidMotions::hold_by(const DenseMatrix &stiffness, const unsigned int body)
   {
-    forbid(first, row_of(x, direction), second, row_of(x, direction));
+    constexpr double smallest             = 1e-7; // of energies: what matrices of ten digits leave
+    DenseMatrix vectors                   = stiffness;
+    const std::vector<double> eigenvalues = symmetric_eigen(vectors);
+    for (unsigned int k = 0; k < eigenvalues.size(); ++k)
+      if (eigenvalues[k] > 0 && eigenvalues[k] > smallest * eigenvalues.back())
+        for (unsigned int i = 0; i < 6; ++i)
+          for (unsigned int j = 0; j < 6; ++j)
+            held(6 * body + i, 6 * body + j) += vectors(i, k) * vectors(j, k);
   }
 
-  void RigidMotions::forbid(const unsigned int first, const Row &of_first,
-                            const unsigned int second, const Row &of_second)
+  void RigidMotions::connect(const unsigned int first, const Point<3> &at_first,
+                             const unsigned int second, const Point<3> &at_second,
+                             const std::array<double, 3> &direction, const bool rotates)
   {
     std::vector<std::pair<unsigned int, double>> forbidden;
-    const auto add = [&](const unsigned int body, const Row &row, const double sign)
+    const auto add = [&](const unsigned int body, const Point<3> &x, const double sign)
     {
-      for (unsigned int i = 0; i < 6 && body != ground; ++i)
+      if (body == ground)
+        return;
+      const std::array<double, 6> row = row_of(x, direction, rotates);
+      for (unsigned int i = 0; i < 6; ++i)
         forbidden.emplace_back(6 * body + i, sign * row[i]);
     };
-    add(first, of_first, 1);
-    add(second, of_second, -1);
+    add(first, at_first, 1);
+    add(second, at_second, -1);
     for (const auto &[i, a] : forbidden)
       for (const auto &[j, b] : forbidden)
         held(i, j) += a * b;

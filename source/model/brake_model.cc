@@ -119,6 +119,7 @@ namespace squeal
     bodies.clear();
     ties_           = {};
     points_         = {};
+    superelements_  = {};
     joint_stiffness = 0;
     spaces_.distribute();
   }
@@ -177,7 +178,7 @@ namespace squeal
     const LinearSolver solver = prm.static_equilibrium.linear_solver;
     if (prm.eigenproblem.is_matrix_free())
       return true;
-    if (spaces_.has_ties() || spaces_.has_points())
+    if (spaces_.has_ties() || spaces_.has_nodeless_rows())
       return false;
     if (solver != LinearSolver::automatic || prm.eigenproblem.is_solved() ||
         prm.contact.self_locking_check)
@@ -234,7 +235,9 @@ namespace squeal
       ties_ = assemble_ties(spaces_, stiffness_of_joints());
     if (spaces_.has_points() && !points_.stiffness)
       points_ = assemble_points(spaces_, stiffness_of_joints());
-    for (Term &term : joint_terms(ties_, points_))
+    if (!geometry.superelements.empty() && !superelements_.stiffness)
+      superelements_ = assemble_superelements(spaces_, stiffness_of_joints());
+    for (Term &term : joint_terms(ties_, points_, superelements_))
       if (with_motion || term.order == 0)
         terms_.push_back(std::move(term));
   }
@@ -250,7 +253,8 @@ namespace squeal
   }
 
   template <int dim>
-  std::vector<Term> BrakeModel<dim>::joint_terms(const Ties &ties, const Points &points)
+  std::vector<Term> BrakeModel<dim>::joint_terms(const Ties &ties, const Points &points,
+                                                 const Superelements &superelements)
   {
     std::vector<Term> terms;
     if (ties.matrix)
@@ -261,13 +265,22 @@ namespace squeal
       terms.push_back({Origin::joint, 1, 1., points.damping});
     if (points.mass)
       terms.push_back({Origin::inertia, 2, 1., points.mass});
+    if (superelements.holding)
+      terms.push_back({Origin::joint, 0, 1., superelements.holding});
+    if (superelements.stiffness)
+      terms.push_back({Origin::elasticity, 0, 1., superelements.stiffness});
+    if (superelements.damping)
+      terms.push_back({Origin::material_damping, 1, 1., superelements.damping});
+    if (superelements.mass)
+      terms.push_back({Origin::inertia, 2, 1., superelements.mass});
     return terms;
   }
 
   template <int dim>
   std::vector<Term> BrakeModel<dim>::joint_terms(const FiniteElementSpace<dim> &spaces) const
   {
-    return joint_terms(assemble_ties_as(ties_, spaces), assemble_points(spaces, joint_stiffness));
+    return joint_terms(assemble_ties_as(ties_, spaces), assemble_points(spaces, joint_stiffness),
+                       assemble_superelements(spaces, joint_stiffness));
   }
 
   /// With a computed pressure the static equilibrium also decides where the pads touch, in every
@@ -447,7 +460,7 @@ namespace squeal
     equations.rows          = spaces_.rows;
     equations.terms         = terms_;
     equations.n_constraints = (steady.contact ? steady.contact->n_active_multipliers() : 0) +
-                              ties_.n_active + points_.n_active;
+                              ties_.n_active + points_.n_active + superelements_.n_active;
     equations.n_local_constraints = spaces_.rows.end - spaces_.first_local_multiplier;
     equations.compliant           = prm.contact.compliance() > 0;
     equations.reference_name      = "the same bodies in frictionless contact";
@@ -483,9 +496,11 @@ namespace squeal
     const bool is_first = Utilities::MPI::this_mpi_process(comm) == 0;
     if (spaces_.has_points())
       name_rows("points", is_first ? spaces_.first_point : rows.end);
+    for (unsigned int k = 0; k < geometry.superelements.size(); ++k)
+      name_rows(geometry.superelements[k].name, is_first ? spaces_.superelement(k) : rows.end);
     if (spaces_.n_multipliers > 0)
       name_rows("contact", spaces_.first_local_multiplier);
-    if (spaces_.has_ties() || spaces_.has_points())
+    if (spaces_.has_ties() || spaces_.has_nodeless_rows())
       name_rows("joints", spaces_.first_local_tie);
     std::vector<types::global_dof_index> cell_nodes(spaces_.fe.n_dofs_per_cell());
     for (const auto &cell : spaces_.nodes.active_cell_iterators())

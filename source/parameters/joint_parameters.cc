@@ -58,7 +58,52 @@ namespace squeal
                          "; entries are separated by commas.");
       }
 
-      /// Connections "point : point or ground : values" of 3 or 6 values, or without values.
+      using Axes = std::array<std::array<double, 3>, 3>;
+
+      /// Unit vectors x', y', z' from "x'" or "x' and a second vector", which lies in the plane of
+      /// x' and y'. With one alone y' is any direction across it. False if that says nothing.
+      bool read_axes(const std::string &text, Axes &axes, bool &has_second)
+      {
+        std::vector<double> numbers;
+        if (!read_numbers(text, numbers) || (numbers.size() != 3 && numbers.size() != 6))
+          return false;
+        using Vector   = std::array<double, 3>;
+        const auto dot = [](const Vector &a, const Vector &b)
+        { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+        const auto normalise = [&](Vector &a)
+        {
+          const double length = std::sqrt(dot(a, a));
+          for (double &x : a)
+            x /= length;
+          return length > 0 && std::isfinite(length);
+        };
+        has_second = numbers.size() == 6;
+        std::copy_n(numbers.begin(), 3, axes[0].begin());
+        if (!normalise(axes[0]))
+          return false;
+        Vector second = {};
+        if (has_second)
+          std::copy_n(numbers.begin() + 3, 3, second.begin());
+        else
+          second[std::min_element(axes[0].begin(), axes[0].end(),
+                                  [](const double a, const double b)
+                                  { return std::abs(a) < std::abs(b); }) -
+                 axes[0].begin()] = 1;
+        if (!normalise(second))
+          return false;
+        const double along = dot(second, axes[0]);
+        for (unsigned int d = 0; d < 3; ++d)
+          axes[1][d] = second[d] - along * axes[0][d];
+        if (!(dot(axes[1], axes[1]) > 1e-12) || !normalise(axes[1]))
+          return false;
+        for (unsigned int d = 0; d < 3; ++d)
+          axes[2][d] = axes[0][(d + 1) % 3] * axes[1][(d + 2) % 3] -
+                       axes[0][(d + 2) % 3] * axes[1][(d + 1) % 3];
+        return true;
+      }
+
+      /// Connections "point : point or ground : values" of 3 or 6 values, if wanted with axes, or
+      /// without values.
       std::vector<Joints::Connection> connections_of(const std::string &key,
                                                      const std::string &text,
                                                      const bool with_values,
@@ -67,9 +112,11 @@ namespace squeal
         std::vector<Joints::Connection> result;
         for (const std::vector<std::string> &entry : entries_of(text))
         {
-          if (entry.size() != (with_values ? 3 : 2) || entry[0].empty() || entry[1].empty())
+          const bool has_axes = with_values && entry.size() == 4;
+          if ((entry.size() != (with_values ? 3 : 2) && !has_axes) || entry[0].empty() ||
+              entry[1].empty())
             refuse(key, text, entry, wanted);
-          Joints::Connection connection{entry[0], entry[1], {}};
+          Joints::Connection connection{entry[0], entry[1]};
           if (with_values)
           {
             std::vector<double> values;
@@ -78,6 +125,17 @@ namespace squeal
               refuse(key, text, entry, wanted);
             std::copy(values.begin(), values.end(), connection.values.begin());
           }
+          bool has_second = false;
+          if (has_axes && !read_axes(entry[3], connection.axes, has_second))
+            refuse(key, text, entry,
+                   wanted + ", with axes as three numbers (x') or six (x' and a vector in the "
+                            "plane of x' and y', not along x')");
+          if (has_axes && !has_second &&
+              (connection.values[1] != connection.values[2] ||
+               connection.values[4] != connection.values[5]))
+            refuse(key, text, entry,
+                   wanted + ": with x' alone the values along (and about) y' and z' must be equal; "
+                            "give a second vector, in the plane of x' and y'");
           result.push_back(connection);
         }
         return result;
@@ -117,14 +175,21 @@ namespace squeal
       prm.add_parameter(
           "Springs", springs,
           "point : point or ground : kx ky kz, and if wanted k about x y z; N/m and N m; and so "
-          "on.");
+          "on. In other axes: a fourth part, : x', or : x' and a vector in the plane of x' and "
+          "y'.");
       prm.add_parameter(
           "Dashpots", dashpots,
           "point : point or ground : cx cy cz, and if wanted c about x y z; N s/m and N m s; and "
-          "so on.");
+          "so on. Axes as of springs.");
       prm.add_parameter("Rigid links", links,
                         "point : point or ground, and so on: the second moves as if it were "
                         "rigidly fixed to the first.");
+      prm.add_parameter(
+          "Superelements", superelements,
+          "Parts known by their matrices: name : files : surface group, if wanted "
+          ": surface group and so on; and so on. The files are <files>-K.mtx, -M.mtx, "
+          "if it is there -D.mtx, and <files>-nodes.csv. Nodes within Position "
+          "tolerance of the surfaces are held to them.");
     }
 
     std::vector<std::pair<std::string, std::string>> Joints::tied_surfaces() const
@@ -208,10 +273,48 @@ namespace squeal
       return connections_of("Rigid links", links, false, "point : point or ground");
     }
 
+    std::vector<Joints::Superelement> Joints::list_of_superelements() const
+    {
+      std::vector<Superelement> result;
+      for (const std::vector<std::string> &entry : entries_of(superelements))
+      {
+        if (entry.size() < 3 || std::any_of(entry.begin(), entry.end(),
+                                            [](const std::string &word) { return word.empty(); }))
+          refuse("Superelements", superelements, entry, "name : files : surface [: surface ...]");
+        Superelement element{entry[0], entry[1], {entry.begin() + 2, entry.end()}};
+        for (const Superelement &other : result)
+          if (other.name == element.name)
+            refuse("Superelements", superelements, entry,
+                   "another one: there are two superelements '" + element.name + "'");
+        std::vector<std::string> surfaces = element.surfaces;
+        std::sort(surfaces.begin(), surfaces.end());
+        if (std::adjacent_find(surfaces.begin(), surfaces.end()) != surfaces.end())
+          refuse("Superelements", superelements, entry,
+                 "name : files : surface [: surface ...], each surface once");
+        result.push_back(std::move(element));
+      }
+      return result;
+    }
+
+    std::pair<std::string, std::vector<std::string>> Output::superelement_of() const
+    {
+      std::vector<std::string> words  = split_string_list(superelement, ':');
+      std::vector<std::string> sorted = words;
+      std::sort(sorted.begin(), sorted.end());
+      if (words.size() < 2 || sorted.front().empty() ||
+          std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
+        throw InputError("Output/Superelement = " + superelement +
+                         ": it is not body : surface [: surface ...], each surface once.");
+      const std::string body = words.front();
+      words.erase(words.begin());
+      return {body, words};
+    }
+
     void Joints::check() const
     {
       tied_surfaces();
       list_of_contacts();
+      list_of_superelements();
       std::map<std::string, unsigned int> numbers;
       for (const Point &point : list_of_points())
         if (!numbers.emplace(point.name, numbers.size()).second)

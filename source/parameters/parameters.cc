@@ -334,6 +334,17 @@ namespace squeal
                         "Whether the matrices of (l^2 M + l P + Q) x = 0 on the last mesh, their "
                         "terms, tables of the unknowns and the modes are written as Matrix Market "
                         "and CSV files.");
+      prm.add_parameter("Superelement", superelement,
+                        "A body that is written as a superelement, and the surface groups on which "
+                        "it hangs on others: body : surface [: surface ...]. The body neither "
+                        "turns nor touches the rotor. The files superelement-K.mtx, -M.mtx, -D.mtx "
+                        "and -nodes.csv are what Joints/Superelements reads.");
+      prm.add_parameter("Superelement modes", superelement_modes,
+                        "The number of its modes with the surfaces held, the lowest, that go with "
+                        "the displacements of the surfaces.",
+                        Patterns::Integer(0, 100000));
+      prm.add_parameter("Superelement frequency", superelement_frequency,
+                        "Those above it are left out, Hz; 0: no limit.", not_negative());
     }
 
     void All::declare(ParameterHandler &prm)
@@ -385,8 +396,18 @@ namespace squeal
 
     void All::check_export() const
     {
-      const auto refuse = [](const std::string &what, const std::string &why)
-      { throw InputError("Output/Matrices = true: with " + what + " " + why); };
+      const auto refuse = [this](const std::string &what, const std::string &why)
+      {
+        throw InputError((output.matrices ? "Output/Matrices = true"
+                                          : "Output/Superelement = " + output.superelement) +
+                         ": with " + what + " " + why);
+      };
+      if (!output.superelement.empty())
+      {
+        output.superelement_of();
+        if (scene != Scene::mesh)
+          throw InputError("Output/Superelement: allowed with Scene = mesh only.");
+      }
       if (sweep.active())
         refuse("Sweep/Parameter = " + sweep.parameter,
                "there would be matrices for each value. Run the value that is wanted by itself.");
@@ -437,7 +458,7 @@ namespace squeal
         fail("Eigenproblem/Minimum frequency", eigenproblem.minimum_frequency,
              "sweeps and maps follow all modes from zero on; allowed with Sweep/Parameter is 0.");
       refinement.check();
-      if (output.matrices)
+      if (output.matrices || !output.superelement.empty())
         check_export();
       if (!refinement.reference.empty() &&
           (sweep.active() || stage == Stage::ladder || scene == Scene::matrices))

@@ -16,6 +16,7 @@
 #include <squeal/run/refinement.h>
 #include <squeal/run/report.h>
 #include <squeal/run/run_directory.h>
+#include <squeal/run/superelement_export.h>
 #include <squeal/symmetry/sectors.h>
 
 #include <deal.II/distributed/grid_refinement.h>
@@ -431,6 +432,12 @@ namespace squeal
       void export_matrices(const unsigned int cycle, const EquationsOfMotion &equations,
                            const EigenPairs &modes)
       {
+        if (model.spaces().geometry.superelement_out)
+        {
+          PhaseTimer::Scope scope(report.timer, "output");
+          report.log.progress("  superelement");
+          report.log.line(squeal::export_superelement(model, equations, common.directory));
+        }
         if (!prm.output.matrices)
           return;
         PhaseTimer::Scope scope(report.timer, "output");

@@ -206,8 +206,11 @@ namespace squeal
                   std::to_string(node) + place + "," + exact_text(scale) + "\n";
           }
         }
-        if (spaces.has_points() && is_rank_zero(comm))
+        if (is_rank_zero(comm))
+        {
           add_points(spaces, points, lines);
+          add_superelements(spaces.geometry.superelements, spaces, lines);
+        }
         std::string unknowns;
         for (const std::string &line : lines)
           unknowns += line;
@@ -256,6 +259,43 @@ namespace squeal
           for (unsigned int l = 0; l < n_links; ++l)
             add(spaces.point_multiplier(n_points + l, k), "multiplier",
                 spaces.geometry.point_joints.links[l].first, k, 1);
+        }
+      }
+
+      /// The lines of the coordinates of superelements and of the multipliers that hold nodes.
+      template <int dim>
+      void add_superelements(const std::vector<Superelement> &superelements,
+                             const FiniteElementSpace<dim> &spaces,
+                             std::vector<std::string> &lines) const
+      {
+        for (unsigned int k = 0; k < superelements.size(); ++k)
+        {
+          const Superelement &element = superelements[k];
+          unsigned int multiplier     = spaces.superelement_multiplier(k);
+          const auto add              = [&](const unsigned int row, const std::string &kind,
+                               const unsigned int n, const std::string &component)
+          {
+            std::string place = ",,,";
+            if (n < element.nodes.size())
+            {
+              place.clear();
+              for (unsigned int c = 0; c < 3; ++c)
+                place += "," + exact_text(element.nodes[n][c]);
+            }
+            if (kept.has(row))
+              lines[row] = std::to_string(kept.number[row]) + "," +
+                           bodies.first[bodies.second[row]] + "," + kind + "," + component + "," +
+                           place + ",1\n";
+          };
+          for (unsigned int n = 0; n < element.nodes.size(); ++n)
+            for (unsigned int c = 0; c < 3; ++c)
+            {
+              add(spaces.superelement(k) + 3 * n + c, "superelement", n, std::string(1, "xyz"[c]));
+              if (element.is_held[n])
+                add(multiplier++, "multiplier", n, std::string(1, "xyz"[c]));
+            }
+          for (unsigned int i = 3 * element.nodes.size(); i < element.size(); ++i)
+            add(spaces.superelement(k) + i, "superelement", element.nodes.size(), "internal");
         }
       }
 
@@ -342,8 +382,9 @@ namespace squeal
 
   std::string names_of_exported_files()
   {
-    return "(M|P|Q|term-[0-9].*|eigenvalues|(right|left)_vectors|expansion)\\.mtx|"
-           "(terms|unknowns|nodes)\\.csv";
+    return "(M|P|Q|term-[0-9].*|eigenvalues|(right|left)_vectors|expansion|superelement-[KMD])\\."
+           "mtx|"
+           "(terms|unknowns|nodes|superelement-nodes)\\.csv";
   }
 
   template <int dim>

@@ -47,6 +47,12 @@ namespace squeal
       return fs::symlink_status(path).type() != fs::file_type::not_found;
     }
 
+    /// Whether the run writes files for other programs.
+    bool exports(const Parameters::Output &output)
+    {
+      return output.matrices || !output.superelement.empty();
+    }
+
     struct InputFile
     {
       std::string key, name;
@@ -57,7 +63,13 @@ namespace squeal
     {
       std::vector<InputFile> all;
       if (prm.scene == Scene::mesh)
+      {
         all.push_back({"Mesh/File", prm.mesh.file});
+        for (const auto &element : prm.joints.list_of_superelements())
+          for (const std::string ending : {"-K.mtx", "-M.mtx", "-D.mtx", "-nodes.csv"})
+            if (ending != "-D.mtx" || fs::exists(element.files + ending))
+              all.push_back({"Joints/Superelements", element.files + ending});
+      }
       if (prm.scene == Scene::matrices)
         all.insert(all.end(), {{"Matrices/Mass", prm.matrices.mass},
                                {"Matrices/Velocity", prm.matrices.velocity},
@@ -228,7 +240,7 @@ namespace squeal
     if (earlier)
       manifest = *earlier;
     manifest.origin = origin;
-    refuse_foreign_results(file.parameters().output.matrices);
+    refuse_foreign_results(exports(file.parameters().output));
     refuse_own_input(file, used);
     if (earlier)
     {
@@ -397,7 +409,7 @@ namespace squeal
       const fs::path parent = path.parent_path().empty() ? fs::path(".") : path.parent_path();
       const std::string own = path.filename().string();
       if (fs::equivalent(parent, directory, ignored) &&
-          (manifest.has(own) || is_name_of_result(own, file.parameters().output.matrices)))
+          (manifest.has(own) || is_name_of_result(own, exports(file.parameters().output))))
         throw InputError(name_of_key + " = " + name +
                          ": this run would replace it by results of its own, since it lies in " +
                          key + ". Copy it to another place, or name another Output/Directory.");

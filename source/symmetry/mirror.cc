@@ -148,8 +148,8 @@ namespace squeal
   {
     if constexpr (dim == 3)
     {
-      // Rows of points belong to no node; tangential directions are not those of the image.
-      if (spaces.has_points() || spaces.geometry.has_stick())
+      // Such rows belong to no node; tangential directions are not those of the image.
+      if (spaces.has_nodeless_rows() || spaces.geometry.has_stick())
         return {};
       const auto nodes  = all_nodes(spaces);
       const auto images = find_images(nodes, mid_plane(nodes), tolerance_of(spaces));

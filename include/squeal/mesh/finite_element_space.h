@@ -33,7 +33,8 @@ namespace squeal
   /// rank's equations are contiguous, its displacements first, then its contact pressures, then the
   /// tractions of its ties. Those of the points that joints need (theory.md, section 11) are the
   /// first rank's: six motions of each, after its displacements, and six multipliers of each
-  /// definition and rigid link, its last ones.
+  /// definition and rigid link, its last ones. So are those of superelements: their coordinates
+  /// after the points' motions, and three multipliers of each node that is held after theirs.
   template <int dim>
   class FiniteElementSpace
   {
@@ -103,6 +104,15 @@ namespace squeal
     unsigned int point_multiplier(const unsigned int number, const unsigned int motion) const
     {
       return first_point_multiplier + 6 * number + motion;
+    }
+    /// The equation of the first coordinate of a superelement.
+    unsigned int superelement(unsigned int number) const;
+    /// The equation of the first multiplier of a superelement: three of each node that is held.
+    unsigned int superelement_multiplier(unsigned int number) const;
+    /// Whether there are rows that belong to no node: of points or superelements.
+    bool has_nodeless_rows() const
+    {
+      return has_points() || !geometry.superelements.empty();
     }
     bool has_points() const
     {

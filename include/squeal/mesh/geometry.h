@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/mesh/superelement.h>
 #include <squeal/parameters/parameters.h>
 
 #include <deal.II/base/point.h>
@@ -10,6 +11,7 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -80,6 +82,8 @@ namespace squeal
     unsigned int first, second;
     /// Of a spring and dashpot, along and about x, y, z: N/m, N m and N s/m, N m s
     std::array<double, 6> stiffness = {}, damping = {};
+    /// Unit vectors along which, and about which, these act.
+    std::array<std::array<double, 3>, 3> axes = {{{{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}}};
   };
 
   /// Points and what connects them. 3D only.
@@ -132,6 +136,9 @@ namespace squeal
     }
     std::vector<TiedSurfaces> ties;
     PointJoints point_joints;
+    std::vector<Superelement> superelements;
+    /// Of which a superelement is to be made: the surfaces on which the body hangs; or none.
+    std::optional<SuperelementInterface> superelement_out;
     /// Bodies that neither turn nor touch the rotor, by name.
     std::map<Body, std::string> other_bodies;
 

@@ -32,7 +32,8 @@ namespace squeal
 
     std::vector<ContactPairMeasures> pairs;
     std::vector<JointMeasures> ties;
-    std::vector<std::string> points; ///< a line for each
+    std::vector<std::string> points;        ///< a line for each
+    std::vector<std::string> superelements; ///< likewise
   };
 
   /// Fills report and report_table of @p geometry: volumes, masses, areas, boxes, Jacobians of the

@@ -3,7 +3,6 @@
 #include <squeal/linalg/dense.h>
 
 #include <deal.II/base/point.h>
-#include <deal.II/base/tensor.h>
 
 #include <array>
 #include <string>
@@ -30,9 +29,13 @@ namespace squeal
     /// rotation about an axis at a point of each.
     void connect(unsigned int first, const dealii::Point<3> &at_first, unsigned int second,
                  const dealii::Point<3> &at_second, unsigned int c);
-    /// Holds two bodies together along a direction at a point.
-    void connect(unsigned int first, unsigned int second, const dealii::Point<3> &x,
-                 const dealii::Tensor<1, 3> &direction);
+    /// The same along or about any unit vector.
+    void connect(unsigned int first, const dealii::Point<3> &at_first, unsigned int second,
+                 const dealii::Point<3> &at_second, const std::array<double, 3> &direction,
+                 bool rotates);
+    /// Holds a body where a stiffness for its rigid motions, about the origin of positions, in
+    /// units of their size, has energy.
+    void hold_by(const DenseMatrix &stiffness, unsigned int body);
 
     /// The number of independent motions that each body has among those that are left.
     std::vector<unsigned int> n_free() const;
@@ -40,9 +43,6 @@ namespace squeal
     std::string describe(unsigned int body) const;
 
   private:
-    using Row = std::array<double, 6>;
-    /// Forbids the motions row_1 . r_1 - row_2 . r_2.
-    void forbid(unsigned int first, const Row &of_first, unsigned int second, const Row &of_second);
     /// For a body the sum of v v^T over its part of an orthonormal basis of the motions left.
     DenseMatrix projector(unsigned int body) const;
     DenseMatrix held;

@@ -6,6 +6,7 @@
 #include <squeal/eigen/block_davidson.h>
 #include <squeal/eigen/eigenpairs.h>
 #include <squeal/joints/points.h>
+#include <squeal/joints/superelements.h>
 #include <squeal/joints/ties.h>
 #include <squeal/model/model.h>
 #include <squeal/statics/static_solver.h>
@@ -161,7 +162,8 @@ namespace squeal
       return points_;
     }
     /// The terms of joints, of all orders; none that are zero.
-    static std::vector<Term> joint_terms(const Ties &ties, const Points &points);
+    static std::vector<Term> joint_terms(const Ties &ties, const Points &points,
+                                         const Superelements &superelements);
     /// The joints' terms on another space of the mesh. Collective.
     std::vector<Term> joint_terms(const FiniteElementSpace<dim> &spaces) const;
 
@@ -194,6 +196,7 @@ namespace squeal
     std::vector<AssembledBody> bodies; ///< by material
     Ties ties_;                        ///< without matrix before it is needed
     Points points_;                    ///< likewise
+    Superelements superelements_;      ///< likewise
     double joint_stiffness = 0;        ///< N/m, as large as the bodies' rows
     SteadyState<dim> steady;
     StaticSolver<dim> static_solver;

@@ -177,11 +177,12 @@ namespace squeal
     {
       std::string ties = "", contacts = "", points = "", masses = "", springs = "", dashpots = "",
                   links         = "";
+      std::string superelements = "";
       double position_tolerance = 0; ///< m; 0: a part of the faces' size
 
       bool active() const
       {
-        return !ties.empty() || !contacts.empty() || !points.empty();
+        return !ties.empty() || !contacts.empty() || !points.empty() || !superelements.empty();
       }
 
       /// Surfaces that are tied; the first of a pair has the multipliers. Throws InputError.
@@ -211,6 +212,14 @@ namespace squeal
       {
         std::string first, second; ///< points; the second may be the ground
         Six values = {};
+        /// Of a spring or dashpot: the directions to which its values belong, unit vectors.
+        std::array<std::array<double, 3>, 3> axes = {{{{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}}};
+      };
+      /// Matrices of another program or run: <files>-K.mtx and so on, held to surfaces.
+      struct Superelement
+      {
+        std::string name, files;
+        std::vector<std::string> surfaces;
       };
       // Throw InputError.
       std::vector<Contact> list_of_contacts() const;
@@ -219,6 +228,7 @@ namespace squeal
       std::vector<Connection> list_of_springs() const;
       std::vector<Connection> list_of_dashpots() const;
       std::vector<Connection> list_of_links() const;
+      std::vector<Superelement> list_of_superelements() const;
 
       void declare(dealii::ParameterHandler &prm);
       void check() const;
@@ -350,11 +360,17 @@ namespace squeal
 
     struct Output
     {
-      std::string directory         = "";
-      FieldOutput fields            = FieldOutput::unstable;
-      unsigned int animation_frames = 16;
-      bool sensitivities            = false;
-      bool matrices                 = false;
+      std::string directory           = "";
+      FieldOutput fields              = FieldOutput::unstable;
+      unsigned int animation_frames   = 16;
+      bool sensitivities              = false;
+      bool matrices                   = false;
+      std::string superelement        = ""; ///< body : surface : ...
+      unsigned int superelement_modes = 20;
+      double superelement_frequency   = 0; ///< Hz; 0: no limit
+      /// The body of which a superelement is made, and the surfaces on which it hangs. Throws
+      /// InputError.
+      std::pair<std::string, std::vector<std::string>> superelement_of() const;
       void declare(dealii::ParameterHandler &prm);
     };
 
