@@ -126,7 +126,8 @@ namespace squeal
 
   template <int dim>
   const SteadyState<dim> &BrakeModel<dim>::find_steady_state(const Parameters::All &parameters,
-                                                             const LinearOperator &nearby)
+                                                             const LinearOperator &nearby,
+                                                             const StateOptions &options)
   {
     prm = parameters;
     terms_.clear();
@@ -134,7 +135,7 @@ namespace squeal
     if (!prm.eigenproblem.is_matrix_free() &&
         (prm.eigenproblem.is_solved() || !solves_iteratively()))
       add_bodies(false);
-    steady = steady_state_after(std::exchange(steady, {}), nearby);
+    steady = steady_state_after(std::exchange(steady, {}), nearby, options);
     return steady;
   }
 
@@ -287,7 +288,8 @@ namespace squeal
   /// stage. A rotor alone has a static state only under the centrifugal load.
   template <int dim>
   SteadyState<dim> BrakeModel<dim>::steady_state_after(SteadyState<dim> before,
-                                                       const LinearOperator &nearby)
+                                                       const LinearOperator &nearby,
+                                                       const StateOptions &options)
   {
     SteadyState<dim> found;
     const bool has_pads       = !geometry.interfaces.empty(),
@@ -297,7 +299,7 @@ namespace squeal
     const bool computed = has_pads ? prm.contact.steady_pressure == SteadyPressure::computed
                                    : prm.prestress.needs_state();
     const bool follows  = nearby && (before.equilibrium || !computed);
-    const bool needs_edge =
+    const bool has_bars =
         prm.eigenproblem.error_bars && prm.eigenproblem.is_solved() && !prm.sweep.active();
     {
       PhaseTimer::Scope scope(timer, "contact");
@@ -309,11 +311,13 @@ namespace squeal
     }
     iterative.reset();
     if ((is_matrix_free || (computed && solves_iteratively())) && !follows)
-      make_iterative_solver(needs_edge && computed);
+      make_iterative_solver(has_bars && computed);
     if (!follows)
     {
       PhaseTimer::Scope scope(timer, "contact");
       close_contact(*found.contact, terms_, iterative.get());
+      if (options.zone && computed)
+        start_from(*options.zone, *found.contact);
     }
     if (!computed)
     {
@@ -324,8 +328,8 @@ namespace squeal
     PhaseTimer::Scope scope(timer, "static");
     log.progress("  static equilibrium");
     found.equilibrium =
-        static_solver.solve({terms_, prm.terms().friction, static_load(prm, spaces_), needs_edge,
-                             [this]() { return sectors(); }},
+        static_solver.solve({terms_, prm.terms().friction, static_load(prm, spaces_),
+                             has_bars && options.with_edge, [this]() { return sectors(); }},
                             *found.contact, std::move(before.equilibrium), nearby, iterative.get());
     if (!is_matrix_free)
       iterative.reset();

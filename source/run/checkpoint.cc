@@ -143,6 +143,15 @@ namespace squeal
       visit_size(record.divided_at_edge);
       for (auto &cells : record.divided_at_edge)
         visit_cells(cells);
+      visit_size(record.zone.interfaces);
+      for (ContactZone::Interface &interface : record.zone.interfaces)
+        for (ContactZone::Points *const points : {&interface.closed, &interface.open})
+        {
+          visit_size(*points);
+          for (std::array<double, 3> &point : *points)
+            for (double &x : point)
+              visit_number(x);
+        }
       visit_size(record.cycles);
       for (Checkpoint::Cycle &cycle : record.cycles)
       {

@@ -165,13 +165,15 @@ namespace squeal
       void run()
       {
         const unsigned int first = resume();
-        if (first == 0)
-          refine_at_contact_edge();
-        unsigned int cycle = first;
+        bool has_state           = first == 0 && refine_at_contact_edge();
+        unsigned int cycle       = first;
         for (; has_mesh(cycle); ++cycle)
         {
-          make_mesh(cycle);
-          const SteadyState<dim> &state     = model.find_steady_state(prm);
+          if (!has_state)
+            number_unknowns();
+          tell_mesh(cycle);
+          const SteadyState<dim> &state =
+              std::exchange(has_state, false) ? model.steady_state() : find_steady_state(true);
           const EquationsOfMotion equations = linearise(state);
           report_steady_state(cycle, state);
           const EigenSolution found = find_modes(equations);
@@ -189,7 +191,10 @@ namespace squeal
         if (continues())
         {
           if (cycle == first) // this run has made no mesh
-            make_mesh(cycle > 0 ? cycle - 1 : 0);
+          {
+            number_unknowns();
+            tell_mesh(cycle > 0 ? cycle - 1 : 0);
+          }
           common.continue_along_parameters(model, make_model());
         }
         Checkpoint::remove(common.directory, common.comm);
@@ -231,25 +236,22 @@ namespace squeal
       }
 
       /// Divides cells where the static equilibrium says that the contact ends: modes are sensitive
-      /// to the place, and it takes no modes to find it.
-      void refine_at_contact_edge()
+      /// to the place, and it takes no modes to find it. Returns whether the model has all of the
+      /// state of the last mesh: where pads touch everywhere, no edge is left that bars ask for.
+      bool refine_at_contact_edge()
       {
-        Parameters::All without_bars         = prm;
-        without_bars.eigenproblem.error_bars = false;
-        auto &mesh                           = model.spaces().triangulation;
+        auto &mesh = model.spaces().triangulation;
         for (unsigned int level = 0; level < prm.refinement.edge_levels; ++level)
         {
-          {
-            PhaseTimer::Scope scope(report.timer, "mesh");
-            model.distribute();
-          }
-          const SteadyState<dim> &state = model.find_steady_state(without_bars);
+          number_unknowns();
+          const SteadyState<dim> &state = find_steady_state(false);
+          const std::size_t n_steps     = state.equilibrium->iterations.size();
           PhaseTimer::Scope scope(report.timer, "mesh");
           std::vector<double> by_cell = cells_at_contact_edge(*state.contact);
           if (Utilities::MPI::max(by_cell.size(), common.comm) == 0)
           {
             report.log.line("\nThe pads touch everywhere: no edge of the contact to refine.");
-            return;
+            return true;
           }
           model.keep_sectors(by_cell);
           unsigned int number = 0;
@@ -263,20 +265,35 @@ namespace squeal
             report.log.line("\n" + objection);
             for (const auto &cell : mesh.active_cell_iterators())
               cell->clear_refine_flag();
-            return;
+            return false;
           }
           checkpoint.divided_at_edge.push_back(divide(mesh));
           report.log.line(text_of("\nEdge of the contact, level ", level + 1, ": ",
                                   checkpoint.divided_at_edge.back().size(),
-                                  " of the pads' cells divided."));
+                                  " of the pads' cells divided. Active set: ", n_steps, " steps."));
         }
+        return false;
       }
 
-      void make_mesh(const unsigned int cycle)
+      /// From where the pads touched on the mesh before.
+      const SteadyState<dim> &find_steady_state(const bool with_edge)
+      {
+        const SteadyState<dim> &state =
+            model.find_steady_state(prm, {}, {&checkpoint.zone, with_edge});
+        checkpoint.zone =
+            state.contact && state.equilibrium ? zone_of(*state.contact) : ContactZone();
+        return state;
+      }
+
+      void number_unknowns()
       {
         PhaseTimer::Scope scope(report.timer, "mesh");
-        const FiniteElementSpace<dim> &spaces = model.spaces();
         model.distribute();
+      }
+
+      void tell_mesh(const unsigned int cycle)
+      {
+        const FiniteElementSpace<dim> &spaces = model.spaces();
         report.log.line(
             text_of("\nMesh ", cycle, ": ", spaces.triangulation.n_global_active_cells(),
                     " cells of degree ", spaces.fe.degree, ", ", spaces.n_displacements,

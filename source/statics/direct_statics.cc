@@ -26,41 +26,65 @@ namespace squeal
     return terms_of_order(terms, 0);
   }
 
+  namespace
+  {
+    /// A copy with only a number on the diagonal in some rows, ascending.
+    Matrix with_replaced_rows(const Matrix &matrix, const RowRange &rows,
+                              const std::vector<unsigned int> &replaced, const double diagonal)
+    {
+      const std::vector<PetscInt> local(
+          std::lower_bound(replaced.begin(), replaced.end(), rows.begin),
+          std::lower_bound(replaced.begin(), replaced.end(), rows.end));
+      Mat copy = nullptr;
+      SQUEAL_PETSC(MatDuplicate(matrix, MAT_COPY_VALUES, &copy));
+      Matrix result(copy);
+      SQUEAL_PETSC(MatZeroRows(copy, local.size(), local.data(), diagonal, nullptr, nullptr));
+      return result;
+    }
+  } // namespace
+
   /// The linear problems of one mesh for changing sets of released multipliers R and changing
-  /// friction c, by the factorisation of the problem A with all multipliers and the friction of
-  /// then. Releasing a multiplier replaces its constraint by Lambda = 0; the constraint then has a
-  /// slack s. With L the multipliers' rows and F Lambda the forces of friction,
-  ///     (A + c F) x = b + E_R s,   x_R = 0
-  ///     =>   x = x_0 - c Y_F Lambda + Y s,   A x_0 = b,   A Y = E_R,   A Y_F = F E_L,
+  /// friction c. A is the problem with all multipliers and the friction of the factorisation; a
+  /// released one has Lambda = 0 in place of its constraint. What is factorised is A_0, with the
+  /// rows O so replaced; the rows D in which R and O differ are mended by their effects, with L
+  /// the multipliers' rows and F Lambda the forces of friction:
+  ///     (A + c F) x = b but for the rows R,   x_R = 0
+  ///     =>   x = x_0 + Y s,   A_0 x_0 = b,   A_0 Y = E_D,
+  ///          x_i = 0 for i in R,   (A x)_i = b_i for i in O, not R,
+  /// and where friction has changed, for which O is empty,
+  ///          x = x_0 - c Y_F Lambda + Y s,   A Y_F = F E_L,
   ///          (1 + c Y_F,L) Lambda - Y_L s = x_0,L,   Lambda_R = 0.
   /// A new set, or another friction coefficient, costs a few solves instead of a factorisation.
   class ReleaseSolver
   {
   public:
-    ReleaseSolver(const RowRange &rows, Matrix &&matrix)
-        : rows(rows), A(std::move(matrix)), norm(A.infinity_norm()),
-          factorization(A, Factorization::Kind::lu, "the stiffness of the static equilibrium"),
-          Y(rows, 0)
+    /// @p given is A, @p replaced O, ascending, @p diagonal what is on the diagonal of its rows.
+    ReleaseSolver(const RowRange &rows, Matrix &&given, const std::vector<unsigned int> &replaced,
+                  const double diagonal)
+        : rows(rows), A(std::move(given)), open(replaced), diagonal(diagonal),
+          norm(A.infinity_norm()), factorization(make_factors()), Y(rows, 0)
     {
     }
 
-    /// A^{-1} B with one step of iterative refinement.
-    MultiVector solve(const MultiVector &right_hand_sides) const
+    /// How many solutions it lacks for these released multipliers.
+    unsigned int n_missing(const std::vector<unsigned int> &released) const
     {
-      MultiVector solution = factorization.solve(right_hand_sides);
-      solution += factorization.solve(difference(right_hand_sides, multiply(A, solution)));
-      return solution;
+      const std::vector<unsigned int> changed = changes(released);
+      return std::count_if(changed.begin(), changed.end(),
+                           [this](const unsigned int row) { return !is_known(row); });
     }
 
     /// The friction matrix F and the rows L of all multipliers.
     void set_friction(std::shared_ptr<const Matrix> matrix, std::vector<unsigned int> all)
     {
+      if (!open.empty())
+        throw std::logic_error("Another friction needs factors with all contacts closed.");
       F           = std::move(matrix);
       multipliers = std::move(all);
       responses   = DenseMatrix();
     }
 
-    /// x with (A + c F) x = b + E_R s and x_R = 0.
+    /// x with (A + c F) x = b but for the rows R, and x_R = 0.
     MultiVector solve(const MultiVector &b, const double c,
                       const std::vector<unsigned int> &released)
     {
@@ -72,51 +96,80 @@ namespace squeal
       if (c != 0 && responses.values.empty())
         find_responses();
       MultiVector x =
-          c == 0 ? release(unreleased, released) : solve_changed(b, unreleased, c, released);
+          c == 0 ? change(unreleased, b, released) : solve_changed(b, unreleased, c, released);
       MultiVector residual = residual_of(x, b, c, released);
-      // What another friction leaves of b is due to rounding; it is corrected as often as that is
-      // more than in one multiplication.
+      // What another friction leaves of b is due to rounding, and so is what contacts leave that
+      // close again: A_0 may be soft where they are open. It is corrected as often as it is more
+      // than in one multiplication.
       constexpr double rounding           = 2e-15;
       constexpr unsigned int most_repeats = 2;
-      for (unsigned int repeat = 0; repeat < most_repeats && c != 0; ++repeat)
+      for (unsigned int repeat = 0; repeat < most_repeats && (c != 0 || !open.empty()); ++repeat)
       {
         if (largest_entry(residual) <= rounding * (norm * largest_entry(x) + largest_entry(b)))
           break;
-        x += solve_changed(residual, factorization.solve(residual), c, released);
+        x += c == 0 ? change(solve(residual), residual, released)
+                    : solve_changed(residual, factorization->solve(residual), c, released);
         residual = residual_of(x, b, c, released);
       }
       residual_ = length_of(residual) / length_of(b);
       return x;
     }
-    /// |b - (A + c F) x - E_R s| / |b| of the last solution.
+    /// |b - (A + c F) x| / |b| but for the rows R of the last solution.
     double relative_residual() const
     {
       return residual_;
     }
 
-    /// x_0 + Y s with (x_0 + Y s)_R = 0.
-    MultiVector release(MultiVector x, const std::vector<unsigned int> &released)
+    /// Without friction's change, for any number of right sides.
+    MultiVector solve_columns(const MultiVector &b, const std::vector<unsigned int> &released)
     {
-      find_releases(released);
-      // Y_RR and x_0R on all ranks
-      const unsigned int n = released.size(), m = x.n_columns();
-      std::vector<double> values(n * (n + m));
-      for (unsigned int i = 0; i < n; ++i)
-        if (rows.contains(released[i]))
-          for (unsigned int j = 0; j < n + m; ++j)
-            values[i + n * j] = j < n ? Y.column(column_of(released[j]))[released[i] - rows.begin]
-                                      : -x.column(j - n)[released[i] - rows.begin];
-      MPI_Allreduce(MPI_IN_PLACE, values.data(), values.size(), MPI_DOUBLE, MPI_SUM, rows.comm);
-      if (n == 0)
-        return x;
-      add_slack(released,
-                squeal::solve(DenseMatrix(n, n, {values.begin(), values.begin() + n * n}),
-                              DenseMatrix(n, m, {values.begin() + n * n, values.end()})),
-                x);
-      return x;
+      return change(solve(b), b, released);
     }
 
   private:
+    std::unique_ptr<const Factorization> make_factors() const
+    {
+      const std::string what = "the stiffness of the static equilibrium";
+      if (open.empty())
+        return std::make_unique<const Factorization>(A, Factorization::Kind::lu, what);
+      return std::make_unique<const Factorization>(with_replaced_rows(A, rows, open, diagonal),
+                                                   Factorization::Kind::lu, what);
+    }
+
+    /// A_0 x
+    MultiVector product(const MultiVector &x) const
+    {
+      MultiVector y = multiply(A, x);
+      for (unsigned int k = 0; k < x.n_columns(); ++k)
+        for (const unsigned int row : open)
+          if (rows.contains(row))
+            y.column(k)[row - rows.begin] = diagonal * x.column(k)[row - rows.begin];
+      return y;
+    }
+
+    /// A_0^{-1} B with one step of iterative refinement; B is taken for zero in the rows O.
+    MultiVector solve(MultiVector b) const
+    {
+      clear_rows(b, open);
+      MultiVector solution = factorization->solve(b);
+      solution += factorization->solve(difference(b, product(solution)));
+      return solution;
+    }
+
+    /// D
+    std::vector<unsigned int> changes(const std::vector<unsigned int> &released) const
+    {
+      std::vector<unsigned int> changed;
+      std::set_symmetric_difference(released.begin(), released.end(), open.begin(), open.end(),
+                                    std::back_inserter(changed));
+      return changed;
+    }
+
+    bool is_known(const unsigned int row) const
+    {
+      return std::find(known.begin(), known.end(), row) != known.end();
+    }
+
     unsigned int column_of(const unsigned int row) const
     {
       return std::find(known.begin(), known.end(), row) - known.begin();
@@ -130,17 +183,58 @@ namespace squeal
       return same;
     }
 
-    /// Y of the released that it does not have yet.
-    void find_releases(const std::vector<unsigned int> &released)
+    /// Y of the rows that it does not have yet, and of A Y the rows O.
+    void find_effects(const std::vector<unsigned int> &changed)
     {
       std::vector<unsigned int> added;
-      for (const unsigned int row : released)
-        if (std::find(known.begin(), known.end(), row) == known.end())
+      for (const unsigned int row : changed)
+        if (!is_known(row))
           added.push_back(row);
       if (added.empty())
         return;
-      Y.append(solve(unit_columns(rows, added)));
+      // The rows O of A_0 are not cleared here: effects of those that close are wanted, too.
+      MultiVector effects = factorization->solve(unit_columns(rows, added));
+      effects += factorization->solve(difference(unit_columns(rows, added), product(effects)));
+      if (!open.empty())
+      {
+        const DenseMatrix gaps = transposed(gather_rows(multiply(A, effects), open));
+        constraints.insert(constraints.end(), gaps.values.begin(), gaps.values.end());
+      }
+      Y.append(effects);
       known.insert(known.end(), added.begin(), added.end());
+    }
+
+    /// x_0 + Y s with its conditions in the rows D.
+    MultiVector change(MultiVector x, const MultiVector &b,
+                       const std::vector<unsigned int> &released)
+    {
+      const std::vector<unsigned int> changed = changes(released);
+      find_effects(changed);
+      const unsigned int n = changed.size(), m = x.n_columns();
+      if (n > 0)
+      {
+        const DenseMatrix of_Y = gather_rows(Y, changed), of_x = gather_rows(x, changed);
+        DenseMatrix defects;
+        if (!open.empty())
+          defects = gather_rows(difference(b, multiply(A, x)), changed);
+        DenseMatrix equations(n, n), right(n, m);
+        for (unsigned int i = 0; i < n; ++i)
+        {
+          const auto place    = std::lower_bound(open.begin(), open.end(), changed[i]);
+          const bool closes   = place != open.end() && *place == changed[i];
+          const std::size_t o = place - open.begin();
+          for (unsigned int j = 0; j < n; ++j)
+          {
+            const unsigned int k = column_of(changed[j]);
+            equations(i, j)      = closes ? constraints[o + open.size() * k] : of_Y(k, i);
+          }
+          for (unsigned int k = 0; k < m; ++k)
+            right(i, k) = closes ? defects(k, i) : -of_x(k, i);
+        }
+        add_effects(changed, squeal::solve(std::move(equations), std::move(right)), x);
+      }
+      clear_rows(x, released); // zero up to rounding: exactly
+      return x;
     }
 
     /// Y_F,L, some columns at a time: the other rows of Y_F are not kept.
@@ -155,7 +249,7 @@ namespace squeal
         const std::vector<unsigned int> some(multipliers.begin() + first,
                                              multipliers.begin() + last);
         const DenseMatrix at_multipliers =
-            gather_rows(factorization.solve(multiply(*F, unit_columns(rows, some))), multipliers);
+            gather_rows(factorization->solve(multiply(*F, unit_columns(rows, some))), multipliers);
         for (unsigned int j = first; j < last; ++j)
           for (unsigned int i = 0; i < n; ++i)
             responses(i, j) = at_multipliers(j - first, i);
@@ -166,7 +260,7 @@ namespace squeal
     MultiVector solve_changed(const MultiVector &b, const MultiVector &x_0, const double c,
                               const std::vector<unsigned int> &released)
     {
-      find_releases(released);
+      find_effects(released);
       const unsigned int n = multipliers.size(), n_released = released.size();
       // Columns of 1 + c Y_F,L, of those released -Y_L in their place
       DenseMatrix equations = responses;
@@ -194,27 +288,22 @@ namespace squeal
         if (rows.contains(multipliers[i]))
           pressures.data()[multipliers[i] - rows.begin] = solution(i, 0);
       MultiVector forces = b;
-      MultiVector x      = factorization.solve(forces.add(-c, multiply(*F, pressures)));
-      add_slack(released, slack, x);
+      MultiVector x      = factorization->solve(forces.add(-c, multiply(*F, pressures)));
+      add_effects(released, slack, x);
+      clear_rows(x, released); // zero up to rounding: exactly
       return x;
     }
 
-    /// x += Y s, zero where released.
-    void add_slack(const std::vector<unsigned int> &released, const DenseMatrix &slack,
-                   MultiVector &x) const
+    /// x += Y s
+    void add_effects(const std::vector<unsigned int> &changed, const DenseMatrix &s,
+                     MultiVector &x) const
     {
       for (unsigned int k = 0; k < x.n_columns(); ++k)
-      {
-        double *const column = x.column(k);
-        for (unsigned int j = 0; j < released.size(); ++j)
-          add_multiple(slack(j, k), Y.column(column_of(released[j])), rows.n_local(), column);
-        for (const unsigned int row : released) // zero up to rounding: exactly
-          if (rows.contains(row))
-            column[row - rows.begin] = 0;
-      }
+        for (unsigned int j = 0; j < changed.size(); ++j)
+          add_multiple(s(j, k), Y.column(column_of(changed[j])), rows.n_local(), x.column(k));
     }
 
-    /// b - (A + c F) x but for the slack.
+    /// b - (A + c F) x but for the rows R.
     MultiVector residual_of(const MultiVector &x, const MultiVector &b, const double c,
                             const std::vector<unsigned int> &released) const
     {
@@ -228,12 +317,14 @@ namespace squeal
 
     const RowRange rows;
     const Matrix A;
-    const double norm;
-    const Factorization factorization;
+    const std::vector<unsigned int> open; ///< O
+    const double diagonal, norm;
+    const std::unique_ptr<const Factorization> factorization; ///< of A_0
     double residual_ = 0;
     MultiVector unreleased, right_hand_side; ///< x_0 and its b
     MultiVector Y;
     std::vector<unsigned int> known; ///< the rows of Y's columns
+    std::vector<double> constraints; ///< (A Y)_O, column by column
     std::shared_ptr<const Matrix> F;
     std::vector<unsigned int> multipliers; ///< L, ascending
     DenseMatrix responses;                 ///< Y_F in the rows L
@@ -242,9 +333,10 @@ namespace squeal
   template <int dim>
   DirectStatics<dim>::DirectStatics(const RowRange &rows, const std::vector<Term> &body_terms,
                                     const ContactModel<dim> &model, const bool with_friction,
-                                    Sectors given, const bool all_sectors)
+                                    Sectors given, const bool all_sectors, const bool for_one_state)
       : rows(rows), of_bodies(terms_of_order(body_terms, 0)), with_friction(with_friction),
-        all_sectors(all_sectors), factor_once(may_serve(model)), sectors(std::move(given))
+        all_sectors(all_sectors), for_one_state(for_one_state), factor_once(may_serve(model)),
+        sectors(std::move(given))
   {
   }
 
@@ -273,7 +365,8 @@ namespace squeal
   }
 
   template <int dim>
-  void DirectStatics<dim>::factorise(const Contact<dim> &contact, const ContactPressure &pressure)
+  void DirectStatics<dim>::factorise(const Contact<dim> &contact, const ContactPressure &pressure,
+                                     const std::vector<unsigned int> &open)
   {
     for (Part &part : parts)
       part.solver.reset();
@@ -282,16 +375,21 @@ namespace squeal
       forget_sectors();
     make_parts();
     std::vector<Sector> wanted;
+    std::vector<std::vector<unsigned int>> replaced;
     for (const Part &part : parts)
+    {
       wanted.push_back(part.sector);
+      replaced.push_back(part.sector.restrict(open));
+    }
     std::vector<Matrix> matrices = Sector::sums(wanted, sum);
     work_apart(rows.comm,
                [&]()
                {
                  for (unsigned int p = 0; p < parts.size(); ++p)
                    if (const Sector &sector = parts[p].sector; sector.is_here())
-                     parts[p].solver = std::make_unique<ReleaseSolver>(sector.row_range(),
-                                                                       std::move(matrices[p]));
+                     parts[p].solver = std::make_unique<ReleaseSolver>(
+                         sector.row_range(), std::move(matrices[p]), replaced[p],
+                         contact.constraint_stiffness());
                });
     if (!factor_once)
       return;
@@ -303,12 +401,28 @@ namespace squeal
   }
 
   template <int dim>
-  void DirectStatics<dim>::factorise_closed(const Contact<dim> &contact,
-                                            const ContactPressure &pressure)
+  void DirectStatics<dim>::factorise_once(const Contact<dim> &contact,
+                                          const ContactPressure &pressure)
   {
     Contact<dim> closed = contact;
     closed.close();
-    factorise(closed, pressure);
+    factorise(closed, pressure,
+              for_one_state ? contact.released_multipliers() : std::vector<unsigned int>());
+  }
+
+  template <int dim>
+  bool DirectStatics<dim>::needs_factors(const std::vector<unsigned int> &released) const
+  {
+    if (parts.empty())
+      return true;
+    if (!for_one_state)
+      return false;
+    const Part &part = parts.front();
+    int n_missing    = 0;
+    if (const std::vector<unsigned int> in_sector = part.sector.restrict(released); part.solver)
+      n_missing = part.solver->n_missing(in_sector);
+    MPI_Allreduce(MPI_IN_PLACE, &n_missing, 1, MPI_INT, MPI_MAX, rows.comm);
+    return n_missing > int(most_changes);
   }
 
   template <int dim>
@@ -338,7 +452,7 @@ namespace squeal
   double DirectStatics<dim>::change_of_friction(const Contact<dim> &contact,
                                                 const ContactPressure &pressure)
   {
-    if (!with_friction)
+    if (!with_friction || for_one_state)
       return 0;
     auto [coefficient, slopes] = friction_slopes(contact, pressure);
     if (coefficient == base->coefficient || base->friction)
@@ -351,7 +465,7 @@ namespace squeal
         !sectors.keep(std::vector<std::vector<Term>>{{{Origin::friction, 0, 1., base->friction}}}))
     {
       forget_sectors();
-      factorise_closed(contact, pressure);
+      factorise_once(contact, pressure);
       return 0;
     }
     Part &part                           = parts.front();
@@ -369,12 +483,12 @@ namespace squeal
     std::vector<unsigned int> released = contact.released_multipliers();
     if (sectors.are_two() && !(sectors.keep(right_hand_side) && sectors.keep(released)))
       forget_sectors();
-    if (released.size() > most_releases)
+    if (!for_one_state && released.size() > most_releases)
       factor_once = false;
     if (!factor_once) // the matrix is that of the active set
-      factorise(contact, pressure);
-    else if (parts.empty())
-      factorise_closed(contact, pressure);
+      factorise(contact, pressure, {});
+    else if (needs_factors(released))
+      factorise_once(contact, pressure);
     const double change = factor_once ? change_of_friction(contact, pressure) : 0;
 
     const Part &part    = parts.front();
@@ -415,7 +529,7 @@ namespace squeal
     const std::vector<unsigned int> released =
         factor_once ? contact.released_multipliers() : std::vector<unsigned int>();
     if (!sectors.are_two())
-      return parts.front().solver->release(parts.front().solver->solve(right_hand_sides), released);
+      return parts.front().solver->solve_columns(right_hand_sides, released);
     if (parts.size() != 2)
       throw std::logic_error("DirectStatics has no antisymmetric half.");
 
@@ -434,15 +548,18 @@ namespace squeal
       }
     }
     std::array<MultiVector, 2> y;
+    std::array<std::vector<unsigned int>, 2> released_in;
     for (unsigned int p = 0; p < 2; ++p)
-      y[p] = parts[p].sector.restrict(b);
+    {
+      y[p]           = parts[p].sector.restrict(b);
+      released_in[p] = parts[p].sector.restrict(released);
+    }
     work_apart(rows.comm,
                [&]()
                {
                  for (unsigned int p = 0; p < 2; ++p)
                    if (parts[p].solver)
-                     y[p] = parts[p].solver->release(parts[p].solver->solve(y[p]),
-                                                     parts[p].sector.restrict(released));
+                     y[p] = parts[p].solver->solve_columns(y[p], released_in[p]);
                });
     const MultiVector plus = parts[0].sector.expand(y[0]), minus = parts[1].sector.expand(y[1]);
     MultiVector x(rows, multipliers.size());

@@ -288,11 +288,60 @@ namespace squeal
           " changes in the last; " +
           (n_steps < max_iterations ? "the sets repeat)." : "more steps are not taken)."));
     }
+
+    template <int dim>
+    bool touches_everywhere(const Contact<dim> &contact)
+    {
+      ActiveSet closed = contact.active_set();
+      closed.close();
+      int does = closed == contact.active_set();
+      MPI_Allreduce(MPI_IN_PLACE, &does, 1, MPI_INT, MPI_MIN, contact.spaces().comm);
+      return does;
+    }
+
+    /// By new factors, from the present active set on.
+    template <int dim>
+    void solve_by_factors(const StaticProblem &problem, Contact<dim> &contact,
+                          StaticEquilibrium &result)
+    {
+      const RowRange rows = problem.load.row_range();
+      DirectStatics<dim> factors(rows, problem.body_terms, contact.contact_model(),
+                                 problem.with_friction, problem.sectors(), problem.with_edge, true);
+      iterate(solver_by(factors), problem, contact, result);
+      if (problem.with_edge)
+        result.edge = find_contact_edge(
+            contact, result.pressure, rows, problem.with_friction,
+            [&](const MultiVector &b, const std::vector<unsigned int> &multipliers)
+            { return factors.solve_columns(contact, b, multipliers); });
+    }
+
+    /// An active set that is known of another mesh need not lead to the state: then everything
+    /// touches at first.
+    template <int dim, typename Solve>
+    std::optional<StaticEquilibrium> solve_from_zone(Contact<dim> &contact, const Solve &solve)
+    {
+      if (touches_everywhere(contact))
+        return std::nullopt;
+      try
+      {
+        StaticEquilibrium result;
+        solve(result);
+        return result;
+      }
+      catch (const SolverError &)
+      {
+        contact.close();
+        return std::nullopt;
+      }
+    }
   } // namespace
 
   template <int dim>
   StaticEquilibrium solve_static_equilibrium(const StaticProblem &problem, Contact<dim> &contact)
   {
+    if (auto found = solve_from_zone(contact, [&](StaticEquilibrium &result)
+                                     { solve_by_factors(problem, contact, result); }))
+      return std::move(*found);
     const RowRange rows           = problem.load.row_range();
     const Contact<dim> all_closed = contact;
     StaticEquilibrium result;
@@ -301,14 +350,7 @@ namespace squeal
     std::string failure;
     try
     {
-      DirectStatics<dim> factors(rows, problem.body_terms, contact.contact_model(),
-                                 problem.with_friction, problem.sectors(), problem.with_edge);
-      iterate(solver_by(factors), problem, contact, result);
-      if (problem.with_edge)
-        result.edge = find_contact_edge(
-            contact, result.pressure, rows, problem.with_friction,
-            [&](const MultiVector &b, const std::vector<unsigned int> &multipliers)
-            { return factors.solve_columns(contact, b, multipliers); });
+      solve_by_factors(problem, contact, result);
       return result;
     }
     catch (const Unsettled &error)
@@ -339,10 +381,14 @@ namespace squeal
   StaticEquilibrium solve_static_equilibrium(IterativeStatics<dim> &solver,
                                              const StaticProblem &problem, Contact<dim> &contact)
   {
+    const auto solve = [&](StaticEquilibrium &result)
+    { iterate(solver_by(solver, problem.with_friction), problem, contact, result); };
+    if (auto found = solve_from_zone(contact, solve))
+      return std::move(*found);
     StaticEquilibrium result;
     try
     {
-      iterate(solver_by(solver, problem.with_friction), problem, contact, result);
+      solve(result);
       return result;
     }
     catch (SolverError &error)

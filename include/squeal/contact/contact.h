@@ -122,6 +122,11 @@ namespace squeal
       for (const unsigned int equation : equations)
         active.by_row[equation] = closed;
     }
+    /// Releases a quadrature point of this rank (penalty).
+    void release_point(const unsigned int interface, const unsigned int point)
+    {
+      active.by_point[interface][point] = false;
+    }
     /// Whether the multiplier of that equation is active.
     bool is_closed(const unsigned int equation) const
     {

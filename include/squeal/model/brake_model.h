@@ -3,6 +3,7 @@
 #include <squeal/base/log.h>
 #include <squeal/bodies/body_operators.h>
 #include <squeal/contact/contact_forces.h>
+#include <squeal/contact/contact_zone.h>
 #include <squeal/eigen/block_davidson.h>
 #include <squeal/eigen/eigenpairs.h>
 #include <squeal/joints/points.h>
@@ -37,6 +38,13 @@ namespace squeal
   std::vector<BodyTerm> body_terms(const Parameters::All &parameters,
                                    const Parameters::BodyMaterial &body);
 
+  /// What the static equilibrium of a new mesh begins with, and what it is for.
+  struct StateOptions
+  {
+    const ContactZone *zone = nullptr; ///< first active set; null: everything touches
+    bool with_edge          = true; ///< asks for the edge of the contact, if there are error bars
+  };
+
   /// Rotor and pads on a mesh: their equations of motion, linearised about the static sliding
   /// equilibrium (theory.md, sections 2 and 3).
   template <int dim>
@@ -58,7 +66,8 @@ namespace squeal
     /// where that is computed. With @p nearby it follows from the state before; see
     /// Model::assemble(). The state stays until the next call. Throws InputError, SolverError.
     const SteadyState<dim> &find_steady_state(const Parameters::All &parameters,
-                                              const LinearOperator &nearby = {});
+                                              const LinearOperator &nearby = {},
+                                              const StateOptions &options  = {});
     /// M, D + 2 Omega G + P_R and K - Omega^2 M* + N + mu T + Q_R about a state at the parameters
     /// of find_steady_state().
     EquationsOfMotion linearise(const SteadyState<dim> &state);
@@ -182,7 +191,8 @@ namespace squeal
     /// Whether the static equilibrium is solved without factors.
     bool solves_iteratively() const;
     /// Follows from @p before with @p nearby.
-    SteadyState<dim> steady_state_after(SteadyState<dim> before, const LinearOperator &nearby);
+    SteadyState<dim> steady_state_after(SteadyState<dim> before, const LinearOperator &nearby,
+                                        const StateOptions &options);
     /// Of the rotor's materials.
     MultiVector centrifugal_load(const Parameters::All &parameters,
                                  const FiniteElementSpace<dim> &spaces) const;

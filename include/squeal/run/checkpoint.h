@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/assessment/stability.h>
+#include <squeal/contact/contact_zone.h>
 
 #include <array>
 #include <optional>
@@ -25,6 +26,7 @@ namespace squeal
     /// Those divided before the first mesh, one list after the other.
     std::vector<std::vector<std::array<unsigned int, 4>>> divided_at_edge;
     std::vector<Cycle> cycles; ///< finished ones
+    ContactZone zone;          ///< of the last mesh: the next one begins with it
     bool finished = false;     ///< there is no further mesh; a sweep follows
 
     /// Writes refinement.state in the directory, with the sizes of the tables that grow from cycle

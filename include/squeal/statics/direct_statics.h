@@ -47,9 +47,10 @@ namespace squeal
   /// refinement).
   ///
   /// A friction law that depends on the pressure, and penalty contact with its many points, change
-  /// the matrix in each step; for mortar contact one factorisation, at first with all contacts
-  /// closed, serves all active sets of a moderate number of releases, and all friction coefficients
-  /// and loads: serves() tells, so that a sweep may keep it.
+  /// the matrix in each step; for mortar contact one factorisation serves all active sets that are
+  /// not too different. Made for one state it has the active set at which it is first needed. Else
+  /// all contacts are closed in it, and it serves all sets of a moderate number of releases, and
+  /// all friction coefficients and loads: serves() tells, so that a sweep may keep it.
   ///
   /// A brake and a load that are their own mirror image have a symmetric state: with the basis V of
   /// symmetric vectors, V^T A V y = V^T b is a problem of half the size (theory.md, section 4). The
@@ -60,11 +61,12 @@ namespace squeal
   class DirectStatics
   {
   public:
-    /// @p sectors of the mesh. @p all_sectors: solve_columns() will be called. Only the
-    /// @p body_terms of order 0 are used.
+    /// @p sectors of the mesh. @p all_sectors: solve_columns() will be called. @p for_one_state:
+    /// the load, the friction coefficient and the bodies stay as they are. Only the @p body_terms
+    /// of order 0 are used.
     DirectStatics(const RowRange &rows, const std::vector<Term> &body_terms,
                   const ContactModel<dim> &model, bool with_friction, Sectors sectors,
-                  bool all_sectors);
+                  bool all_sectors, bool for_one_state = false);
     ~DirectStatics();
 
     /// Whether one factorisation serves this contact and others.
@@ -96,6 +98,8 @@ namespace squeal
 
   private:
     static constexpr unsigned int most_releases = 400;
+    /// As many solutions cost more than new factors.
+    static constexpr unsigned int most_changes = 150;
 
     static bool may_serve(const ContactModel<dim> &model)
     {
@@ -107,10 +111,12 @@ namespace squeal
       Sector sector;
       std::unique_ptr<ReleaseSolver> solver; ///< on the ranks that have a part of it
     };
-    /// New factors of the tangent.
-    void factorise(const Contact<dim> &contact, const ContactPressure &pressure);
-    /// With all contacts closed.
-    void factorise_closed(const Contact<dim> &contact, const ContactPressure &pressure);
+    /// New factors of the tangent, with the constraints of the multipliers @p open released.
+    void factorise(const Contact<dim> &contact, const ContactPressure &pressure,
+                   const std::vector<unsigned int> &open);
+    /// Those that serve other active sets, too.
+    void factorise_once(const Contact<dim> &contact, const ContactPressure &pressure);
+    bool needs_factors(const std::vector<unsigned int> &released) const;
     double change_of_friction(const Contact<dim> &contact, const ContactPressure &pressure);
     void make_parts();
     /// The whole from now on.
@@ -118,7 +124,7 @@ namespace squeal
 
     const RowRange rows; ///< of the whole
     const std::vector<Term> of_bodies;
-    const bool with_friction, all_sectors;
+    const bool with_friction, all_sectors, for_one_state;
     bool factor_once;
     Sectors sectors;
     std::vector<Part> parts;

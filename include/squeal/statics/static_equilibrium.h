@@ -66,8 +66,9 @@ namespace squeal
   ///     sum_{order 0} c_i A_i q_0 + (N + mu T) Lambda_0 = f,
   /// by new factors (DirectStatics). Primal-dual active set (a semi-smooth Newton method,
   /// Hintermueller, Ito, Kunisch 2002); a friction law that depends on the pressure is linearised
-  /// in the same steps. The operator is not symmetric because of friction. @p contact leaves with
-  /// the active set of the solution.
+  /// in the same steps. The operator is not symmetric because of friction. @p contact comes with
+  /// the first active set and leaves with that of the solution; if one with released contacts leads
+  /// nowhere, everything touches at first.
   ///
   /// Throws SolverError if a pad loses all contact, and if active sets repeat or the tangent is
   /// singular; with friction it then tells whether that is self-locking.

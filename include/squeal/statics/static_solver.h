@@ -34,8 +34,9 @@ namespace squeal
   class StaticSolver
   {
   public:
-    /// @p contact is closed, or with @p nearby has the active set of @p before; it leaves with that
-    /// of the state. Only with @p nearby the state may depend on what came before: candidates 1 and
+    /// @p contact is closed or has the active set of another mesh, or with @p nearby has the active
+    /// set of @p before; it leaves with that of the state. Only with @p nearby the state may depend
+    /// on what came before: candidates 1 and
     /// 2. @p iterative may be null. Throws SolverError.
     StaticEquilibrium solve(const StaticProblem &problem, Contact<dim> &contact,
                             std::optional<StaticEquilibrium> before, const LinearOperator &nearby,

@@ -4,6 +4,7 @@
 
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
+#include <squeal/contact/contact_zone.h>
 #include <squeal/parameters/expressions.h>
 
 using namespace dealii;
@@ -249,6 +250,77 @@ TEST_CASE("unilateral_contact: one factorisation serves other friction, loads an
       falling.set_model(falling_model);
       CHECK(!statics.serves(terms, falling));
     }
+}
+
+namespace
+{
+  /// From the zone of a coarser mesh, from its own, and from one where all that touches is open and
+  /// what is open touches, the same state is found as from surfaces that touch everywhere; from its
+  /// own in one step, from the coarser mesh's in fewer.
+  void check_zones(const bool mortar, const bool by_halves)
+  {
+    CAPTURE(mortar);
+    CAPTURE(by_halves);
+    Parameters::All prm          = brake("both", "1 + 25*y");
+    const Geometry<3> coarse     = make_brake(prm);
+    prm.discretization.pad_cells = {{4, 12, 1}};
+    const Geometry<3> fine       = make_brake(prm);
+    const ContactModel<3> model  = sliding<3>(mortar, 1e14);
+    ContactZone zone;
+    for (const Geometry<3> *const geometry : {&coarse, &fine})
+    {
+      FiniteElementSpace<3> spaces(*geometry, 1, mortar, MPI_COMM_WORLD);
+      spaces.distribute();
+      const BodyMatrices rotor = assemble_body(spaces, {rotor_body}, rotor_material, false),
+                         pad   = assemble_body(spaces, pads_of(*geometry), pad_material, false);
+      StaticProblem problem{
+          {{Origin::elasticity, 0, 1., rotor.K}, {Origin::elasticity, 0, 1., pad.K}},
+          true,
+          assemble_pressure_load(spaces)};
+      if (by_halves)
+        problem.find_sectors = [&]() { return Sectors(find_mirror_symmetry(spaces)); };
+      const auto solve_from = [&](const ContactZone &start, Contact<3> &contact)
+      {
+        contact.scale_constraints(rotor.K->infinity_norm());
+        start_from(start, contact);
+        return solve_static_equilibrium(problem, contact);
+      };
+      Contact<3> closed(spaces, model);
+      const StaticEquilibrium expected = solve_from({}, closed);
+      const ContactZone own            = zone_of(closed);
+      ContactZone wrong                = own;
+      for (ContactZone::Interface &interface : wrong.interfaces)
+      {
+        CHECK(!interface.open.empty());
+        CHECK(!interface.closed.empty());
+        std::swap(interface.closed, interface.open);
+      }
+      Contact<3> same(spaces, model);
+      start_from(own, same);
+      CHECK(same.active_set() == closed.active_set());
+      const auto check = [&](const ContactZone &start, const unsigned int most_steps)
+      {
+        Contact<3> contact(spaces, model);
+        const StaticEquilibrium found = solve_from(start, contact);
+        CHECK(found.iterations.size() <= most_steps);
+        CHECK(contact.active_set() == closed.active_set());
+        CHECK(largest_entry(difference(found.state, expected.state)) <=
+              1e-10 * largest_entry(expected.state));
+      };
+      check(own, 1);
+      check(wrong, 1000);
+      if (geometry == &fine)
+        check(zone, expected.iterations.size() - 1);
+      zone = own;
+    }
+  }
+} // namespace
+
+TEST_CASE("unilateral_contact: the zone of another mesh is a start")
+{
+  check_zones(false, false);
+  for (const bool by_halves : {true, false})
+    check_zones(true, by_halves);
 }
 
 namespace
