@@ -98,16 +98,20 @@ def number(text, digits=5):
     return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}") if math.isfinite(value) else str(text)
 
 
-def fixed(text, decimals):
+def fixed(text, decimals, digits=None):
+    """With so many decimals; what would lose all of its digits has so many digits, if they are given."""
     try:
-        return f"{float(text):.{decimals}f}".replace("-", "\N{MINUS SIGN}")
+        value = float(text)
+        if digits and 0 < abs(value) < 10 ** -decimals:
+            return number(text, digits)
+        return f"{value:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
     except (TypeError, ValueError):
         return "\N{EN DASH}"
 
 
 def with_bar(row, value, error, decimals):
     bar = f" \N{PLUS-MINUS SIGN} {number(row[error], 2)}" if row.get(error) else ""
-    return fixed(row[value], decimals) + bar
+    return fixed(row[value], decimals, digits=3 if row["verdict"] in UNSTABLE else None) + bar
 
 
 def table(header, rows, classes=()):
@@ -212,7 +216,7 @@ class Report:
                 words.append(f"{n_growing} of them grow{'s' if n_growing == 1 else ''} at values between "
                              f"{number(min(growing))} and {number(max(growing))}; fastest "
                              f"{fixed(worst[FREQUENCY], 1)} Hz at {number(worst['parameter'])} with "
-                             f"{fixed(worst[GROWTH], 2)} 1/s.")
+                             f"{fixed(worst[GROWTH], 2, digits=3)} 1/s.")
             else:
                 words.append("None grows at any of them.")
             words.append("Sweeps have no error bars: check the mesh by a run at the values that matter.")
@@ -259,7 +263,7 @@ class Report:
             return
         self.section("Why modes grow")
         origins = sorted({origin for row in shown for origin, value in shares[row["mode"]].items()
-                          if abs(value) > 1e-6 * max(1, abs(float(row[GROWTH])))})
+                          if abs(value) > 1e-6 * max(map(abs, shares[row["mode"]].values()))})
         self.body.append(table(["mode", "growth rate, 1/s", *origins],
                                [[row["mode"], number(row[GROWTH]), *(number(shares[row["mode"]].get(origin, 0), 4)
                                                                      for origin in origins)] for row in shown]))

@@ -157,7 +157,10 @@ namespace squeal
     std::vector<Contribution> result;
     for (unsigned int j = 0; j < parts.n_modes; ++j)
     {
-      const double w = modes.lambda[j].imag(), denominator = 2 * w + rows[j].g;
+      const double rho = modes.lambda[j].real(), w = modes.lambda[j].imag(),
+                   denominator = 2 * w + rows[j].g;
+      // A real eigenvalue has a real vector: nothing is left of the imaginary part.
+      const bool is_real = w == 0;
       for (unsigned int o = 0; o < parts.origins.size(); ++o)
         for (unsigned int b = 0; b < parts.bodies.size(); ++b)
         {
@@ -167,8 +170,11 @@ namespace squeal
           Contribution c{
               rows[j].mode, name_of(parts.origins[o]), parts.bodies[b], form[0], form[1], form[2],
               form[3]};
-          c.growth_rate = denominator == 0 ? 0 : -(c.d * w + c.n) / denominator;
-          c.energy      = -M_PI * (c.d * w + c.n);
+          if (is_real)
+            c.growth_rate = rho == 0 ? 0 : -(c.d + c.k / rho);
+          else
+            c.growth_rate = denominator == 0 ? 0 : -(c.d * w + c.n) / denominator;
+          c.energy = -M_PI * (c.d * w + c.n);
           result.push_back(c);
         }
     }

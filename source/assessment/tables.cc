@@ -122,11 +122,13 @@ namespace squeal
       double largest = 0;
       for (const auto &[origin, growth] : sums)
         largest = std::max(largest, std::abs(growth));
-      text +=
-          "  Mode " + std::to_string(mode) + ", growth rate " + formatted("%.5f", total) + " 1/s =";
+      // Small ones would be zeros.
+      const bool is_small = largest < 0.1;
+      text += "  Mode " + std::to_string(mode) + ", growth rate " +
+              formatted(is_small ? "%.5g" : "%.5f", total) + " 1/s =";
       for (const auto &[origin, growth] : sums)
         if (std::abs(growth) > 1e-6 * largest)
-          text += " " + formatted("%+.5f", growth) + " " + origin;
+          text += " " + formatted(is_small ? "%+.5g" : "%+.5f", growth) + " " + origin;
       text += "\n";
     }
     return text;
@@ -159,11 +161,12 @@ namespace squeal
   namespace
   {
     /// A bar beside a value with @p n_decimals decimals: two digits of a small one, never more
-    /// decimals than make sense.
+    /// decimals than make sense. @p in_digits: the value has five digits, however small it is.
     std::string with_bar(const double value, const int n_decimals, const int width,
-                         const std::optional<double> &bar)
+                         const std::optional<double> &bar, const bool in_digits = false)
     {
-      std::string field = formatted("%*.*f", width, n_decimals, value);
+      std::string field = in_digits ? formatted("%*.5g", width, value)
+                                    : formatted("%*.*f", width, n_decimals, value);
       if (bar)
         field += " +- " + formatted("%-8s", formatted(*bar >= 10 ? "%.0f" : "%.2g", *bar).c_str());
       return field;
@@ -182,14 +185,15 @@ namespace squeal
                "condition   verdict\n";
     for (const ModeRow &row : rows)
     {
-      text +=
-          formatted(bars ? "%s %4u   %s   %s   %13.3e   %12.1e   %9.2e   %s\n"
-                         : "%s %4u   %s   %s   %13.3e   %14.1e   %9.2e   %s\n",
-                    row.is_unstable() ? ">" : " ", row.mode,
-                    with_bar(row.frequency(), 4, bars ? 11 : 13, row.frequency_error).c_str(),
-                    with_bar(row.growth_rate(), 5, bars ? 14 : 16, row.growth_rate_error).c_str(),
-                    row.damping_ratio(), row.backward_error, row.condition_number.value_or(0),
-                    name_of(row.verdict).c_str());
+      text += formatted(bars ? "%s %4u   %s   %s   %13.3e   %12.1e   %9.2e   %s\n"
+                             : "%s %4u   %s   %s   %13.3e   %14.1e   %9.2e   %s\n",
+                        row.is_unstable() ? ">" : " ", row.mode,
+                        with_bar(row.frequency(), 4, bars ? 11 : 13, row.frequency_error).c_str(),
+                        with_bar(row.growth_rate(), 5, bars ? 14 : 16, row.growth_rate_error,
+                                 row.is_unstable() && row.growth_rate() < 1e-3)
+                            .c_str(),
+                        row.damping_ratio(), row.backward_error, row.condition_number.value_or(0),
+                        name_of(row.verdict).c_str());
     }
     return text;
   }

@@ -2,11 +2,13 @@
 
 Expected: with x^H M x = 1 the coefficients of (30) are those of a scalar equation that l satisfies, so one root of (31)
 is l to the accuracy of the solver. Its imaginary part makes the growth rate the sum of -(d w + n)/(2 w + g) over all
-terms. Energy: the internal forces of one body do no work on a conservative term.
+terms, or without oscillation its real part that of -(d + k/l). Energy: the internal forces of one body do no work on a conservative term.
 """
 
 import math
 import pathlib
+import re
+import subprocess
 import sys
 import unittest
 
@@ -64,6 +66,41 @@ class Explanation(st.TestCase):
                             w = 2 * math.pi * mode["frequency_hz"]
                             self.assertLess(abs(mode["condition_number"] - 2 * w / (2 * w + mode["g_1_per_s"])),
                                             1e-6)
+
+    def test_modes_that_do_not_oscillate(self):
+        """l^2 + 0.3 s l + (4 - 5) s^2 grows without oscillating: l is the sum of -(d + k/l), a number of which there are
+        digits in the log and on the page, however small the scale s. A damped oscillator stands beside it."""
+        for scale in (1., 1e-7):
+            stiffness, circulatory = 4 * scale ** 2, -5 * scale ** 2
+            damping = 0.3 * scale
+            diagonals = {"Mass": [1, 1], "Velocity": [damping, 0.01 * scale], "Stiffness": [stiffness, 9 * scale ** 2],
+                         "Circulatory": [circulatory, 0]}
+            for key, (first, second) in diagonals.items():
+                self.write(f"{key}.mtx", "%%MatrixMarket matrix coordinate real general\n2 2 2\n"
+                           f"1 1 {first!r}\n2 2 {second!r}\n")
+            directory = self.analyse({"Scene": "matrices", "Eigenproblem/Maximum frequency": scale,
+                                      **{f"Matrices/{key}": f"{key}.mtx" for key in diagonals}})
+            growth = scale * (-0.15 + math.sqrt(0.15 ** 2 + 1))
+            parts = {row["origin"]: row["growth_rate_1_per_s"]
+                     for row in st.read_table(directory / "contributions.csv") if row["mode"] == 1}
+            expected = {"velocity matrix": -damping, "elasticity": -stiffness / growth, "friction": -circulatory / growth}
+            self.assertEqual(parts.keys(), expected.keys())
+            for origin, value in expected.items():
+                self.assertLess(abs(parts[origin] - value), 1e-12 * abs(value), origin)
+            log = (directory / "log.txt").read_text()
+            why = re.search(r"Mode 1, growth rate (\S+) 1/s =(.*)", log)
+            self.assertLess(abs(float(why.group(1)) - growth), 1e-4 * growth)
+            shown = {origin: float(value) for value, origin in re.findall(r"([+-][\d.e-]+) ([a-z ]+?)(?= [+-]|$)", why.group(2))}
+            self.assertEqual(shown.keys(), expected.keys())
+            for origin, value in expected.items():
+                self.assertLess(abs(shown[origin] - value), 1e-4 * abs(value), origin)
+            listed = re.search(r"^>    1 +\S+ +(\S+) .*divergence$", log, re.MULTILINE)
+            self.assertLess(abs(float(listed.group(1)) - growth), 1e-4 * growth)
+            subprocess.run([sys.executable, st.PROJECT / "scripts/report.py", directory], check=True, capture_output=True)
+            page = (directory / "report.html").read_text().replace("\N{MINUS SIGN}", "-")
+            of_page = re.search(r"with (\S+) 1/s", page)
+            self.assertLess(abs(float(of_page.group(1)) - growth), 1e-2 * growth)
+            self.assertRegex(page, r"(?s)Why modes grow.*<th>elasticity</th><th>friction</th>")
 
     def test_ladder(self):
         """All stages side by side: those of separate runs; undamped friction with a turning rotor is unstable."""

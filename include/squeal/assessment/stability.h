@@ -121,9 +121,11 @@ namespace squeal
     double d = 0, g = 0, k = 0, n = 0; ///< parts of the Rayleigh coefficients
     /// The part of the growth rate, 1/s. The imaginary part of (30) with l = rho + j w,
     ///     2 rho w + d w + g rho + n = 0,
-    /// makes rho the sum of -(d w + n)/(2 w + g) over all terms.
+    /// makes rho the sum of -(d w + n)/(2 w + g) over all terms. Without oscillation, w = 0, the
+    /// real part, rho^2 + d rho + k = 0, makes it the sum of -(d + k/rho).
     double growth_rate = 0;
-    /// Work per cycle on the mode of unit modal mass, -pi (d w + n), J: positive feeds energy in.
+    /// Work per cycle on the mode of unit modal mass, -pi (d w + n), J: positive feeds energy in;
+    /// zero without cycles.
     double energy = 0;
   };
 

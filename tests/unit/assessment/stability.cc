@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <squeal/assessment/stability.h>
+#include <squeal/assessment/tables.h>
 
 using namespace squeal;
 using namespace squeal::tests;
@@ -133,6 +134,38 @@ TEST_CASE("stability: Rayleigh coefficients reproduce the eigenvalues")
       CHECK(any_g == (g > 0));
       CHECK(any_n == (n > 0));
     }
+}
+
+TEST_CASE("stability: causes of growth without oscillation")
+{
+  // l^2 + 0.3 l + 4 - 5 = 0: the imaginary part of (30) is zero, the real part gives
+  // l = -0.3 - 4/l + 5/l.
+  RayleighParts parts;
+  parts.origins = {Origin::velocity, Origin::elasticity, Origin::friction};
+  parts.bodies  = {"all"};
+  parts.n_modes = 1;
+  parts.parts   = {{{0.3, 0, 0, 0}}, {{0, 0, 4, 0}}, {{0, 0, -5, 0}}};
+  EigenPairs modes;
+  modes.lambda         = {-0.15 + std::sqrt(0.15 * 0.15 + 1)};
+  modes.backward_error = {0};
+  const double l       = modes.lambda[0].real();
+  const auto causes    = contributions(parts, modes, analyse(parts, modes, 0, 1e-9));
+  REQUIRE(causes.size() == 3);
+  CHECK(relative_error(causes[0].growth_rate, -0.3) <= 1e-15);
+  CHECK(relative_error(causes[1].growth_rate, -4 / l) <= 1e-15);
+  CHECK(relative_error(causes[2].growth_rate, 5 / l) <= 1e-15);
+  CHECK(relative_error(causes[0].growth_rate + causes[1].growth_rate + causes[2].growth_rate, l) <=
+        1e-14);
+  // With digits, not as zeros, where all of it is small.
+  for (const double scale : {1., 1e-7})
+  {
+    auto small = causes;
+    for (Contribution &cause : small)
+      cause.growth_rate *= scale;
+    const std::string text = contributions_table(small, {1});
+    CHECK(contains(text, scale == 1 ? "growth rate 0.86119 1/s = +5.80594 friction"
+                                    : "growth rate 8.6119e-08 1/s = +5.8059e-07 friction"));
+  }
 }
 
 TEST_CASE("stability: with damping, (34) decides as the eigenvalue does")
