@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace squeal
 {
@@ -30,21 +31,26 @@ namespace squeal
   std::vector<double> BackwardError::errors(const EigenPairs &pairs,
                                             const ComplexMultiVector &residuals) const
   {
-    const unsigned int n = pairs.size();
+    const unsigned int n      = pairs.size();
+    constexpr double infinity = std::numeric_limits<double>::infinity();
     std::vector<double> largest(2 * n), result;
+    // A maximum passes over what is not a number, as if it were no error.
+    const auto add = [](double &maximum, const Complex value)
+    { maximum = std::isfinite(std::abs(value)) ? std::max(maximum, std::abs(value)) : infinity; };
     for (unsigned int j = 0; j < n; ++j)
       for (unsigned int i = 0; i < residuals.n_local(); ++i)
       {
-        largest[2 * j]     = std::max(largest[2 * j], std::abs(residuals(i, j)));
-        largest[2 * j + 1] = std::max(largest[2 * j + 1], std::abs(pairs.right(i, j)));
+        add(largest[2 * j], residuals(i, j));
+        add(largest[2 * j + 1], pairs.right(i, j));
       }
     MPI_Allreduce(MPI_IN_PLACE, largest.data(), largest.size(), MPI_DOUBLE, MPI_MAX,
                   problem.rows.comm);
     for (unsigned int j = 0; j < n; ++j)
     {
-      const Complex l   = pairs.lambda[j];
-      const double size = std::norm(l) * norm_m + std::abs(l) * norm_p + norm_q;
-      result.push_back(largest[2 * j] / (size * largest[2 * j + 1]));
+      const Complex l    = pairs.lambda[j];
+      const double size  = std::norm(l) * norm_m + std::abs(l) * norm_p + norm_q;
+      const double error = largest[2 * j] / (size * largest[2 * j + 1]);
+      result.push_back(std::isfinite(error) && std::isfinite(size) ? error : infinity);
     }
     return result;
   }
