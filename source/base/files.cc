@@ -184,6 +184,15 @@ namespace squeal
                });
   }
 
+  std::ifstream open_regular_file(const std::string &filename)
+  {
+    std::ifstream in;
+    std::error_code impossible; // as of a name that is too long
+    if (std::filesystem::is_regular_file(filename, impossible))
+      in.open(filename);
+    return in;
+  }
+
   std::string read_whole_file(const std::string &filename, const std::size_t most_bytes)
   {
     const Descriptor file(open(filename.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));

@@ -132,7 +132,8 @@ namespace squeal
       equations.push_back(equation);
     for (const std::vector<unsigned int> &part :
          Utilities::MPI::all_gather(contact.spaces().comm, equations))
-      contact.set_closed(part, false);
+      for (const unsigned int pressure : part)
+        contact.set_closed(contact.with_tractions(pressure), false);
   }
 
   template ContactZone zone_of(const Contact<2> &);

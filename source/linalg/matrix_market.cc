@@ -16,10 +16,7 @@ namespace squeal
 {
   MatrixMarketFile read_matrix_market(const std::string &filename, const std::string &key)
   {
-    std::ifstream in;
-    std::error_code impossible;                                 // as of a name that is too long
-    if (std::filesystem::is_regular_file(filename, impossible)) // a pipe would wait for ever
-      in.open(filename);
+    std::ifstream in = open_regular_file(filename);
     if (!in.is_open())
       throw InputError(key + " = " + filename + ": the file cannot be read.");
     const long long n_bytes  = std::filesystem::file_size(filename);

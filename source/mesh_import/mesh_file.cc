@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/files.h>
 #include <squeal/mesh_import/mesh_file.h>
 
 #include <algorithm>
@@ -156,12 +157,10 @@ namespace squeal
       throw InputError("Mesh/File = " + filename +
                        ": the ending tells the format; allowed are .msh (Gmsh 2.2 or 4.1, text) "
                        "and .inp (Abaqus, CalculiX).");
-    std::ifstream in;
-    std::error_code impossible;                             // as of a name that is too long
-    if (std::filesystem::is_regular_file(path, impossible)) // a pipe would wait for ever
-      in.open(filename);
+    std::ifstream in = open_regular_file(filename);
     if (!in.is_open())
     {
+      std::error_code impossible; // as of a name that is too long
       const std::string script = std::filesystem::path(path).replace_extension(".geo").string(),
                         here   = filename[0] == '-' ? "./" : ""; // no options of Gmsh
       throw InputError("Mesh/File = " + filename + ": the file cannot be read." +

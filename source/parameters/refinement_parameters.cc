@@ -1,3 +1,4 @@
+#include <squeal/base/files.h>
 #include <squeal/parameters/declare.h>
 #include <squeal/parameters/parameters.h>
 
@@ -5,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
 namespace squeal
 {
@@ -77,14 +76,10 @@ namespace squeal
       constexpr double largest        = 1e12;
       constexpr std::size_t most_rows = 2000;
       const std::string key           = "Refinement/Reference = " + reference;
-      std::error_code impossible; // as of a name that is too long
-      if (std::filesystem::exists(reference, impossible) &&
-          !std::filesystem::is_regular_file(reference, impossible))
-        throw InputError(key + ": the file cannot be read: it is not a regular file.");
-      std::ifstream in(reference);
+      std::ifstream in                = open_regular_file(reference);
       std::string line;
-      if (!in || !std::getline(in, line))
-        throw InputError(key + ": the file cannot be read, or it is empty.");
+      if (!in.is_open() || !std::getline(in, line))
+        throw InputError(key + ": the file cannot be read, is empty, or is not a regular file.");
 
       const auto fields_of = [](std::string text)
       {

@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <fstream>
 #include <functional>
 #include <iosfwd>
 #include <string>
@@ -34,6 +35,10 @@ namespace squeal
   /// The content of a file. Throws std::runtime_error, with the system's reason, if it cannot be
   /// read, is not a regular file (a pipe would wait for ever), or has more than @p most_bytes.
   std::string read_whole_file(const std::string &filename, std::size_t most_bytes);
+
+  /// Opens a file for reading: not open if it is not there, cannot be read, or is no regular file
+  /// (a pipe would wait for ever).
+  std::ifstream open_regular_file(const std::string &filename);
 
   /// Hears of each file before this process creates it (write_file, append_to_file,
   /// announce_files): the manifest of the run. One at a time; an empty function ends it.

@@ -2,8 +2,8 @@
 
 #include <squeal/assessment/stability.h>
 #include <squeal/contact/contact_zone.h>
+#include <squeal/run/refinement.h>
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,11 +20,10 @@ namespace squeal
       std::vector<ModeRow> rows;
       unsigned int n_unknowns = 0;
       double seconds = 0, memory_gib = 0;
-      /// Those divided to make the next mesh (dealii::CellId::binary_type).
-      std::vector<std::array<unsigned int, 4>> divided_cells;
+      CellNames divided_cells; ///< to make the next mesh
     };
     /// Those divided before the first mesh, one list after the other.
-    std::vector<std::vector<std::array<unsigned int, 4>>> divided_at_edge;
+    std::vector<CellNames> divided_at_edge;
     std::vector<Cycle> cycles; ///< finished ones
     ContactZone zone;          ///< of the last mesh: the next one begins with it
     bool finished = false;     ///< there is no further mesh; a sweep follows
