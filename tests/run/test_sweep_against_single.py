@@ -34,15 +34,38 @@ AT_REST = {"Stage": "friction", "Operation/Angular velocity": 0}
 FRICTION, SPEED = "Contact/Friction/Coefficient", "Operation/Angular velocity"
 
 
+# Pads of 1 mm by 1 degree, hard, with fixed backs: pins that hold the disc by the penalty.
+PINS = {
+    "Stage": "transport",
+    "Pads/Inner radius": 0.1145,
+    "Pads/Outer radius": 0.1155,
+    "Pads/Sector angle": 1,
+    "Pads/Thickness": 0.001,
+    "Pads/Back face": "fixed",
+    "Pads/Material/Young modulus": 1e13,
+    "Contact/Formulation": "penalty",
+    "Contact/Penalty stiffness": 6e12,
+    "Contact/Steady pressure": "uniform",
+    "Discretization/Rotor cells": "1, 12, 1",
+    "Discretization/Pad cells": "1, 1, 1",
+    "Discretization/Clamp layers": 0,
+    "Eigenproblem/Maximum frequency": 300,
+    "Eigenproblem/Error bars": "false",
+    "Eigenproblem/Tolerance": 1e-10,
+    "Output/Fields": "none",
+}
+
+
 class AgainstSingleRuns(st.TestCase):
-    def compare(self, settings, parameter, values, tolerance=1e-7):
-        """Returns the modes of the single runs by value."""
+    def compare(self, settings, parameter, values, tolerance=1e-7, known=None):
+        """Returns the modes of the single runs by value; of those in @p known there are no runs."""
         directory = self.analyse({**settings, "Sweep/Parameter": parameter, "Sweep/Values": ", ".join(map(repr, values))})
         rows = st.read_table(directory / "sweep.csv")
         singles = {}
         for value in values:
             own = [st.eigenvalue(row) for row in rows if row["parameter"] == value]
-            singles[value] = self.eigenvalues({**settings, parameter: value, "Eigenproblem/Solver": "dense"})
+            singles[value] = (known or {}).get(value) or self.eigenvalues({**settings, parameter: value,
+                                                                           "Eigenproblem/Solver": "dense"})
             with self.subTest(parameter=parameter, value=value):
                 self.assertSameModes(own, singles[value], tolerance)
         return singles
@@ -98,6 +121,21 @@ class AgainstSingleRuns(st.TestCase):
                              "Matrices/Circulatory factor", [0.3, 0.5, 0.6, 0.7], 1e-9)
         self.assertEqual([len(found[p]) for p in (0.3, 0.7)], [2, 2])
         self.assertEqual([sum(l.imag == 0 for l in found[p]) for p in (0.3, 0.7)], [0, 1])
+
+    def test_beyond_critical_speed(self):
+        """Pins on a thick disc, faster than its waves (D5 of the published closed forms): a wave of n nodal diameters
+        diverges from w/n to sqrt(w^2 + k0)/n. Here from 3381.4 to 3411.1 rad/s and from 3513.3 rad/s; between 3434.9 and
+        3502.7 rad/s two waves flutter. Values just inside and outside of each end, within the bands, and across a
+        band in one step, where pairs become two real eigenvalues and pairs again; up and down."""
+        speeds = [3381.39, 3381.4, 3390, 3411.07, 3411.08, 3434.8, 3435, 3460, 3502.6, 3502.7, 3513.2, 3513.3, 3560]
+        # Numbers that grow without oscillating and with it
+        expected = [(0, 0), (1, 0), (1, 0), (1, 0), (0, 0), (0, 0), (0, 1), (0, 1), (0, 1), (0, 0), (0, 0), (1, 0), (1, 0)]
+        found = self.compare(PINS, SPEED, speeds, 1e-6)
+        for speed, numbers in zip(speeds, expected):
+            growing = [l for l in found[speed] if l.real > 1e-3]
+            self.assertEqual((sum(l.imag == 0 for l in growing), sum(l.imag > 0 for l in growing)), numbers, speed)
+        self.compare(PINS, SPEED, speeds[::-1], 1e-6, found)
+        self.compare(PINS, SPEED, speeds[::3], 1e-6, found)
 
     def test_map(self):
         """Numbers of unstable modes and largest growth rates at the points of a map."""
