@@ -23,6 +23,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 namespace squeal
@@ -310,12 +311,46 @@ namespace squeal
                 growth * spaces.rows.size,
                 spaces.fe.degree,
                 Utilities::MPI::n_mpi_processes(common.comm),
-                expected_number_of_modes(prm),
-                prm.eigenproblem.error_bars};
+                expected_number_of_modes(prm, plate_like_rotor()),
+                prm.eigenproblem.error_bars,
+                prm.eigenproblem.solver,
+                model.sectors().are_two()};
       }
+      /// The annulus between the rotor's radii, as thick as gives its volume.
+      Plate plate_like_rotor() const
+      {
+        const FiniteElementSpace<dim> &spaces = model.spaces();
+        double inner = std::numeric_limits<double>::max(), outer = 0, volume = 0;
+        for (const auto &cell : spaces.triangulation.active_cell_iterators())
+          if (cell->is_locally_owned() &&
+              spaces.geometry.parts[cell->material_id()].body == rotor_body)
+          {
+            volume += cell->measure();
+            for (const unsigned int v : cell->vertex_indices())
+            {
+              const double radius = std::hypot(cell->vertex(v)[0], cell->vertex(v)[1]);
+              inner               = std::min(inner, radius);
+              outer               = std::max(outer, radius);
+            }
+          }
+        const MPI_Comm comm = common.comm;
+        inner               = Utilities::MPI::min(inner, comm);
+        outer               = Utilities::MPI::max(outer, comm);
+        const double area   = numbers::PI * (outer * outer - inner * inner);
+        return {area, Utilities::MPI::sum(volume, comm) / area};
+      }
+      /// In three dimensions, to which the prediction was fitted, and not of iterative statics
+      /// alone.
       bool predicts_memory() const
       {
-        return prm.eigenproblem.is_solved() && !prm.eigenproblem.is_matrix_free();
+        return dim == 3 && (prm.eigenproblem.is_solved() ||
+                            prm.static_equilibrium.linear_solver != LinearSolver::iterative);
+      }
+      /// Statics alone turn to iterations by themselves where factors do not fit.
+      bool has_other_way() const
+      {
+        return !prm.eigenproblem.is_solved() &&
+               prm.static_equilibrium.linear_solver == LinearSolver::automatic;
       }
 
       /// Refuses what cannot fit before hours go into it.
@@ -326,7 +361,7 @@ namespace squeal
         const RunSize size = size_of_run();
         const double mib = expected_peak_mib(size), load = expected_memory_load(size, common.comm);
         report.log.line(formatted("Expected peak memory about %.0f MiB", mib));
-        if (load > 1)
+        if (load > 1 && !has_other_way())
           throw SolverError("The run needs about " + number(mib / 1024, 3) + " GiB, " +
                                 number(load, 3) + " times what is available.",
                             {Failure::factors_too_large});
@@ -489,7 +524,7 @@ namespace squeal
         const double growth   = growth_by_flags(mesh);
         std::string objection = Utilities::MPI::broadcast(
             common.comm, budget.objection(model.spaces().rows.size * growth));
-        if (objection.empty() && predicts_memory() &&
+        if (objection.empty() && predicts_memory() && !has_other_way() &&
             expected_memory_load(size_of_run(growth), common.comm) > 1)
           objection = "No further mesh: it would need about " +
                       number(expected_peak_mib(size_of_run(growth)) / 1024, 3) +

@@ -6,30 +6,37 @@
 
 namespace squeal
 {
-  double expected_number_of_modes(const Parameters::All &parameters)
+  double expected_number_of_modes(const Parameters::All &parameters, const Plate &rotor)
   {
     const Parameters::Eigenproblem &window = parameters.eigenproblem;
-    const Parameters::Rotor &rotor         = parameters.rotor;
-    const Material &material               = rotor.material;
+    const Material &material               = parameters.rotor.material;
     // Bending modes of a plate of area A and thickness h below f: sqrt(3) A f / (c h) (Courant and
     // Hilbert), c^2 = E / rho (1 - nu^2). In-plane modes and pads make it 1.67 times as many.
-    const double area = M_PI * (std::pow(rotor.outer_radius, 2) - std::pow(rotor.inner_radius, 2)),
-                 c    = std::sqrt(material.young_modulus /
-                                  (material.density * (1 - std::pow(material.poisson_ratio, 2))));
-    return 1.67 * std::sqrt(3.) * area * (window.maximum_frequency - window.minimum_frequency) /
-           (c * rotor.thickness);
+    const double c = std::sqrt(material.young_modulus /
+                               (material.density * (1 - std::pow(material.poisson_ratio, 2))));
+    return 1.67 * std::sqrt(3.) * rotor.area *
+           (window.maximum_frequency - window.minimum_frequency) / (c * rotor.thickness);
   }
 
   double expected_peak_mib(const RunSize &size)
   {
-    constexpr double libraries = 196, mib = sizeof(double) * 1e-6;
+    constexpr double per_rank = 196, mib = sizeof(double) * 1e-6;
+    const double libraries = size.n_ranks * per_rank;
     // Functions of a cell in the space of displacements and in that of the error bars.
-    const double n = 3 * std::pow(size.degree + 1, 3), n_bars = 3 * std::pow(size.degree + 2, 3);
-    double peak = size.n_ranks * libraries + 38.7 * mib * size.n_unknowns * size.n_modes +
-                  2.77 * mib * size.n_cells * n * n;
+    const double n = 3 * std::pow(size.degree + 1, 3), n_bars = 3 * std::pow(size.degree + 2, 3),
+                 of_cells = mib * size.n_cells * n * n, of_vector = mib * size.n_unknowns;
+    if (size.solver == ModeSolver::none)
+      return libraries + 2.48 * of_cells + 402 * of_vector;
+    if (size.solver == ModeSolver::block_davidson)
+      return libraries + 85 * of_vector * size.n_modes;
+
+    double with_bars = libraries + 38.7 * of_vector * size.n_modes + 2.77 * of_cells;
     if (size.error_bars)
-      peak += 0.095 * size.n_cells + 2.73 * mib * size.n_cells * size.n_modes * n_bars;
-    return peak;
+      with_bars += 0.095 * size.n_cells + 2.73 * mib * size.n_cells * size.n_modes * n_bars;
+    // Nested dissection in three dimensions.
+    const double factors = (1e-4 + 0.48e-4 * size.degree) *
+                           std::pow(size.n_unknowns / (size.is_halved ? 2 : 1), 4. / 3);
+    return std::max(with_bars, libraries + 2.15 * of_cells + 2.64 * factors);
   }
 
   double expected_memory_load(const RunSize &size, const MPI_Comm comm)

@@ -248,13 +248,14 @@ class Robustness(st.TestCase):
 
     def test_predicted_memory(self):
         """The peak of memory that the log expects is right within 25 %, and a run that cannot fit is refused before it has
-        a steady state. Ten runs with SQUEAL_ALL_FAILURES."""
+        a steady state. Thirteen runs with SQUEAL_ALL_FAILURES."""
         discretisation = "Discretization/Rotor cells", "Discretization/Pad cells"
         def run(cells, of_pads, **settings):
             return {**dict(zip(discretisation, (cells, of_pads))), **{key.replace("_", "/"): value
                                                                      for key, value in settings.items()}}
 
-        runs = [run("5, 45, 3", "3, 8, 2", Discretization_Degree=1), run("3, 18, 1", "2, 3, 1")]
+        runs = [run("5, 45, 3", "3, 8, 2", Discretization_Degree=1), run("3, 18, 1", "2, 3, 1"),
+                {"Eigenproblem/Solver": "none", **run("6, 48, 2", "3, 6, 2")}]
         if EVERY_SIZE:  # none of them is among those of the fit
             runs += [run("3, 18, 1", "2, 3, 1", Discretization_Degree=3), run("4, 40, 1", "3, 5, 1", Rotor_Thickness=0.008),
                      {"Eigenproblem/Maximum frequency": 4000, **run("6, 50, 1", "3, 6, 1")},
@@ -262,7 +263,12 @@ class Robustness(st.TestCase):
                      {"Discretization/Clamp layers": 3, **run("3, 24, 2", "2, 4, 1")},
                      run("5, 40, 1", "4, 8, 1", Pads_Arrangement="upper"),
                      run("2, 10, 1", "1, 3, 1", Discretization_Degree=4),
-                     {"Eigenproblem/Error bars": "false", **run("7, 60, 2", "4, 8, 2")}]
+                     {"Eigenproblem/Error bars": "false", **run("7, 60, 2", "4, 8, 2")},
+                     {"Eigenproblem/Solver": "none", "Discretization/Degree": 3, **run("4, 30, 1", "2, 4, 1")},
+                     {"Eigenproblem/Solver": "none", "Pads/Arrangement": "upper", **run("5, 40, 1", "4, 8, 1")}]
+        # In the fit; without factors.
+        runs += [{"Eigenproblem/Solver": "block_davidson", "Eigenproblem/Error bars": "false",
+                  "Eigenproblem/Maximum frequency": 2500, **run("5, 40, 1", "3, 6, 1")}]
         for settings in runs:
             log = (self.analyse({"Output/Fields": "none", **settings}) / "log.txt").read_text()
             expected, peak = (float(re.search(pattern, log).group(1)) for pattern in

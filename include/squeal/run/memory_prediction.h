@@ -13,17 +13,28 @@ namespace squeal
     unsigned int degree, n_ranks = 1;
     double n_modes;
     bool error_bars;
+    ModeSolver solver = ModeSolver::block_krylov;
+    bool is_halved    = true; ///< in parity sectors, so that factors are those of a half
+  };
+
+  /// A rotor as a plate: area, m^2, and thickness, m.
+  struct Plate
+  {
+    double area, thickness;
   };
 
   /// The number of modes below a frequency, Hz, before there is any model: in proportion to the
-  /// bending modes of a plate of the rotor's area and thickness.
-  double expected_number_of_modes(const Parameters::All &parameters);
+  /// bending modes of such a plate.
+  double expected_number_of_modes(const Parameters::All &parameters, const Plate &rotor);
 
-  /// Peak resident memory of a run whose eigensolver has factors, MiB, summed over ranks.
+  /// Peak resident memory of a run in three dimensions, MiB, summed over ranks.
   ///
-  /// A fit to 27 runs of brakes of 300 to 47 000 unknowns, all within 20 % of it: the libraries on
-  /// each rank, the vectors of a search (by unknowns and modes), the cells' matrices, the error
-  /// bars' local problems (by cells, and by cells, modes and functions of the next degree).
+  /// With factors the larger one of two phases: that of the error bars, a fit to 27 runs of brakes
+  /// of 300 to 47 000 unknowns (the libraries on each rank, the vectors of a search, by unknowns
+  /// and modes, the cells' matrices, the error bars' local problems, by cells, modes and functions
+  /// of the next degree), and that of the eigenproblem, a fit to five runs of 69 000 to 108 000
+  /// unknowns (the cells' matrices and the factors). Without factors (block_davidson): vectors.
+  /// Without modes: unknowns and the cells' matrices of a direct solution.
   double expected_peak_mib(const RunSize &size);
 
   /// The largest part of what is free on any machine that a run would still take, if the prediction
