@@ -434,7 +434,8 @@ class RunDirectory(st.TestCase):
         for name in ["pipe.msh", "pipe.mtx"]:
             os.mkfifo(self.directory / name)
         self.assertRefusedSoon("--set", "Scene=mesh", "--set", "Mesh/File=pipe.msh", part="cannot be read")
-        self.assertRefusedSoon("--set", "Scene=matrices", "--set", "Matrices/Mass=pipe.mtx", part="cannot be read")
+        self.assertRefusedSoon("--set", "Scene=matrices", "--set", "Matrices/Mass=pipe.mtx", "--set", "Matrices/Stiffness=pipe.mtx",
+                               part="cannot be read")
         process = subprocess.run(["mpirun", "-np", "2", str(st.SQUEAL), "/dev/stdin", "--set", "Output/Directory=piped"],
                                  input=st.parameter_file(BRAKE), cwd=self.directory, env=st.ENVIRONMENT, text=True,
                                  capture_output=True, timeout=120)
