@@ -153,6 +153,8 @@ class RunDirectory(st.TestCase):
                 self.assertEqual(result.returncode, 0, result.stderr)
                 n_resumed += "Resumed after" in result.stdout
                 self.assertEqual(self.tables(self.directory / "output/killed"), whole, number)
+                if settings is PROJECTED_MAP and n_resumed == least:
+                    break  # each costs some seconds
             self.assertGreaterEqual(n_resumed, least)
 
     def test_accuracy_of_a_border(self):
