@@ -18,7 +18,7 @@ for program in clang-format clang-format-$wanted ""; do
 done
 
 shopt -s nullglob
-files=(source/*.cc source/*/*.cc include/squeal/*/*.h tests/*/*.cc tests/unit/*.h tests/unit/*/*.cc)
+files=(source/*.cc source/*/*.cc include/squeal/*/*.h tests/*/*.cc tests/unit/*.h tests/unit/*/*.h tests/unit/*/*.cc)
 if [[ ${1:-} == --fix ]]; then
   exec "$program" -i "${files[@]}"
 fi

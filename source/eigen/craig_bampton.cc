@@ -11,14 +11,6 @@ namespace squeal
 {
   namespace
   {
-    RowRange own_rows(const unsigned int n)
-    {
-      RowRange rows;
-      rows.comm = MPI_COMM_SELF;
-      rows.end = rows.size = n;
-      return rows;
-    }
-
     /// The rows and columns from some on.
     Matrix trailing_block(const Matrix &matrix, const unsigned int first, const RowRange &rows)
     {
@@ -190,7 +182,7 @@ namespace squeal
     MultiVector basis = unit_columns(rows, interface);
     if (n_inner > 0)
     {
-      const RowRange inner     = own_rows(n_inner);
+      const RowRange inner     = small_rows(n_inner);
       const Matrix K_ii        = trailing_block(K, n_interface, inner),
                    M_ii        = trailing_block(M, n_interface, inner);
       const MultiVector forces = multiply(K, basis);

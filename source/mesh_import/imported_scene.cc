@@ -715,7 +715,7 @@ namespace squeal
           const JointMeasures tie =
               check_joint("Joints/Ties: " + file.name + ": ", first, curved_patches(first), second,
                           curved_patches(second), prm.joints.position_tolerance);
-          facts.ties.push_back(tie);
+          facts.joints.push_back(tie);
           geometry.ties.push_back({tie.name, geometry.boundaries.at(first),
                                    geometry.boundaries.at(second), tie.distance});
         }
@@ -768,7 +768,7 @@ namespace squeal
               check_joint(key + ": " + file.name + ": ", contact.first, first, contact.second,
                           second, prm.joints.position_tolerance);
           measures.kind = contact.sticks ? "Stick contact" : "Frictionless contact";
-          facts.ties.push_back(measures);
+          facts.joints.push_back(measures);
           const Body body =
               geometry.parts[part_of_cell[faces.at(file.surfaces.at(contact.first)[0])[0].cell]]
                   .body;

@@ -36,18 +36,24 @@ namespace squeal
     }
   } // namespace
 
+  double allowed_distance(const double given, const std::vector<SurfaceFace<3>> &first,
+                          const std::vector<SurfaceFace<3>> &second)
+  {
+    // Polygons about one circle need not meet at their ends.
+    constexpr double part_of_edge = 0.05;
+    return given > 0 ? given : part_of_edge * std::max(longest_edge(first), longest_edge(second));
+  }
+
   JointMeasures check_joint(const std::string &where, const std::string &first_name,
                             const std::vector<SurfaceFace<3>> &first,
                             const std::string &second_name,
                             const std::vector<SurfaceFace<3>> &second, const double distance)
   {
-    // Polygons about one circle need not meet at their ends.
-    constexpr double part_of_edge = 0.05, least_cover = 0.9;
+    constexpr double least_cover = 0.9;
     const FaceElement<3> element(degree);
     const Point<2> middle(0.5, 0.5);
-    JointMeasures result = {first_name + " : " + second_name, distance, 0., 0., 0.};
-    if (distance == 0)
-      result.distance = part_of_edge * std::max(longest_edge(first), longest_edge(second));
+    JointMeasures result = {first_name + " : " + second_name,
+                            allowed_distance(distance, first, second), 0., 0., 0.};
     std::vector<double> covered(first.size());
     for (const FacePair<3> &pair : pair_facing_surfaces(element, first, second, result.distance))
       for (const PairedPoint<3> &point : pair.points)

@@ -260,10 +260,10 @@ namespace squeal
       rows.push_back(row);
     }
     std::string joints;
-    for (const JointMeasures &tie : facts.ties)
-      joints += text_of("  ", tie.kind, " ", tie.name, ": gap ", tie.gap, " m of ", tie.distance,
-                        " m that are allowed, ", 100 * tie.overlap / tie.area, " % of ",
-                        1e4 * tie.area, " cm^2\n");
+    for (const JointMeasures &joint : facts.joints)
+      joints += text_of("  ", joint.kind, " ", joint.name, ": gap ", joint.gap, " m of ",
+                        joint.distance, " m that are allowed, ", 100 * joint.overlap / joint.area,
+                        " % of ", 1e4 * joint.area, " cm^2\n");
     for (const std::string &point : facts.points)
       joints += "  Point " + point + "\n";
     for (const std::string &superelement : facts.superelements)

@@ -3,6 +3,7 @@
 #include <squeal/mesh/nearest_point.h>
 #include <squeal/mesh_import/mesh_checks.h>
 #include <squeal/mesh_import/mesh_file.h>
+#include <squeal/mesh_import/joined_surfaces.h>
 #include <squeal/mesh_import/superelement_files.h>
 
 #include <algorithm>
@@ -143,24 +144,12 @@ namespace squeal
       }
       for (unsigned int i = 0; i < n; ++i)
         entries.add(i, i, diagonal[i] == 0 ? 1 : rounding);
-      RowRange rows;
-      rows.comm = MPI_COMM_SELF;
-      rows.end = rows.size = n;
-      return Factorization(entries.make_matrix(rows), Factorization::Kind::ldlt,
+      return Factorization(entries.make_matrix(small_rows(n)), Factorization::Kind::ldlt,
                            "the mass matrix of a superelement")
                  .inertia()
                  .negative == 0;
     }
 
-    /// The longest edge of faces of degree 2, m.
-    double longest_edge(const std::vector<SurfaceFace<3>> &faces)
-    {
-      double longest = 0;
-      for (const SurfaceFace<3> &face : faces)
-        for (const auto &[a, b] : {std::make_pair(0, 2), {0, 6}, {2, 8}, {6, 8}})
-          longest = std::max(longest, face.nodes[a].distance(face.nodes[b]));
-      return longest;
-    }
   } // namespace
 
   PlacedSuperelement read_superelement(const Parameters::Joints::Superelement &entry,
@@ -196,7 +185,7 @@ namespace squeal
     double largest = 0;
     for (unsigned int s = 0; s < surfaces.size(); ++s)
     {
-      const double allowed = tolerance > 0 ? tolerance : 0.05 * longest_edge(surfaces[s].faces);
+      const double allowed = allowed_distance(tolerance, surfaces[s].faces);
       double least         = INFINITY;
       for (unsigned int k = 0; k < n; ++k)
       {
@@ -298,9 +287,7 @@ namespace squeal
         is_coupled = is_coupled || std::abs(forces(i, m)) > rounding * sizes(i, m);
     if (is_coupled)
     {
-      RowRange rows;
-      rows.comm = MPI_COMM_SELF;
-      rows.end = rows.size = n_inner;
+      const RowRange rows = small_rows(n_inner);
       MultiVector right(rows, 6);
       for (unsigned int m = 0; m < 6; ++m)
         for (unsigned int i = 0; i < n_inner; ++i)

@@ -135,12 +135,10 @@ namespace squeal
     for (const unsigned int row : own)
       if (number[row] == none)
         number[row] = n++;
-    RowRange part;
-    part.comm = MPI_COMM_SELF;
-    part.end = part.size = n;
-    const Matrix K       = part_of(equations, 0, Origin::elasticity, number, part),
-                 M       = part_of(equations, 2, Origin::inertia, number, part),
-                 D       = part_of(equations, 1, Origin::material_damping, number, part);
+    const RowRange part = small_rows(n);
+    const Matrix K      = part_of(equations, 0, Origin::elasticity, number, part),
+                 M      = part_of(equations, 2, Origin::inertia, number, part),
+                 D      = part_of(equations, 1, Origin::material_damping, number, part);
 
     const Parameters::Output &output = model.parameters().output;
     const bool is_first              = is_rank_zero(rows.comm);

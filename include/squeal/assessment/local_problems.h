@@ -51,7 +51,6 @@ namespace squeal
                        const std::vector<bool> &direct, std::vector<int> &kept) const;
     void add_ties(const CellIterator &cell, const std::vector<unsigned int> &faces,
                   const std::vector<int> &kept, DenseMatrix &local);
-    /// The face of a pad's cell that is in contact, or -1.
     /// The number of the cell's face on the first side of a contact, or -1, and the contact.
     std::pair<int, const ContactInterface *> contact_face(const CellIterator &cell) const;
     std::vector<unsigned int> contact_fields() const;

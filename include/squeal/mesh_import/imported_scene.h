@@ -31,7 +31,7 @@ namespace squeal
     std::map<std::string, std::string> roles; ///< of volume and surface groups
 
     std::vector<ContactPairMeasures> pairs;
-    std::vector<JointMeasures> ties;
+    std::vector<JointMeasures> joints;      ///< ties and contacts
     std::vector<std::string> points;        ///< a line for each
     std::vector<std::string> superelements; ///< likewise
   };

@@ -43,6 +43,11 @@ namespace squeal
     std::string kind = "Tie";
   };
 
+  /// The distance that a joint of surfaces may bridge, m: the given one, or where that is zero 5 %
+  /// of the longest edge of their faces. Patches are of degree 2.
+  double allowed_distance(double given, const std::vector<SurfaceFace<3>> &first,
+                          const std::vector<SurfaceFace<3>> &second = {});
+
   /// The second surface must cover nearly all of the first, within the @p distance, m, or where
   /// that is zero within a part of the size of the faces. Patches are of degree 2 with outward
   /// normals. Throws InputError, @p where being the beginning of its message.

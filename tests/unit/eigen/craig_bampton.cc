@@ -11,14 +11,6 @@ using namespace squeal::tests;
 
 namespace
 {
-  RowRange own_rows(const unsigned int n)
-  {
-    RowRange rows;
-    rows.comm = MPI_COMM_SELF;
-    rows.end = rows.size = n;
-    return rows;
-  }
-
   /// A chain of n masses 1 with springs 1 between neighbours, the last one to the ground.
   Matrix chain(const unsigned int n)
   {
@@ -32,7 +24,7 @@ namespace
         entries.add(i + 1, i, -1);
       }
     }
-    return entries.make_matrix(own_rows(n));
+    return entries.make_matrix(small_rows(n));
   }
 
   Matrix identity(const unsigned int n)
@@ -40,7 +32,7 @@ namespace
     EntryList entries;
     for (unsigned int i = 0; i < n; ++i)
       entries.add(i, i, 1);
-    return entries.make_matrix(own_rows(n));
+    return entries.make_matrix(small_rows(n));
   }
 
   /// w^2 of mode k = 1, 2, ... of n masses 1 on springs 1 between two walls: 4 sin^2(k pi / (2 (n +
@@ -60,7 +52,7 @@ TEST_CASE("craig_bampton: a chain held at its first mass")
   {
     CAPTURE(n);
     const Matrix K = chain(n), M = identity(n);
-    const ReducedPart part = craig_bampton(K, M, {}, own_rows(n), 1, 5, 0);
+    const ReducedPart part = craig_bampton(K, M, {}, small_rows(n), 1, 5, 0);
     CHECK(part.n_modes == 5);
     CHECK(part.n_internal == n - 1);
     CHECK(part.D.n_rows == 0);
@@ -77,8 +69,8 @@ TEST_CASE("craig_bampton: a chain held at its first mass")
     // Between the third and the fourth
     const double frequency =
         (std::sqrt(square_of(3, n - 1)) + std::sqrt(square_of(4, n - 1))) / (4 * M_PI);
-    CHECK(craig_bampton(K, M, {}, own_rows(n), 1, 5, frequency).n_modes == 3);
-    CHECK(craig_bampton(K, M, {}, own_rows(n), 1, 0, 0).K.n_rows == 1);
+    CHECK(craig_bampton(K, M, {}, small_rows(n), 1, 5, frequency).n_modes == 3);
+    CHECK(craig_bampton(K, M, {}, small_rows(n), 1, 0, 0).K.n_rows == 1);
   }
 }
 
@@ -87,8 +79,8 @@ TEST_CASE("craig_bampton: damping, all modes, nothing inside")
   // D = 3 M + 0.2 K stays that in any coordinates; with all modes the eigenvalues are those of the
   // chain.
   const unsigned int n = 12;
-  const Matrix K = chain(n), M = identity(n), D = sum_of(own_rows(n), {{3., M}, {0.2, K}});
-  const ReducedPart part = craig_bampton(K, M, D, own_rows(n), 2, 1000, 0);
+  const Matrix K = chain(n), M = identity(n), D = sum_of(small_rows(n), {{3., M}, {0.2, K}});
+  const ReducedPart part = craig_bampton(K, M, D, small_rows(n), 2, 1000, 0);
   CHECK(part.n_modes == n - 2);
   for (unsigned int i = 0; i < n; ++i)
     for (unsigned int j = 0; j < n; ++j)
@@ -104,7 +96,7 @@ TEST_CASE("craig_bampton: damping, all modes, nothing inside")
       nearest = std::min(nearest, std::abs(value - expected));
     CHECK(nearest <= 1e-12);
   }
-  const ReducedPart whole = craig_bampton(K, M, {}, own_rows(n), n, 5, 0);
+  const ReducedPart whole = craig_bampton(K, M, {}, small_rows(n), n, 5, 0);
   CHECK(whole.n_modes == 0);
   CHECK(whole.K.n_rows == n);
   CHECK(whole.K(0, 1) == -1);

@@ -86,6 +86,32 @@ namespace squeal::tests
     return replicate(flags);
   }
 
+  /// Of the forces of bodies and joint together: the largest sum in a row that no load acts on, and
+  /// the largest force of the bodies.
+  struct Balance
+  {
+    double largest = 0, largest_force = 0;
+    unsigned int n_checked = 0;
+  };
+  inline Balance balance_of(const FiniteElementSpace<3> &spaces, const MultiVector &of_bodies,
+                            MultiVector residual)
+  {
+    residual += of_bodies;
+    const std::vector<double> r = replicate(residual), forces = replicate(of_bodies),
+                              is_free = free_surface(spaces);
+    Balance balance;
+    for (unsigned int row = 0; row < r.size(); ++row)
+    {
+      balance.largest_force = std::max(balance.largest_force, std::abs(forces[row]));
+      if (is_free[row] == 0)
+      {
+        balance.largest = std::max(balance.largest, std::abs(r[row]));
+        ++balance.n_checked;
+      }
+    }
+    return balance;
+  }
+
   inline Point<3> straight(const Point<3> &x)
   {
     return x;
@@ -112,7 +138,7 @@ namespace squeal::tests
   inline Tensor<2, 3> stress_of(const Material &material, const Tensor<2, 3> &gradient)
   {
     const double nu = material.poisson_ratio, E = material.young_modulus,
-                 lambda           = E * nu / ((1 + nu) * (1 - 2 * nu));
+                 lambda       = E * nu / ((1 + nu) * (1 - 2 * nu));
     const Tensor<2, 3> strain = 0.5 * (gradient + transpose(gradient));
     Tensor<2, 3> stress       = E / (1 + nu) * strain;
     for (unsigned int d = 0; d < 3; ++d)

@@ -61,24 +61,9 @@ namespace
         for (unsigned int c = 0; c < 3; ++c)
           x.data()[row + c - spaces.rows.begin] = traction[c] / ties.scale;
 
-    const MultiVector of_bodies = multiply(K, x);
-    MultiVector residual        = multiply(*ties.matrix, x);
-    residual += of_bodies;
-    const std::vector<double> r = replicate(residual), forces = replicate(of_bodies),
-                              is_free = free_surface(spaces);
-    double largest = 0, largest_force = 0;
-    unsigned int n_checked = 0;
-    for (unsigned int row = 0; row < r.size(); ++row)
-    {
-      largest_force = std::max(largest_force, std::abs(forces[row]));
-      if (is_free[row] == 0)
-      {
-        largest = std::max(largest, std::abs(r[row]));
-        ++n_checked;
-      }
-    }
-    CHECK(n_checked > spaces.n_ties + 3);
-    CHECK(largest <= 1e-10 * largest_force);
+    const Balance balance = balance_of(spaces, multiply(K, x), multiply(*ties.matrix, x));
+    CHECK(balance.n_checked > spaces.n_ties + 3);
+    CHECK(balance.largest <= 1e-10 * balance.largest_force);
   }
 } // namespace
 
