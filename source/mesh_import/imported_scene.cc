@@ -1,6 +1,7 @@
 #include <squeal/base/errors.h>
 #include <squeal/mesh_import/imported_scene.h>
 #include <squeal/mesh_import/mesh_checks.h>
+#include <squeal/mesh_import/placed_mesh.h>
 #include <squeal/mesh_import/rigid_motions.h>
 #include <squeal/mesh_import/superelement_files.h>
 #include <squeal/parameters/expressions.h>
@@ -35,13 +36,12 @@ namespace squeal
     public:
       explicit ImportedScene(const Parameters::All &prm)
           : prm(prm), mesh(prm.mesh),
-            file(read_mesh_file(mesh.file)), facts{file, {}, 0, {}, {}, {}, {}, {}}
+            file(read_placed_mesh(prm)), facts{file, {}, 0, {}, {}, {}, {}, {}}
       {
       }
 
       Geometry<3> make()
       {
-        place_nodes();
         assign_materials();
         turn_cells();
         find_neighbours();
@@ -74,21 +74,6 @@ namespace squeal
         for (const unsigned int node : file.cells[cell].nodes)
           centre += file.nodes[node] / 8.;
         return "element " + std::to_string(file.cells[cell].number) + " at " + text_of(centre);
-      }
-
-      /// Metres, axis z.
-      void place_nodes()
-      {
-        const std::array<double, 3> origin = mesh.origin();
-        const unsigned int axis            = static_cast<unsigned int>(mesh.axis);
-        for (Point<3> &x : file.nodes)
-        {
-          Point<3> placed;
-          for (unsigned int d = 0; d < 3; ++d)
-            placed[d] = mesh.scale * (x[(axis + 1 + d) % 3] - origin[(axis + 1 + d) % 3]);
-          check_distance(file.name, x, placed);
-          x = placed;
-        }
       }
 
       /// The group of a name; where capitals are the only difference, that.

@@ -34,6 +34,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import element_files  # noqa: E402
 import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
 
@@ -131,6 +132,18 @@ def bases():
     result.append(Case("realistic_brake", {
         "realistic_brake.prm": with_settings(examples["realistic_brake"], settings).encode(),
         "realistic_brake.msh": mesh_files.msh4(plates).encode()}))
+    # Pads of tetrahedra and wedges on a disc of hexahedra: a deck with parts, and elements of order 2
+    shape = {"rotor": 8, "upper": 4, "lower": 6}
+    elements = element_files.Elements(mesh_files.brake(**cells), shape.get)
+    deck, nodes = element_files.assembly(elements, {"Disc": ["rotor"], "Up": ["upper"], "Low": ["lower"]}, include=True)
+    parts = {**scene, "Discretization/Degree": 1, "Mesh/File": "mesh.inp", "Mesh/Rotor": "DISC-1", "Mesh/Pads": "UP-1, LOW-1"}
+    result.append(Case("deck", {"deck.prm": st.parameter_file(parts).encode(), "mesh.inp": deck.encode(),
+                                "nodes.txt": nodes.encode()}))
+    elements.make_quadratic()
+    second = {**scene, "Discretization/Degree": 1, "Mesh/Curved bodies": "none", "Operation/Angular velocity": 0,
+              "Mesh/File": "mesh.msh"}
+    result.append(Case("second_order", {"second_order.prm": st.parameter_file(second).encode(),
+                                        "mesh.msh": element_files.msh2(elements).encode()}))
     return result
 
 
@@ -489,7 +502,8 @@ def foreign_faces(rng, mesh):
 
 
 def mutate_meaning(rng, case, keys):
-    if any(name.endswith((".msh", ".inp")) for name in case.files) and case.name != "realistic_brake" and rng.random() < 0.75:
+    if any(name.endswith((".msh", ".inp")) for name in case.files) and \
+            case.name not in ("realistic_brake", "deck", "second_order") and rng.random() < 0.75:
         change_mesh(rng, case, keys)
     elif any(name.endswith(".mtx") for name in case.files) and rng.random() < 0.5:
         change_matrices(rng, case, keys)

@@ -59,7 +59,7 @@ class BadMesh(st.TestCase):
                  "7 5 2 1 1 1 1 1 1 1 1 1 2\n$EndElements\n", "line 10", "element 7", "node 2"),
                 ("too few nodes", header + "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n7 5 2 1 1 1\n$EndElements\n",
                  "line 10", "element 7"),
-                ("no cells", header, "no hexahedra")]:
+                ("no cells", header, "no solid elements")]:
             with self.subTest(what):
                 self.assertRefused({}, "Mesh/File", "brake.msh", *words, text=text)
 
@@ -72,7 +72,7 @@ class BadMesh(st.TestCase):
                 ("unknown node", nodes + "*ELEMENT, TYPE=C3D8\n5, 1, 2, 1, 2, 1, 2, 1, 9\n", "element 5", "node 9"),
                 ("too few nodes", nodes + "*ELEMENT, TYPE=C3D8\n5, 1, 2,\n", "element 5", "8 nodes"),
                 ("unknown set", nodes + "*ELSET, ELSET=A\nB\n", "line 5", "B"),
-                ("instance", "*INSTANCE, NAME=A, PART=B\n", "*INSTANCE", "flat"),
+                ("instance", "*INSTANCE, NAME=A, PART=B\n", "no part B", "no parts"),
                 ("surface", nodes + "*SURFACE, NAME=A\n1, S7\n", "line 5", "S6")]:
             with self.subTest(what):
                 self.assertRefused({}, "Mesh/File", "brake.inp", *words, text=text, name="brake.inp")
@@ -90,16 +90,17 @@ class BadMesh(st.TestCase):
                                  preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
         self.assertEqual(process.returncode, 0, process.stderr)
 
-    def test_tetrahedra(self):
+    def test_other_elements(self):
         good = mesh_files.msh2(mesh_files.brake())
         first = next(line for line in good.split("\n") if len(line.split()) == 13)
         words = first.split()
-        for kind, n, name in [("4", 4, "tetrahedron"), ("6", 6, "prism"), ("2", 3, "triangle"),
-                              ("17", 8, "quadratic hexahedron")]:
+        for kind, n, name in [("7", 5, "pyramid"), ("29", 8, "type 29"), ("17", 8, "too few nodes")]:
             with self.subTest(name):
                 other = " ".join([words[0], kind, *words[2:5 + n]])
-                self.assertRefused({}, name, f"element {words[0]}", "hexahedra", text=good.replace(first, other))
-        self.assertRefused({}, "C3D10", "C3D8", name="brake.inp",
+                self.assertRefused({}, name, f"element {words[0]}", text=good.replace(first, other))
+        self.assertRefused({}, "C3D5", "C3D8", name="brake.inp",
+                           text=mesh_files.inp(mesh_files.brake(), kinds=["C3D8", "C3D5"]))
+        self.assertRefused({}, "10 nodes", name="brake.inp",
                            text=mesh_files.inp(mesh_files.brake(), kinds=["C3D8", "C3D10"]))
 
     # Groups

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <squeal/base/errors.h>
+#include <squeal/mesh_import/element_file.h>
 #include <squeal/mesh_import/mesh_checks.h>
 #include <squeal/mesh_import/rigid_motions.h>
 
@@ -156,9 +157,11 @@ TEST_CASE("mesh files: Gmsh and Abaqus text gives the same cube")
       "0\r\n5, 0, 0, 1\r\n6, 1, 0, 1\r\n7, 1, 1, 1\r\n8, 0, 1, 1\r\n*ELEMENT, TYPE=C3D8R,\r\n"
       "ELSET=Body\r\n3, 1, 2, 3, 4,\r\n5, 6, 7, 8\r\n*SURFACE, NAME=\"The top\"\r\nBODY, "
       "S2\r\n*STEP\r\n1, 2\r\n");
-  MeshFile a, b;
-  read_gmsh(gmsh, a);
-  read_abaqus(abaqus, b);
+  ElementFile of_gmsh, of_abaqus;
+  read_gmsh(gmsh, of_gmsh);
+  read_abaqus(abaqus, of_abaqus);
+  const auto straight = [](const unsigned int) { return false; };
+  const MeshFile a = divide(of_gmsh, straight), b = divide(of_abaqus, straight);
   for (const MeshFile *file : {&a, &b})
   {
     REQUIRE(file->cells.size() == 1);

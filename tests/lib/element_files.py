@@ -1,0 +1,167 @@
+"""Meshes of tetrahedra and wedges out of those of mesh_files.py, and decks as preprocessors write them.
+
+Elements are tuples of nodes: corners, then middles of edges in the order of Abaqus.
+"""
+
+import mesh_files
+
+# Six tetrahedra of a hexahedron about the diagonal 0 6, two wedges with axes upwards. Cells that are numbered alike
+# cut their common faces alike.
+TETRAHEDRA = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
+WEDGES = [(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)]
+EDGES = {
+    4: [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
+    6: [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
+    8: [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)],
+}
+FACES = {
+    4: [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)],
+    6: [(0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)],
+    8: mesh_files.FACES,
+}
+KINDS = {4: "C3D4", 6: "C3D6", 8: "C3D8", 10: "C3D10", 15: "C3D15", 20: "C3D20R"}
+N_CORNERS = {4: 4, 6: 6, 8: 8, 10: 4, 15: 6, 20: 8}
+# Gmsh's types, and where each of its nodes is in Abaqus' order (checked with Gmsh 4.8 on elements with straight edges)
+GMSH = {
+    4: (4, range(4)),
+    6: (6, range(6)),
+    8: (5, range(8)),
+    10: (11, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]),
+    15: (18, [0, 1, 2, 3, 4, 5, 6, 8, 12, 7, 13, 14, 9, 11, 10]),
+    20: (17, [0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14]),
+}
+
+
+class Elements:
+    """Nodes, elements, volumes by name (numbers of elements), surfaces by name (element, face)."""
+
+    def __init__(self, mesh, into):
+        """The cells of a mesh; into(volume name) is 4, 6 or 8: the corners of the elements that its cells become."""
+        self.nodes, self.elements, self.volumes, self.surfaces = list(mesh.nodes), [], {}, {}
+        for name, cells in mesh.volumes.items():
+            parts = {4: TETRAHEDRA, 6: WEDGES, 8: [range(8)]}[into(name)]
+            for c in cells:
+                for part in parts:
+                    self.volumes.setdefault(name, []).append(len(self.elements))
+                    self.elements.append(tuple(mesh.cells[c][v] for v in part))
+        wanted = {name: {tuple(sorted(face)) for face in faces} for name, faces in mesh.surfaces.items()}
+        for e, element in enumerate(self.elements):
+            for f, face in enumerate(FACES[len(element)]):
+                corners = {element[v] for v in face}
+                for name, faces in wanted.items():
+                    if any(corners <= set(quad) for quad in self._candidates(faces, corners)):
+                        self.surfaces.setdefault(name, []).append((e, f))
+
+    def _candidates(self, faces, corners):
+        key = id(faces)
+        if not hasattr(self, "_by_node"):
+            self._by_node = {}
+        if key not in self._by_node:
+            by_node = {}
+            for quad in faces:
+                for v in quad:
+                    by_node.setdefault(v, []).append(quad)
+            self._by_node[key] = by_node
+        return self._by_node[key].get(min(corners), [])
+
+    def make_quadratic(self, place=None):
+        """Middle nodes, at place(a, b) in some volumes, {name: place}, and half way in the others."""
+        middles = {}
+        volume_of = {e: name for name, elements in self.volumes.items() for e in elements}
+        for e, element in enumerate(self.elements):
+            in_volume = (place or {}).get(volume_of[e], lambda a, b: tuple((x + y) / 2 for x, y in zip(a, b)))
+            for a, b in EDGES[len(element)]:
+                key = tuple(sorted((element[a], element[b])))
+                if key not in middles:
+                    middles[key] = len(self.nodes)
+                    self.nodes.append(in_volume(self.nodes[key[0]], self.nodes[key[1]]))
+                self.elements[e] += (middles[key],)
+
+
+def _lines(numbers):
+    return [", ".join(map(str, numbers[k:k + 16])) for k in range(0, len(numbers), 16)]
+
+
+def _element_lines(mesh, elements, number):
+    by_kind = {}
+    for e in elements:
+        by_kind.setdefault(KINDS[len(mesh.elements[e])], []).append(e)
+    lines = []
+    for kind, members in by_kind.items():
+        lines += [f"*Element, type={kind}"]
+        for e in members:
+            nodes = [str(number(v)) for v in mesh.elements[e]]
+            lines += [f"{e + 1}, " + ", ".join(nodes[:12]) + ("," if nodes[12:] else "")]
+            lines += [", ".join(nodes[12:])] if nodes[12:] else []
+    return lines
+
+
+def inp(mesh):
+    """A flat deck."""
+    lines = ["*NODE"] + [f"{i + 1}, " + ", ".join(f"{x:.17g}" for x in node) for i, node in enumerate(mesh.nodes)]
+    lines += _element_lines(mesh, range(len(mesh.elements)), lambda v: v + 1)
+    for name, elements in mesh.volumes.items():
+        lines += [f"*ELSET, ELSET={name}"] + _lines([e + 1 for e in elements])
+    for name, faces in mesh.surfaces.items():
+        lines += [f"*SURFACE, NAME={name}"] + [f"{e + 1}, S{f + 1}" for e, f in faces]
+    return "\n".join(lines + [""])
+
+
+def assembly(mesh, bodies, include=False):
+    """(deck, included file): bodies {name: its volumes} as parts with one instance each, at another place and turned
+    by 90 degrees before they are placed; surfaces by internal sets of the assembly. The surfaces keep their names;
+    volumes are <name>-1.<volume>."""
+    lines, instances, nodes_file = ["*Heading", "** Generated", "*Preprint, echo=NO"], [], None
+    of_body = {e: body for body, volumes in bodies.items() for volume in volumes for e in mesh.volumes[volume]}
+    for body, volumes in bodies.items():
+        elements = [e for volume in volumes for e in mesh.volumes[volume]]
+        own = {v: i + 1 for i, v in enumerate(sorted({v for e in elements for v in mesh.elements[e]}))}
+        lines += [f"*Part, name={body}", "*Node"]
+        # The instance moves by (1, 2, 3), then turns by 90 degrees about a line along z through (1, 2): x' = 1 - y,
+        # y' = 2 + x, z' = 3 + z of the part's coordinates.
+        rows = [f"{i}, {mesh.nodes[v][1] - 2:.17g}, {1 - mesh.nodes[v][0]:.17g}, {mesh.nodes[v][2] - 3:.17g}"
+                for v, i in own.items()]
+        if include and nodes_file is None:
+            nodes_file = "\n".join(rows + [""])
+            lines += ["*Include, input=nodes.txt"]
+        else:
+            lines += rows
+        lines += _element_lines(mesh, elements, own.get)
+        for volume in volumes:
+            lines += [f"*Elset, elset={volume}"] + _lines([e + 1 for e in mesh.volumes[volume]])
+        lines += ["*End Part", "**"]
+        instances += [f"*Instance, name={body}-1, part={body}", "1., 2., 3.", "1., 2., 0., 1., 2., 1., 90.",
+                      "*End Instance", "**"]
+    lines += ["*Assembly, name=Assembly", "**", *instances]
+    for name, faces in mesh.surfaces.items():
+        by_side = {}
+        for e, f in faces:
+            by_side.setdefault((f + 1, of_body[e]), []).append(e + 1)
+        for (side, body), elements in by_side.items():
+            lines += [f"*Elset, elset=_{name}_S{side}, internal, instance={body}-1"] + _lines(elements)
+        lines += [f"*Surface, type=ELEMENT, name={name}"] + [f"_{name}_S{side}, S{side}" for side, _ in by_side]
+    return "\n".join(lines + ["*End Assembly", "*Material, name=steel", "*Elastic", "2.1e11, 0.3", ""]), nodes_file
+
+
+def msh2(mesh):
+    """Gmsh 2.2."""
+    surfaces = {name: i for i, name in enumerate(mesh.surfaces, start=1)}
+    volumes = {name: i for i, name in enumerate(mesh.volumes, start=1)}
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(surfaces) + len(volumes))]
+    lines += [f'2 {i} "{name}"' for name, i in surfaces.items()] + [f'3 {i} "{name}"' for name, i in volumes.items()]
+    lines += ["$EndPhysicalNames", "$Nodes", str(len(mesh.nodes))]
+    lines += [f"{i + 1} " + " ".join(f"{x:.17g}" for x in node) for i, node in enumerate(mesh.nodes)]
+    elements = []
+    for name, faces in mesh.surfaces.items():
+        for e, f in faces:
+            element = mesh.elements[e]
+            corners = [element[v] for v in FACES[N_CORNERS[len(element)]][f]]
+            elements.append((2 if len(corners) == 3 else 3, surfaces[name], corners))
+    for name, members in mesh.volumes.items():
+        for e in members:
+            kind, order = GMSH[len(mesh.elements[e])]
+            elements.append((kind, volumes[name], [mesh.elements[e][v] for v in order]))
+    lines += ["$EndNodes", "$Elements", str(len(elements))]
+    lines += [f"{i} {kind} 2 {tag} 1 " + " ".join(str(v + 1) for v in nodes)
+              for i, (kind, tag, nodes) in enumerate(elements, start=1)]
+    return "\n".join(lines + ["$EndElements", ""])
