@@ -1,6 +1,7 @@
 #include <squeal/assessment/cell_residuals.h>
 #include <squeal/assessment/error_estimators.h>
 #include <squeal/assessment/local_problems.h>
+#include <squeal/assessment/locking.h>
 #include <squeal/assessment/stability.h>
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
@@ -68,6 +69,7 @@ namespace squeal
       /// Adds Z^H Q+ X to T.
       void add_products();
       void eliminate(EigenvalueErrors &errors);
+      DenseMatrix soften(unsigned int number, unsigned int material, const LocalProblem &problem);
       std::vector<std::vector<Complex>> other_edges(EigenvalueErrors &errors) const;
       void add_state_correction(const DenseMatrix &functions, unsigned int number,
                                 const std::vector<int> &unknowns, const double *solution);
@@ -100,13 +102,16 @@ namespace squeal
       CellResiduals<dim> cell_residuals;
       std::unique_ptr<CellMap<dim>> base_map, map;
       std::unique_ptr<LocalProblems<dim>> local;
-      std::vector<std::vector<double>> shares; ///< s_K of each cell's unknowns
-      MultiVector lifted;                      ///< the columns, interpolated
-      std::vector<Column> residuals;           ///< of the columns
+      std::unique_ptr<YieldingCells<dim>> yielding; ///< if some body may lock
+      std::vector<bool> locks;                      ///< by material
+      std::vector<std::vector<double>> shares;      ///< s_K of each cell's unknowns
+      MultiVector lifted;                           ///< the columns, interpolated
+      std::vector<Column> residuals;                ///< of the columns
       const std::vector<Parameters::BodyMaterial> materials;
       /// By material: the factors of its matrices at each eigenvalue.
       std::vector<std::vector<OperatorFactors>> factors;
       DenseMatrix t_re, t_im;               ///< T
+      DenseMatrix locked_re, locked_im;     ///< what T becomes more where elements lock, at most
       std::vector<Column> state_correction; ///< sums and numbers of summands
     };
 
@@ -117,10 +122,13 @@ namespace squeal
           n_vectors(m + with_state), base(model.spaces()), spaces(base, base.fe.degree + 1),
           n(spaces.fe.n_dofs_per_cell()), n_fields(base.n_fields()),
           lift(interpolation(base.fe, spaces.fe)), cell_residuals(base, spaces),
-          materials(prm.materials()), t_re(m, m), t_im(m, m)
+          materials(prm.materials()), t_re(m, m), t_im(m, m), locked_re(m, m), locked_im(m, m)
     {
+      const bool long_cells = base.fe.degree < free_of_locking && too_long_cells(prm) > 0;
       for (const Parameters::BodyMaterial &material : materials)
       {
+        locks.push_back(may_lock(material.material, base.fe.degree) ||
+                        (material.of_rotor && long_cells));
         factors.emplace_back();
         for (const Complex &l : modes.lambda)
           factors.back().push_back(factors_at(body_terms(prm, material), l));
@@ -279,17 +287,20 @@ namespace squeal
     {
       std::vector<Term> terms = contact_terms;
       terms.insert(terms.end(), joint_terms.begin(), joint_terms.end());
-      for (const unsigned int order : {0u, 1u, 2u})
+      std::array<Matrix, 3> sums;
+      for (unsigned int order = 0; order < sums.size(); ++order)
+        sums[order] = sum_of(spaces.rows, terms, order);
+      for (const bool is_left : {false, true}) // one after the other: copies are large
       {
-        const Matrix A = sum_of(spaces.rows, terms, order);
-        if (!A)
-          continue;
-        for (const bool is_left : {false, true}) // one after the other: copies are large
+        const unsigned int side   = is_left ? 2 * n_vectors : 0;
+        const MultiVector vectors = lifted.columns(side, 2 * n_vectors);
+        for (unsigned int order = 0; order < sums.size(); ++order)
         {
-          const unsigned int side   = is_left ? 2 * n_vectors : 0;
-          const MultiVector vectors = lifted.columns(side, 2 * n_vectors),
-                            product =
-                                is_left ? multiply_transposed(A, vectors) : multiply(A, vectors);
+          const Matrix &A = sums[order];
+          if (!A)
+            continue;
+          const MultiVector product =
+              is_left ? multiply_transposed(A, vectors) : multiply(A, vectors);
           for (unsigned int j = 0; j < m; ++j) // the state has its own terms
           {
             const Complex l      = is_left ? std::conj(modes.lambda[j]) : modes.lambda[j],
@@ -311,13 +322,22 @@ namespace squeal
     template <int dim>
     void Estimator<dim>::add_products()
     {
-      const unsigned int n_local = lifted.n_local();
-      DenseMatrix z(n_local, 2 * n_vectors), r(n_local, 2 * n_vectors);
-      std::copy_n(lifted.column(2 * n_vectors), z.values.size(), z.values.begin());
-      for (unsigned int j = 0; j < 2 * n_vectors; ++j)
-        std::copy_n(residuals[j].begin(), n_local, &r.values[std::size_t(j) * n_local]);
-      DenseMatrix re(n_vectors, n_vectors), im(n_vectors, n_vectors);
-      add_product(z, r, re, im);
+      // By pieces that stay in the cache: copies of all columns would be large.
+      constexpr unsigned int longest = 1024;
+      DenseMatrix re(n_vectors, n_vectors), im(n_vectors, n_vectors), z, r;
+      for (unsigned int first = 0; first < lifted.n_local(); first += longest)
+      {
+        const unsigned int n_rows = std::min(longest, lifted.n_local() - first);
+        if (z.n_rows != n_rows)
+          z = r = DenseMatrix(n_rows, 2 * n_vectors);
+        for (unsigned int j = 0; j < 2 * n_vectors; ++j)
+        {
+          std::copy_n(lifted.column(2 * n_vectors + j) + first, n_rows,
+                      &z.values[std::size_t(j) * n_rows]);
+          std::copy_n(residuals[j].begin() + first, n_rows, &r.values[std::size_t(j) * n_rows]);
+        }
+        add_product(z, r, re, im);
+      }
       for (unsigned int j = 0; j < m; ++j)
         for (unsigned int i = 0; i < m; ++i)
         {
@@ -372,6 +392,19 @@ namespace squeal
         residual.update_ghost_values();
     }
 
+    /// The matrix of a cell's problem if functions of V_h on it give way, too.
+    template <int dim>
+    DenseMatrix Estimator<dim>::soften(const unsigned int number, const unsigned int material,
+                                       const LocalProblem &problem)
+    {
+      if (!yielding)
+        yielding = std::make_unique<YieldingCells<dim>>(local->functions, lift, cell_residuals);
+      std::vector<bool> movable(n_fields * base.fe.n_dofs_per_cell());
+      for (const auto &entry : base_map->cells[number])
+        movable[entry.unknown] = true;
+      return yielding->soften(problem, movable, materials[material].material, cell_residuals);
+    }
+
     template <int dim>
     void Estimator<dim>::eliminate(EigenvalueErrors &errors)
     {
@@ -398,12 +431,22 @@ namespace squeal
         for (unsigned int j = 0; j < 4 * n_vectors; ++j)
           for (unsigned int i = 0; i < n_kept; ++i)
             r(i, j) = tested.values[std::size_t(j) * n_fields * n_w + problem.unknowns[i]];
-        const DenseMatrix right    = half(r, false),
+        const bool may_lock = locks[material];
+        DenseMatrix softer;
+        if (may_lock)
+          softer = soften(number, material, problem);
+        const DenseMatrix right = half(r, false), left = half(r, true),
                           solution = problem.symmetric
                                          ? solve_positive(std::move(problem.matrix), right)
                                          : solve(std::move(problem.matrix), right);
         DenseMatrix e_re(n_vectors, n_vectors), e_im(n_vectors, n_vectors);
-        add_product(half(r, true), solution, e_re, e_im);
+        add_product(left, solution, e_re, e_im);
+        DenseMatrix more_re(n_vectors, n_vectors), more_im(n_vectors, n_vectors);
+        if (may_lock)
+          add_product(left,
+                      problem.symmetric ? solve_positive(std::move(softer), right)
+                                        : solve(std::move(softer), right),
+                      more_re, more_im);
         std::vector<std::complex<float>> parts;
         for (unsigned int j = 0; j < m; ++j)
           for (unsigned int i = 0; i < m; ++i)
@@ -412,6 +455,13 @@ namespace squeal
             const Complex e = Complex(e_re(i, j), e_im(i, j)) / factors[material][j].k;
             t_re(i, j) -= e.real();
             t_im(i, j) -= e.imag();
+            if (may_lock)
+            {
+              const Complex more =
+                  Complex(more_re(i, j), more_im(i, j)) / factors[material][j].k - e;
+              locked_re(i, j) -= more.real();
+              locked_im(i, j) -= more.imag();
+            }
             if (i == j)
               parts.emplace_back(e / (2. * modes.lambda[j]));
           }
@@ -515,22 +565,29 @@ namespace squeal
     template <int dim>
     void Estimator<dim>::find_corrections(EigenvalueErrors &errors)
     {
-      // T, then sum |Re| of the cells' parts of each mode
-      std::vector<double> sums = t_re.values;
-      sums.insert(sums.end(), t_im.values.begin(), t_im.values.end());
-      sums.resize(2 * m * m + m);
+      // T, what locking may add to it, then sum |Re| of the cells' parts of each mode
+      std::vector<double> sums;
+      for (const DenseMatrix *block : {&t_re, &t_im, &locked_re, &locked_im})
+        sums.insert(sums.end(), block->values.begin(), block->values.end());
+      sums.resize(4 * m * m + m);
       for (const auto &cell : errors.cells)
         for (unsigned int j = 0; j < m; ++j)
-          sums[2 * m * m + j] += std::abs(cell[j].real());
+          sums[4 * m * m + j] += std::abs(cell[j].real());
       MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, spaces.comm);
-      std::vector<Complex> f(m * m);
+      std::vector<Complex> f(m * m), locked(m * m);
       for (unsigned int i = 0; i < m; ++i)
         for (unsigned int j = 0; j < m; ++j)
-          f[i + m * j] =
-              -Complex(sums[i + m * j], sums[m * m + i + m * j]) / (2. * modes.lambda[i]);
+          for (std::vector<Complex> *effect : {&f, &locked})
+          {
+            const double *block = &sums[effect == &f ? 0 : 2 * m * m];
+            (*effect)[i + m * j] =
+                -Complex(block[i + m * j], block[m * m + i + m * j]) / (2. * modes.lambda[i]);
+          }
       std::vector<std::vector<std::vector<Complex>>> alternatives = {other_edges(errors)};
       if (with_state)
         alternatives.push_back({other_pressure()});
+      if (std::any_of(locks.begin(), locks.end(), [](const bool l) { return l; }))
+        alternatives.push_back({locked});
       errors.bounds = bound_errors(modes.lambda, modes.parity, f, {sums.end() - m, sums.end()},
                                    base.fe.degree, alternatives);
       for (unsigned int j = 0; j < m; ++j)

@@ -1,3 +1,4 @@
+#include <squeal/assessment/locking.h>
 #include <squeal/base/memory.h>
 #include <squeal/run/report.h>
 #include <squeal/statics/static_report.h>
@@ -339,25 +340,21 @@ namespace squeal
       text << "\nThe static equilibrium only, linear solver "
            << name_of(prm.static_equilibrium.linear_solver);
     text << "\nResults go to " << directory << "\n";
-    constexpr double nearly_incompressible = 0.49;
-    constexpr unsigned int free_of_locking = 4;
-    if (prm.scene != Scene::matrices && prm.discretization.degree < free_of_locking)
+    if (prm.scene != Scene::matrices)
       for (const Parameters::BodyMaterial &body : prm.materials())
-        if (body.material.poisson_ratio > nearly_incompressible)
+        if (may_lock(body.material, prm.discretization.degree))
           text << "Warning, nearly incompressible: " << body.section
                << "/Material/Poisson ratio = " << body.material.poisson_ratio
                << ". Elements of degree " << prm.discretization.degree
-               << " lock, and error bars may be several times too short. Take degree "
+               << " lock: error bars allow for what may be, and are long. Take degree "
                << free_of_locking << ".\n";
-    constexpr double long_cell = 20;
-    const double length        = (prm.rotor.outer_radius - prm.rotor.inner_radius) /
-                          prm.discretization.rotor_cells[0],
-                 thickness = prm.rotor.thickness / prm.discretization.rotor_cells[2];
-    if (prm.scene == Scene::brake && length > long_cell * thickness)
-      text
-          << "Warning, thin rotor: its cells are " << number(std::round(length / thickness))
-          << " times as long as thick. Error bars may be several times too short. Take more radial "
-             "cells.\n";
+    if (const double ratio = too_long_cells(prm); ratio > 0)
+      text << "Warning, thin rotor: its cells are " << number(std::round(ratio))
+           << " times as long as thick. "
+           << (prm.discretization.degree < free_of_locking
+                   ? "They may lock: error bars allow for what may be, and are long. "
+                   : "Error bars may be too short. ")
+           << "Take more radial cells.\n";
     return text.str();
   }
 } // namespace squeal

@@ -33,6 +33,11 @@ PROJECTED_MAP = {**st.SMALL_BRAKE, "Eigenproblem/Error bars": "false", "Eigenpro
 ADAPTIVE = {**BRAKE, "Eigenproblem/Error bars": "true", "Refinement/Strategy": "adaptive", "Refinement/Cycles": 2,
             "Refinement/Tolerance": 1e-4, "Sweep/Parameter": FRICTION, "Sweep/Values": "0.3, 0.4"}
 MESH = {**BRAKE, **mesh_files.SCENE, "Mesh/File": "brake.msh", "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1 : 0.5 : 100"}
+MESH_MAP = {**MESH, "Sweep/Values": "0.1 : 0.5 : 8", "Sweep/Second parameter": "Operation/Angular velocity",
+            "Sweep/Second values": "5 : 20 : 3"}
+MESH_REFINEMENT = {**{key: value for key, value in MESH.items() if not key.startswith("Sweep/")},
+                   "Eigenproblem/Error bars": "true", "Refinement/Strategy": "adaptive", "Refinement/Cycles": 2,
+                   "Refinement/Tolerance": 1e-9}
 # Times and memory differ from run to run, and the log says that it was resumed.
 MAY_DIFFER = {"cycles.csv", "log.txt", "original.prm", "parameters.prm", "run.manifest", "run.lock"}
 # Containers may forbid tracing.
@@ -91,6 +96,15 @@ class RunDirectory(st.TestCase):
         self.stopped(MESH)
         self.write_mesh(thickness=1.1)
         self.assertBeginsAnew(MESH, "Mesh/File = brake.msh")
+
+    def test_mesh_that_changed_in_a_map_or_refinement(self):
+        for settings, state in [(MESH_MAP, "map.state"), (MESH_REFINEMENT, "refinement.state")]:
+            with self.subTest(state=state):
+                self.write_mesh()
+                results = self.kill(settings, lambda results, name=state: (results / name).exists())
+                self.assertTrue((results / state).exists(), "the run ended too early for this test")
+                self.write_mesh(thickness=1.1)
+                self.assertBeginsAnew(settings, "Mesh/File = brake.msh")
 
     def test_matrix_that_changed(self):
         for name in ["mass", "damping", "stiffness", "load"]:

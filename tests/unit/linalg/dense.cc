@@ -4,6 +4,7 @@
 
 #include <squeal/base/errors.h>
 #include <squeal/linalg/dense.h>
+#include <squeal/linalg/inverse_diagonal.h>
 
 using namespace squeal;
 using namespace squeal::tests;
@@ -299,6 +300,17 @@ TEST_CASE("dense: solve and gemm")
   gemm(false, 1, matrix(3, {1, 2, 3, 4, 5, 6}), matrix(2, {1, -1}), 0, d);
   for (unsigned int i = 0; i < 3; ++i)
     CHECK(d(i, 0) == -1);
+}
+
+TEST_CASE("dense: diagonal of an inverse")
+{
+  // [4 2 0; 2 5 3; 0 3 6] has the determinant 4 (30 - 9) - 2 (12) = 60 and the cofactors 21, 24, 16
+  // on its diagonal. What is below the diagonal is not read.
+  const std::vector<double> diagonal = inverse_diagonal(matrix(3, {4, 2, 0, 0, 5, 3, 0, 0, 6}));
+  const std::vector<double> expected = {21. / 60, 24. / 60, 16. / 60};
+  for (unsigned int i = 0; i < 3; ++i)
+    CHECK(diagonal[i] == doctest::Approx(expected[i]).epsilon(1e-14));
+  CHECK_THROWS_AS(inverse_diagonal(matrix(2, {1, 2, 2, 4})), SolverError);
 }
 
 TEST_CASE("dense: left vectors come with the right ones, of the same eigenvalue")
