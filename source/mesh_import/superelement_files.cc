@@ -1,9 +1,9 @@
 #include <squeal/base/errors.h>
 #include <squeal/linalg/factorization.h>
 #include <squeal/mesh/nearest_point.h>
+#include <squeal/mesh_import/joined_surfaces.h>
 #include <squeal/mesh_import/mesh_checks.h>
 #include <squeal/mesh_import/mesh_file.h>
-#include <squeal/mesh_import/joined_surfaces.h>
 #include <squeal/mesh_import/superelement_files.h>
 
 #include <algorithm>
