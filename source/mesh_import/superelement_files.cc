@@ -21,8 +21,6 @@ namespace squeal
 
   namespace
   {
-    const std::string key = "Joints/Superelements";
-
     /// The table of nodes: a line "node,x_m,y_m,z_m", then one for each.
     std::vector<Point<3>> read_nodes(const std::string &filename)
     {
@@ -31,7 +29,7 @@ namespace squeal
       if (std::filesystem::is_regular_file(filename, impossible))
         in.open(filename);
       if (!in.is_open())
-        throw InputError(key + " = " + filename + ": the file cannot be read.");
+        throw InputError(superelements_key + " = " + filename + ": the file cannot be read.");
       LineReader reader(in, filename);
       const std::string header = "node,x_m,y_m,z_m";
       if (const std::string found = reader.need("the line " + header); found != header)
@@ -65,9 +63,9 @@ namespace squeal
     MatrixMarketFile read_symmetric(const std::string &filename, const unsigned int size)
     {
       constexpr double tolerance  = 1e-8; // of the largest entry: what texts of nine digits leave
-      const MatrixMarketFile file = read_matrix_market(filename, key);
+      const MatrixMarketFile file = read_matrix_market(filename, superelements_key);
       const auto fail             = [&](const std::string &what)
-      { throw InputError(key + " = " + filename + ": " + what); };
+      { throw InputError(superelements_key + " = " + filename + ": " + what); };
       const std::string shape =
           std::to_string(file.n_rows) + " rows and " + std::to_string(file.n_columns) + " columns";
       if (file.n_rows != file.n_columns)
@@ -125,32 +123,41 @@ namespace squeal
       return diagonal;
     }
 
-    /// Whether a symmetric matrix has no negative eigenvalue. Rows and columns are scaled to a
-    /// diagonal of one; eigenvalues count from a little below zero.
-    bool is_semi_definite(const MatrixMarketFile &matrix)
+    /// The number of eigenvalues below @p limit of the rows and columns from @p first on of a
+    /// symmetric matrix, scaled to a diagonal of one. A negative diagonal counts, and an entry
+    /// beside a zero of the diagonal.
+    unsigned int n_eigenvalues_below(const double limit, const MatrixMarketFile &matrix,
+                                     const unsigned int first = 0)
     {
-      constexpr double rounding          = 1e-8;
       const std::vector<double> diagonal = diagonal_of(matrix);
-      if (*std::min_element(diagonal.begin(), diagonal.end()) < 0)
-        return false;
+      const auto n_negative              = std::count_if(diagonal.begin() + first, diagonal.end(),
+                                                         [](const double value) { return value < 0; });
+      if (n_negative > 0)
+        return n_negative;
       const unsigned int n = matrix.n_rows;
       EntryList entries;
       for (std::size_t k = 0; k < matrix.values.size(); ++k)
       {
         const unsigned int i = matrix.rows[k], j = matrix.columns[k];
+        if (i < first || j < first)
+          continue;
         if (diagonal[i] == 0 || diagonal[j] == 0)
-          return false; // an entry beside a zero of the diagonal
-        entries.add(i, j, matrix.values[k] / std::sqrt(diagonal[i] * diagonal[j]));
+          return 1;
+        entries.add(i - first, j - first, matrix.values[k] / std::sqrt(diagonal[i] * diagonal[j]));
       }
-      for (unsigned int i = 0; i < n; ++i)
-        entries.add(i, i, diagonal[i] == 0 ? 1 : rounding);
-      return Factorization(entries.make_matrix(small_rows(n)), Factorization::Kind::ldlt,
-                           "the mass matrix of a superelement")
-                 .inertia()
-                 .negative == 0;
+      for (unsigned int i = first; i < n; ++i)
+        entries.add(i - first, i - first, diagonal[i] == 0 ? 1 : -limit);
+      return Factorization(entries.make_matrix(small_rows(n - first)), Factorization::Kind::ldlt,
+                           "the definiteness of a superelement")
+          .inertia()
+          .negative;
     }
 
-  } // namespace
+    /// What texts of nine digits leave of a zero eigenvalue. Six rigid motions are zero ones of a
+    /// free part's stiffness, and condensation adds its own rounding.
+    constexpr double mass_rounding = 1e-8, stiffness_rounding = 1e-6;
+    constexpr double singular = 1e-12; ///< what factors leave of it
+  }                                    // namespace
 
   PlacedSuperelement read_superelement(const Parameters::Joints::Superelement &entry,
                                        const std::vector<HoldingSurface> &surfaces,
@@ -158,7 +165,7 @@ namespace squeal
   {
     PlacedSuperelement result;
     Superelement &element   = result.element;
-    const std::string where = key + ": '" + entry.name + "': ";
+    const std::string where = superelements_key + ": '" + entry.name + "': ";
     element.name            = entry.name;
     element.nodes           = read_nodes(entry.files + "-nodes.csv");
     const unsigned int n    = element.nodes.size();
@@ -173,9 +180,14 @@ namespace squeal
     matrices.mass = read_symmetric(entry.files + "-M.mtx", size);
     if (const std::string file = entry.files + "-D.mtx"; std::filesystem::exists(file))
       matrices.damping = read_symmetric(file, size);
-    if (!is_semi_definite(matrices.mass))
+    if (n_eigenvalues_below(-mass_rounding, matrices.mass) > 0)
       throw InputError(where + "the mass matrix " + entry.files +
                        "-M.mtx is indefinite: there are motions with a negative energy.");
+    if (const unsigned int n_negative =
+            n_eigenvalues_below(-stiffness_rounding, matrices.stiffness))
+      throw InputError(where + "the stiffness matrix " + entry.files +
+                       "-K.mtx is indefinite: " + std::to_string(n_negative) +
+                       " of its eigenvalues are negative, motions that release energy.");
 
     const FaceElement<3> patch(2);
     result.surface_of_node.assign(n, PlacedSuperelement::free);
@@ -225,6 +237,14 @@ namespace squeal
                          "the stiffness matrix does not hold the internal coordinate of "
                          "row " +
                          std::to_string(i + 1) + ": there is a zero on the diagonal.");
+    if (const unsigned int n_singular =
+            size > 3 * n ? n_eigenvalues_below(singular, matrices.stiffness, 3 * n) : 0)
+      throw InputError(where +
+                       "the stiffness matrix does not hold the internal coordinates, rows " +
+                       std::to_string(3 * n + 1) + " to " + size_text + ": their block has " +
+                       std::to_string(n_singular) +
+                       " eigenvalues that are zero to rounding, motions without energy while all "
+                       "nodes rest.");
 
     // The mass that moves with the nodes along x, its internal coordinates at rest
     double mass = 0;

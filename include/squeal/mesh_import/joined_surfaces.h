@@ -21,15 +21,15 @@ namespace squeal
       parent[of(a)] = of(b);
     }
     /// The item that stands for the group of an item.
-    unsigned int of(unsigned int item)
+    unsigned int of(unsigned int item) const
     {
       while (parent[item] != item)
-        item = parent[item] = parent[parent[item]];
+        item = parent[item] = parent[parent[item]]; // shorter ways for the next time
       return item;
     }
 
   private:
-    std::vector<unsigned int> parent;
+    mutable std::vector<unsigned int> parent;
   };
 
   /// How two joined surfaces lie to each other.

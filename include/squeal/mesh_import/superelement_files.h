@@ -10,6 +10,8 @@
 
 namespace squeal
 {
+  inline const std::string superelements_key = "Joints/Superelements";
+
   /// A surface to which nodes of a superelement may be held: patches of degree 2.
   struct HoldingSurface
   {

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <squeal/mesh_import/imported_bodies.h>
+#include <squeal/mesh_import/joined_surfaces.h>
+#include <squeal/mesh_import/mesh_checks.h>
+
+#include <vector>
+
+namespace squeal
+{
+  /// Adds pads in contact, ties, and contacts that do not slide, to a geometry whose boundaries
+  /// have their names. Throws InputError for surfaces that do not lie on each other and for joints
+  /// that share a surface.
+  class ImportedJoints
+  {
+  public:
+    ImportedJoints(const Parameters::All &prm, const ImportedMesh &mesh,
+                   const ImportedBodies &bodies, Geometry<3> &geometry);
+
+    std::vector<ContactPairMeasures> pairs;
+    std::vector<JointMeasures> surfaces; ///< ties and contacts
+
+  private:
+    void check_pairs();
+    void check_ties();
+    /// Each pressure belongs to one pair of surfaces.
+    void check_contacts();
+
+    const Parameters::All &prm;
+    const ImportedMesh &mesh;
+    const ImportedBodies &bodies;
+    Geometry<3> &geometry;
+  };
+} // namespace squeal
