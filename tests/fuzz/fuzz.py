@@ -144,7 +144,30 @@ def bases():
               "Mesh/File": "mesh.msh"}
     result.append(Case("second_order", {"second_order.prm": st.parameter_file(second).encode(),
                                         "mesh.msh": element_files.msh2(elements).encode()}))
+    result.append(superelement())
     return result
+
+
+def superelement():
+    """A pad that matrices hold at four nodes of its end, by springs to the ground and one internal coordinate."""
+    mesh = mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1), pads=("upper",))
+    nodes = sorted({mesh.nodes[node] for face in mesh.surfaces["upper.end"] for node in face})
+    size = 3 * len(nodes) + 1
+
+    def matrix(diagonal, coupling):
+        entries = [(i, i, diagonal) for i in range(1, size + 1)]
+        entries += [(i, j, coupling) for a in range(1, size) for i, j in ((a, size), (size, a))]
+        return "\n".join(["%%MatrixMarket matrix coordinate real general", f"{size} {size} {len(entries)}",
+                          *(f"{i} {j} {x!r}" for i, j, x in entries), ""])
+
+    table = "\n".join(["node,x_m,y_m,z_m", *(f"{k},{x!r},{y!r},{z!r}" for k, (x, y, z) in enumerate(nodes)), ""])
+    settings = {**SMALL, **mesh_files.SCENE, "Output/Fields": "none", "Mesh/File": "mesh.msh", "Mesh/Pads": "upper",
+                "Mesh/Contact pairs": "upper.low : rotor.high", "Mesh/Pressure on": "upper.high", "Mesh/Guided": "",
+                "Joints/Superelements": "holder : holder : upper.end"}
+    files = {"superelement.prm": st.parameter_file(settings), "mesh.msh": mesh_files.msh2(mesh),
+             "holder-K.mtx": matrix(1e8, 1e6), "holder-M.mtx": matrix(0.01, 0.001), "holder-D.mtx": matrix(10., 0.1),
+             "holder-nodes.csv": table}
+    return Case("superelement", {name: text.encode() for name, text in files.items()})
 
 
 # ---- Mutations of the form
@@ -312,12 +335,24 @@ def change_matrices(rng, case, _keys):
     """Matrices that are well-formed files: singular, without a sign, huge, of another size."""
     names = sorted(name for name in case.files if name.endswith(".mtx"))
     name = rng.choice(names)
+    if case.name == "superelement" and rng.random() < 0.7:
+        change_entry(rng, case, name)
+        return
     n = rng.choice([1, 2, 2, 2, 2, 3, 40])
     entries = [(i, j, rng.choice(["0", "1", "-1", "1e-300", "1e300", "1e20", "1e-20", "2.5", "-3"]))
                for i in range(1, n + 1) for j in range(1, n + 1) if i == j or rng.random() < 0.3]
     lines = ["%%MatrixMarket matrix coordinate real general", f"{n} {n} {len(entries)}", *(f"{i} {j} {x}" for i, j, x in entries)]
     for name in names if n != 2 and rng.random() < 0.5 else [name]:
         case.files[name] = "\n".join([*lines, ""]).encode()
+
+
+def change_entry(rng, case, name):
+    """A large matrix that stays symmetric: another value on its diagonal, or on both sides of it."""
+    lines = case.files[name].decode().split("\n")
+    i, j, _ = rng.choice(lines[2:-1]).split()
+    value = rng.choice(["0", "-1", "1e-300", "1e300", "1e12", "-1e6", "5e7"])
+    lines[2:-1] = [f"{a} {b} {value if (a, b) in ((i, j), (j, i)) else x}" for a, b, x in map(str.split, lines[2:-1])]
+    case.files[name] = "\n".join(lines).encode()
 
 
 def value_for(rng, path, pattern, default):
@@ -503,7 +538,7 @@ def foreign_faces(rng, mesh):
 
 def mutate_meaning(rng, case, keys):
     if any(name.endswith((".msh", ".inp")) for name in case.files) and \
-            case.name not in ("realistic_brake", "deck", "second_order") and rng.random() < 0.75:
+            case.name not in ("realistic_brake", "deck", "second_order", "superelement") and rng.random() < 0.75:
         change_mesh(rng, case, keys)
     elif any(name.endswith(".mtx") for name in case.files) and rng.random() < 0.5:
         change_matrices(rng, case, keys)

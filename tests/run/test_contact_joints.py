@@ -198,5 +198,50 @@ class Pads(st.TestCase):
         self.assertSameModes(joints.eigenvalues(self.modes(closed, ranks=2)), joints.eigenvalues(modes), 1e-7)
 
 
+class OnACylinder(st.TestCase):
+    """A ring around another one, r = 0.1 m, cells that do not match; the rotor is a small stiff one beside."""
+
+    SETTINGS = {**mesh_files.SCENE, "Mesh/File": "rings.msh", "Mesh/Pads": "", "Mesh/Contact pairs": "", "Mesh/Guided": "",
+                "Mesh/Pressure on": "", "Mesh/Curved bodies": "all", "Mesh/Clamped": "rotor.inner, core.inner",
+                "Mesh/Part 1/Volumes": "core, ring", "Mesh/Part 1/Body": "parts", "Output/Fields": "none",
+                "Stage": "elastic", "Eigenproblem/Maximum frequency": 3000, "Contact/Steady pressure": "uniform",
+                "Eigenproblem/Error bars": "false"}
+
+    def write_rings(self, n):
+        """n cells around the inner one, 5/4 n around the outer one."""
+        mesh = mesh_files.Mesh()
+        for name, low, high, around, cells in [("rotor", 0.01, 0.02, 8, 1), ("core", 0.05, 0.1, n, 2),
+                                               ("ring", 0.1, 0.15, n * 5 // 4, 2)]:
+            mesh.sector(name, mesh_files.equal(low, high, cells), mesh_files.equal(0, 2 * math.pi, around),
+                        mesh_files.equal(-0.006, 0.006, 1), ring=True)
+        self.write("rings.msh", mesh_files.msh2(mesh))
+
+    def test_stick_and_frictionless(self):
+        """Stick contact: its tractions turn with the surface, those of a tie do not, so that both differ by the error of
+        the geometry, which falls with the mesh. Frictionless contact: turning about the axis costs the ring nothing but
+        that error."""
+        settings = {**self.SETTINGS, "Discretization/Degree": 2}
+        stick = {**settings, "Joints/Contacts": "ring.inner : core.outer : stick"}
+        slides = {**settings, "Joints/Contacts": "ring.inner : core.outer : frictionless"}
+        differences, turning = [], []
+        for n in (12, 24):
+            self.write_rings(n)
+            tie = self.eigenvalues({**settings, "Joints/Ties": "ring.inner : core.outer"})
+            found = self.eigenvalues(stick)
+            self.assertGreater(len(tie), 5)
+            differences.append(max(abs(a - b) / abs(b) for a, b in self.pairs(found, tie)))
+            if n == 12:
+                self.assertSameModes(self.eigenvalues(stick, ranks=3), found, 1e-7)
+            results = self.analyse(slides)
+            # Along the axis it moves freely.
+            self.assertIn("Not listed: 1 rigid-body modes at zero frequency", (results / "log.txt").read_text())
+            frequencies = sorted(abs(st.eigenvalue(row)) for row in st.read_table(results / "modes.csv"))
+            turning.append(frequencies[0] / frequencies[1])
+        self.assertLess(differences[0], 2e-4)
+        self.assertLess(differences[1], differences[0] / 8)
+        self.assertLess(turning[0], 0.1)
+        self.assertLess(turning[1], turning[0] / 4)
+
+
 if __name__ == "__main__":
     unittest.main(verbosity=2)

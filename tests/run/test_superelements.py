@@ -191,6 +191,16 @@ class Superelements(st.TestCase):
         moved = nodes.splitlines()
         far = "\n".join([moved[0]] + [line.rsplit(",", 1)[0] + ",0.5" for line in moved[1:]]) + "\n"
         negative = re.sub(r"^1 1 ", "1 1 -", good["superelement-M.mtx"], flags=re.M)
+        values = {tuple(map(int, line.split()[:2])): line.split()[2] for line in entries[size + 1:]}
+
+        def coupled(i, j, factor):
+            """K with the entries (i, j) and (j, i) that are factor times the geometric mean of both diagonals."""
+            value = repr(factor * math.sqrt(float(values[i, i]) * float(values[j, j])))
+            changed = {**values, (i, j): value, (j, i): value}
+            return "\n".join([*entries[:size], f"{n_rows} {n_rows} {len(changed)}",
+                              *(f"{a} {b} {x}" for (a, b), x in changed.items())]) + "\n"
+
+        inner = 3 * (len(moved) - 1) + 1
         small = "%%MatrixMarket matrix coordinate real general\n3 3 3\n1 1 1\n2 2 1\n3 3 1\n"
         for files, changed, words in [
                 ({"superelement-K.mtx": with_line(first, "1 2 1e6")}, {}, "is not symmetric"),
@@ -199,7 +209,9 @@ class Superelements(st.TestCase):
                 ({"superelement-K.mtx": "\n".join(entries[:size] + [f"{n_rows} {n_rows} {int(n_entries) + 1}"] +
                                                   entries[size + 1:] + [entries[first]]) + "\n"}, {}, "is there twice"),
                 ({"superelement-M.mtx": small}, {}, "all matrices must have one size"),
-                ({"superelement-M.mtx": negative}, {}, "indefinite"),
+                ({"superelement-M.mtx": negative}, {}, "-M.mtx is indefinite"),
+                ({"superelement-K.mtx": coupled(1, 2, 2)}, {}, "-K.mtx is indefinite"),
+                ({"superelement-K.mtx": coupled(inner, inner + 1, 1)}, {}, "eigenvalues that are zero to rounding"),
                 ({"superelement-K.mtx": None}, {}, "the file cannot be read"),
                 ({"superelement-nodes.csv": None}, {}, "the file cannot be read"),
                 ({"superelement-nodes.csv": far}, {}, "no node is within"),
@@ -261,6 +273,50 @@ class Superelements(st.TestCase):
         whole = eigenvalues(self.glued(**settings, **{"Mesh/Clamped": "rotor.inner"}))
         found = eigenvalues(st.read_table(found / "modes.csv"))
         self.assertSameModes(found, whole, 1e-7)
+
+    def test_refinement_and_map(self):
+        """The pad's mesh is refined while the nodes that hold it stay: its first cycle is the single run, its second one
+        the same on two ranks. Each point of a map is a run of its own."""
+        self.superelement()
+        expected = eigenvalues(self.modes(IN))
+        refined = {**IN, "Refinement/Strategy": "adaptive", "Refinement/Cycles": 2, "Refinement/Maximum unknowns": 20000}
+        by_ranks = []
+        for ranks in (1, 2):
+            rows = st.read_table(self.analyse(refined, ranks=ranks) / "modes.csv")
+            first, second = ([row for row in rows if row["cycle"] == cycle] for cycle in (0, 1))
+            self.assertSameModes(eigenvalues(first), expected, 1e-7)
+            by_ranks.append(second)
+        self.assertSameModes(eigenvalues(by_ranks[1]), eigenvalues(by_ranks[0]), 1e-6)
+        moved = max(abs(a - b) / abs(b) for a, b in zip(eigenvalues(by_ranks[0]), expected))
+        self.assertGreater(moved, 1e-4, "the second mesh is another one")
+        results = self.analyse({**IN, "Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.3, 0.6",
+                                "Sweep/Second parameter": "Operation/Angular velocity", "Sweep/Second values": "2, 5"})
+        rows = st.read_table(results / "map.csv")
+        self.assertEqual(len(rows), 4)
+        for row in rows:
+            single = eigenvalues(self.modes({**IN, "Contact/Friction/Coefficient": row["first_value"],
+                                             "Operation/Angular velocity": row["second_value"]}))
+            growth = max(value.real for value in single)
+            self.assertLessEqual(abs(row["growth_rate_1_per_s"] - growth), 1e-6 * abs(growth) + 1e-4, row)
+
+    def test_changed_file(self):
+        """An interrupted sweep begins anew when a matrix of its superelement has changed, and says which."""
+        self.superelement()
+        sweep = {**IN, "Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.1 : 0.5 : 60"}
+        results = self.kill(sweep, lambda results: (results / "sweep.state").exists() and
+                            (results / "sweep.csv").read_text().count("\n") > 5)
+        self.assertTrue((results / "sweep.state").exists(), "the sweep ended too early for this test")
+        damping = self.directory / "superelement-D.mtx"
+        lines = damping.read_text().splitlines()
+        at = next(i for i, line in enumerate(lines) if not line.startswith("%")) + 1
+        damping.write_text("\n".join([*lines[:at], *(f"{line.rsplit(None, 1)[0]} {0.5 * float(line.split()[2])!r}"
+                                                     for line in lines[at:])]) + "\n")
+        result = st.run("killed.prm", directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertNotIn("Resumed after", result.stdout)
+        self.assertRegex(result.stdout, "not resumed.*begins? anew.*superelement-D.mtx")
+        rows = [st.eigenvalue(row) for row in st.read_table(results / "sweep.csv") if row["parameter"] == 0.1]
+        self.assertSameModes(rows, eigenvalues(self.modes({**IN, "Contact/Friction/Coefficient": 0.1})), 1e-6)
 
     def test_input_files_belong_to_the_run(self):
         """A run whose superelement has changed begins anew."""
