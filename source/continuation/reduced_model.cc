@@ -1,4 +1,5 @@
 #include <squeal/continuation/reduced_model.h>
+#include <squeal/eigen/left_vectors.h>
 #include <squeal/eigen/shift_invert.h>
 
 #include <algorithm>
@@ -20,148 +21,64 @@ namespace squeal
                            [](const std::complex<double> &l)
                            { return is_nearly_real(l) && !is_overdamped(l); });
     }
+
+    /// x^H V^T M V x = 1, z^H W^T Q'(l) V x = 2 l, and the condition numbers.
+    void normalise(const ReducedProjection &projection, EigenPairs &modes)
+    {
+      const unsigned int n = modes.size();
+      const Matrix m_right = to_matrix(projection.operator_of(ReducedProjection::of_right, 2)),
+                   m_left  = to_matrix(projection.operator_of(ReducedProjection::of_left, 2));
+      const auto of_x      = sesquilinear_form(modes.right, m_right, modes.right),
+                 of_z      = sesquilinear_form(modes.left, m_left, modes.left),
+                 both =
+                     biorthogonality(projection.problem(ReducedProjection::petrov), modes, modes);
+      modes.condition.clear();
+      std::vector<std::complex<double>> right_factors, left_factors;
+      for (unsigned int k = 0; k < n; ++k)
+      {
+        const std::size_t at = k + std::size_t(k) * n;
+        const double x_norm = std::sqrt(of_x[at].real()), z_norm = std::sqrt(of_z[at].real());
+        modes.condition.push_back(z_norm * x_norm * std::abs(2. * modes.lambda[k]) /
+                                  std::abs(both[at]));
+        right_factors.push_back(1 / x_norm);
+        left_factors.push_back(std::conj(2. * modes.lambda[k] / (both[at] / x_norm)));
+      }
+      modes.right.scale(right_factors);
+      modes.left.scale(left_factors);
+    }
   } // namespace
 
   void ReducedModel::set_expansion_point(const QuadraticEigenproblem &problem,
                                          const std::vector<Term> &terms,
                                          const EigenSolution::Reuse &found)
   {
-    const Members known_to_vary = std::move(varying), present = members_of(terms);
-    *this = ReducedModel(options);
-    for (const Member &member : known_to_vary)
-      if (find(present, member)) // else its matrix is gone
-        varying.push_back(member);
+    AffineTerms affine(terms, projection.terms);
+    *this            = ReducedModel(options);
+    projection.terms = affine;
     // A small problem is solved as fast as projected.
     if (!found.factorization || problem.rows.size <= 2 * found.disc_right.n_columns())
       return;
-    rows                = problem.rows;
-    n_local_constraints = problem.n_local_constraints;
-    factors             = found.factorization;
-    n_disc              = std::count_if(found.disc_lambda.begin(), found.disc_lambda.end(),
-                                        [](const Complex &l) { return !is_overdamped(l); });
-    has_overdamped      = n_disc < found.disc_lambda.size();
-    n_real_at_expansion = n_real(found.disc_lambda);
-    interface =
-        InterfaceTerms(rows, n_local_constraints, problem.n_constraints > 0, problem.compliant);
-    expansion_terms = terms;
-    basis           = ProjectionBasis(rows, n_local_constraints);
+    factors                = found.factorization;
+    counts.in_disc         = std::count_if(found.disc_lambda.begin(), found.disc_lambda.end(),
+                                           [](const Complex &l) { return !is_overdamped(l); });
+    counts.overdamped      = counts.in_disc < found.disc_lambda.size();
+    counts.real            = n_real(found.disc_lambda);
+    projection             = ReducedProjection(problem);
+    projection.terms       = std::move(affine);
+    ProjectionBasis &basis = projection.basis;
     // The left vectors were given as Q^T y = 0, y = conj(z): the same span.
     basis.begin(basis.displacements(found.disc_right), basis.displacements(found.disc_left));
     // The search knows the modes beyond the disc roughly; corrections find them slowly.
     MultiVector of_search = found.search_space;
-    clear_pressures(n_local_constraints, of_search);
+    clear_pressures(problem.n_local_constraints, of_search);
     basis.append(basis.modes_of(problem, of_search, radius(), 2 * radius()), 1e-2);
-  }
-
-  // Terms.
-
-  ReducedModel::Members ReducedModel::members_of(const std::vector<Term> &terms)
-  {
-    Members members;
-    const bool in_contact =
-        std::any_of(terms.begin(), terms.end(),
-                    [](const Term &term) { return term.origin == Origin::contact; });
-    for (const Term &term : terms)
-      if (term.matrix && *term.matrix)
-      {
-        const Member member{term.matrix, term.order, term.coefficient,
-                            in_contact && is_of_contact(term.origin)};
-        if (const Member *known = find(members, member))
-          members[known - members.data()].coefficient += term.coefficient;
-        else
-          members.push_back(member);
-      }
-    return members;
-  }
-
-  std::vector<double> ReducedModel::varying_terms() const
-  {
-    std::vector<double> numbers;
-    const Members members = members_of(expansion_terms);
-    for (unsigned int k = 0; k < members.size(); ++k)
-      if (find(varying, members[k]))
-        numbers.push_back(k);
-    return numbers;
-  }
-
-  void ReducedModel::keep_apart(const std::vector<double> &numbers)
-  {
-    const Members members = members_of(expansion_terms);
-    for (const double k : numbers)
-      if (k < members.size() && !find(varying, members[static_cast<unsigned int>(k)]))
-        varying.push_back(members[static_cast<unsigned int>(k)]);
-  }
-
-  const ReducedModel::Member *ReducedModel::find(const Members &members, const Member &member)
-  {
-    for (const Member &other : members)
-      if (other.matrix == member.matrix && other.order == member.order)
-        return &other;
-    return nullptr;
-  }
-
-  bool ReducedModel::find_fixed(const std::vector<Term> &terms)
-  {
-    const Members before = members_of(expansion_terms), now = members_of(terms);
-    std::vector<char> touched(rows.size);
-    const auto touch = [&](const Members &members, const Members &others)
-    {
-      for (const Member &member : members)
-        if (member.of_contact || !find(others, member))
-          for_entries(*member.matrix, [&](const PetscInt row, const PetscInt column, double)
-                      { touched[row] = touched[column] = 1; });
-    };
-    touch(before, now);
-    touch(now, before);
-
-    // Matrices with constant coefficients as one sum an order, others each by itself
-    for (unsigned int order = 0; order < 3; ++order)
-    {
-      Members members;
-      std::vector<Summand> summands;
-      for (const Member &member : now)
-      {
-        const Member *of_expansion = find(before, member);
-        if (!of_expansion || member.of_contact || member.order != order)
-          continue;
-        if (of_expansion->coefficient != member.coefficient && !find(varying, member))
-          varying.push_back(member);
-        if (find(varying, member))
-          fixed.push_back({order, member.matrix, {member}});
-        else
-        {
-          members.push_back(member);
-          summands.push_back({member.coefficient, *member.matrix});
-        }
-      }
-      if (!members.empty())
-        fixed.push_back(
-            {order, std::make_shared<const Matrix>(sum_of(rows, summands)), std::move(members)});
-    }
-    for (const Fixed &part : fixed)
-      fixed_norms.push_back(part.matrix->infinity_norm());
-
-    interface.set_rows(std::move(touched));
-    forget_images();
-    return !fixed.empty() && 2 * interface.n_rows() < rows.size;
-  }
-
-  void ReducedModel::forget_images()
-  {
-    n_imaged = 0;
-    images.assign(fixed.size(), MultiVector(rows, 0));
-    at_rows.assign(fixed.size(), {});
-    for (auto &of_form : projected)
-      of_form.assign(fixed.size(), {});
-    projected[petrov].assign(fixed.size(), DenseMatrix(basis.left.n_columns(), 0));
-    right_change = DenseMatrix();
-    last_right = last_left = {};
   }
 
   /// The coordinates of before last solutions stand for other vectors afterwards.
   void ReducedModel::restart()
   {
-    const auto whole = [&](const ReducedPairs &solutions, const bool of_left)
+    ProjectionBasis &basis = projection.basis;
+    const auto whole       = [&](const ReducedPairs &solutions, const bool of_left)
     {
       MultiVector block =
           basis.expanded(to_multi_vector(with_rows(solutions.re, dimension())), of_left);
@@ -177,52 +94,8 @@ namespace squeal
     recent.clear();
     predictor = {};
     opened.clear();
-    forget_images();
-  }
-
-  bool ReducedModel::gather_changing(const std::vector<Term> &terms)
-  {
-    const Members now = members_of(terms);
-    for (auto &of_order : coefficients)
-      of_order.assign(fixed.size(), 0.);
-    Members stay;
-    bool known = true;
-    for (unsigned int i = 0; i < fixed.size(); ++i)
-    {
-      coefficients[fixed[i].order][i] = 1;
-      for (const Member &member : fixed[i].members)
-      {
-        stay.push_back(member);
-        const Member *present    = find(now, member);
-        const double coefficient = present ? present->coefficient : 0.;
-        if (find(varying, member))
-          coefficients[fixed[i].order][i] = coefficient;
-        else if (coefficient != member.coefficient)
-        {
-          // The sum no longer holds: the next expansion point, for which these projections must
-          // wait, keeps this matrix apart.
-          varying.push_back(member);
-          factors.reset();
-          known = false;
-        }
-      }
-    }
-    if (!known)
-      return false;
-
-    has_velocity_terms = std::any_of(terms.begin(), terms.end(),
-                                     [](const Term &term)
-                                     { return term.order == 1 && term.matrix && *term.matrix; });
-    std::array<std::vector<InterfaceTerms::Summand>, 3> summands;
-    for (const Member &member : now)
-      if (!find(stay, member))
-        summands[member.order].emplace_back(member.coefficient, member.matrix.get());
-    const unsigned int n_changes = interface.n_changes();
-    if (!interface.set_terms(summands))
-      return false;
-    if (interface.n_changes() != n_changes)
-      right_change = DenseMatrix();
-    return true;
+    projection.forget_images();
+    last_right = last_left = {};
   }
 
   /// The responses of the expansion point to a gap where contacts have opened since.
@@ -236,6 +109,7 @@ namespace squeal
                  list.end());
       return list;
     };
+    const InterfaceTerms &interface = projection.interface_terms();
     if (!interface.is_constrained())
       return;
     const std::vector<unsigned int> added  = without(interface.open_contacts(), opened),
@@ -253,12 +127,13 @@ namespace squeal
   {
     if (added.empty())
       return;
+    ProjectionBasis &basis = projection.basis;
     std::vector<unsigned int> added_rows;
     for (const unsigned int r : added)
-      added_rows.push_back(interface.rows()[r]);
+      added_rows.push_back(projection.interface_terms().rows()[r]);
     // The response at l, (l^2 M + Q)^{-1} e = Q^{-1} e - l^2 Q^{-1} M Q^{-1} e + ...; the modes,
     // which make this series slow, are in V.
-    MultiVector forces = unit_columns(rows, added_rows);
+    MultiVector forces = unit_columns(basis.rows, added_rows);
     for (unsigned int k = 0; k < n_summands; ++k)
     {
       MultiVector responses             = basis.displacements(factors->solve(forces));
@@ -273,15 +148,7 @@ namespace squeal
       if (dimension() == before || k + 1 == n_summands)
         break;
       // Of what is new only: what V has is not to come again.
-      const MultiVector last = basis.right().columns(before, dimension() - before);
-      forces                 = MultiVector(rows, last.n_columns());
-      for (unsigned int i = 0; i < fixed.size(); ++i)
-        if (coefficients[2][i] != 0)
-        {
-          const MultiVector image = multiply(*fixed[i].matrix, last);
-          for (std::size_t e = 0; e < std::size_t(rows.n_local()) * last.n_columns(); ++e)
-            forces.data()[e] += coefficients[2][i] * image.data()[e];
-        }
+      forces = projection.terms.multiply(2, basis.right().columns(before, dimension() - before));
     }
   }
 
@@ -294,7 +161,7 @@ namespace squeal
     std::stable_sort(best.begin(), best.end(),
                      [&](const unsigned int a, const unsigned int b)
                      { return solutions.errors[a] < solutions.errors[b]; });
-    best.resize(std::min<std::size_t>(best.size(), n_disc));
+    best.resize(std::min<std::size_t>(best.size(), counts.in_disc));
     return best;
   }
 
@@ -314,22 +181,19 @@ namespace squeal
   /// are where to start from.
   MultiVector ReducedModel::solve_projected(ReducedPairs &x, ReducedPairs &y)
   {
-    if (n_imaged < dimension())
-      add_images();
-    satisfy_constraints();
-    project_terms();
+    projection.project(small);
     x = last_right;
     y = last_left;
     if (x.lambda.empty() || !small.improve(x, y))
     {
       small.solve_densely(x, y);
       // Dense pairs have rounding errors of stiff vectors, and may be more than there are modes.
-      if (x.lambda.size() > n_disc)
+      if (x.lambda.size() > counts.in_disc)
       {
-        certify(residuals(x), x);
+        projection.certify(projection.residuals(x), x);
         std::vector<double> errors = x.errors;
-        std::nth_element(errors.begin(), errors.begin() + n_disc, errors.end());
-        has_others |= errors[n_disc] <= known_beyond;
+        std::nth_element(errors.begin(), errors.begin() + counts.in_disc, errors.end());
+        has_others |= errors[counts.in_disc] <= known_beyond;
         const std::vector<unsigned int> best = best_pairs(x);
         x                                    = x.select(best);
         y                                    = y.select(best);
@@ -341,9 +205,9 @@ namespace squeal
         y = std::move(refined_y);
       }
     }
-    MultiVector result = residuals(x);
-    certify(result, x);
-    if (x.lambda.size() == n_disc)
+    MultiVector result = projection.residuals(x);
+    projection.certify(result, x);
+    if (x.lambda.size() == counts.in_disc)
     {
       last_right = x;
       last_left  = y;
@@ -361,7 +225,7 @@ namespace squeal
     MultiVector added         = corrections(residuals_of_x, lacking);
     DenseMatrix products(added.n_columns(), added.n_columns(), inner_products(added, added));
     const double largest = std::sqrt(std::max(0., symmetric_eigen(products).back()));
-    basis.append(std::move(added), std::max(ProjectionBasis::smallest, 1e-2 * largest));
+    projection.basis.append(std::move(added), std::max(ProjectionBasis::smallest, 1e-2 * largest));
     return dimension() > before;
   }
 
@@ -381,11 +245,11 @@ namespace squeal
   {
     if (has_others)
       return false;
-    if (!has_overdamped)
+    if (!counts.overdamped)
       return true;
     ReducedPairs x, y;
     small.solve_densely(x, y);
-    return x.lambda.size() == n_disc;
+    return x.lambda.size() == counts.in_disc;
   }
 
   std::optional<EigenPairs> ReducedModel::solve_by_projection(const std::vector<Term> &terms)
@@ -393,17 +257,29 @@ namespace squeal
     const double largest_error = accepted_error();
     if (!has_expansion_point())
       return std::nullopt;
-    if (fixed.empty() && !find_fixed(terms))
+    if (projection.terms.size() == 0)
+    {
+      const bool is_small = projection.split(terms);
+      last_right = last_left = {};
+      if (!is_small)
+      {
+        factors.reset();
+        return std::nullopt;
+      }
+    }
+    const std::optional<AffineTerms::Summands> changing = projection.terms.update(terms);
+    if (!changing) // these projections must wait for the next expansion point
     {
       factors.reset();
       return std::nullopt;
     }
-    if (!gather_changing(terms))
+    if (!projection.set_changing(*changing))
       return std::nullopt;
     add_openings();
     // What is going to fail is corrected by the residuals of before: the projected problem is
     // solved and certified once less.
-    if (predictor.residuals.n_columns() > 0 && interface.open_contacts() == open_before &&
+    if (predictor.residuals.n_columns() > 0 &&
+        projection.interface_terms().open_contacts() == open_before &&
         predictor.worst * predictor.growth > largest_error && dimension() < largest_dimension())
       enrich(predictor.residuals, predictor.solutions);
     predictor.residuals = {};
@@ -419,18 +295,19 @@ namespace squeal
         if (is_in_window(x.lambda[i]))
           worst = std::max(worst, x.errors[i]);
       std::ostringstream text;
-      text << "  projected on " << dimension() << " vectors: " << best.size() << " of " << n_disc
-           << " modes, backward errors " << worst;
+      text << "  projected on " << dimension() << " vectors: " << best.size() << " of "
+           << counts.in_disc << " modes, backward errors " << worst;
       options.progress(text.str());
       // A pair +-i w that has become two real eigenvalues: one of them is not among these.
-      if (n_real(x.select(best).lambda) > n_real_at_expansion)
+      if (n_real(x.select(best).lambda) > counts.real)
         return std::nullopt;
-      if (best.size() == n_disc && lacking.empty())
+      if (best.size() == counts.in_disc && lacking.empty())
       {
         if (!has_number_of_expansion_point())
           return std::nullopt;
-        project_tests();
-        if (std::vector<unsigned int> open = interface.open_contacts(); open != open_before)
+        projection.project_tests();
+        if (std::vector<unsigned int> open = projection.interface_terms().open_contacts();
+            open != open_before)
         {
           open_before = std::move(open);
           n_steady    = 0;
@@ -456,5 +333,67 @@ namespace squeal
       if (!enrich(residuals_of_x, x))
         return std::nullopt;
     }
+  }
+
+  MultiVector ReducedModel::corrections(const MultiVector &residuals,
+                                        const std::vector<unsigned int> &which) const
+  {
+    MultiVector of_chosen(projection.basis.rows, 0);
+    for (const unsigned int part : {0u, residuals.n_columns() / 2})
+      for (const unsigned int j : which)
+        of_chosen.append(residuals.columns(part + j, 1));
+    return projection.basis.displacements(factors->solve(of_chosen));
+  }
+
+  EigenPairs ReducedModel::make_modes(const ReducedPairs &x, const ReducedPairs &y,
+                                      const std::vector<unsigned int> &which) const
+  {
+    std::vector<Complex> lambda;
+    for (const unsigned int k : which)
+      lambda.push_back(x.lambda[k]);
+    std::vector<unsigned int> numbers;
+    EigenPairs modes, transposed;
+    for (const unsigned int k : order_of_modes(lambda))
+      if (is_in_window(lambda[k]) && (lambda[k].imag() > 0 || lambda[k].real() > 0))
+      {
+        numbers.push_back(which[k]);
+        modes.lambda.push_back(lambda[k]);
+        modes.backward_error.push_back(x.errors[which[k]]);
+      }
+    const auto vectors_of = [&](const ReducedPairs &solutions)
+    {
+      const ReducedPairs of_window = solutions.select(numbers);
+      return ComplexMultiVector(to_multi_vector(of_window.re), to_multi_vector(of_window.im));
+    };
+    modes.right      = vectors_of(x);
+    transposed.right = vectors_of(y);
+    transposed.backward_error.assign(numbers.size(), std::nan("")); // not computed
+    attach_left_vectors(problem(), std::move(transposed), modes);
+    normalise(projection, modes);
+    return modes;
+  }
+
+  EigenPairs ReducedModel::expand(const EigenPairs &modes) const
+  {
+    EigenPairs result = pad(modes);
+    result.right      = {projection.basis.expanded(result.right.re, false),
+                         projection.basis.expanded(result.right.im, false)};
+    result.left       = {projection.basis.expanded(result.left.re, true),
+                         projection.basis.expanded(result.left.im, true)};
+    return result;
+  }
+
+  EigenPairs ReducedModel::pad(const EigenPairs &modes) const
+  {
+    EigenPairs result = modes;
+    for (ComplexMultiVector *vectors : {&result.right, &result.left})
+      for (MultiVector *part : {&vectors->re, &vectors->im})
+      {
+        MultiVector padded(small_rows(dimension()), part->n_columns());
+        for (unsigned int k = 0; k < part->n_columns(); ++k)
+          std::copy_n(part->column(k), part->n_local(), padded.column(k));
+        *part = std::move(padded);
+      }
+    return result;
   }
 } // namespace squeal

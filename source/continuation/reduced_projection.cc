@@ -1,4 +1,4 @@
-#include <squeal/continuation/reduced_model.h>
+#include <squeal/continuation/reduced_projection.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,10 +27,43 @@ namespace squeal
     }
   } // namespace
 
-  // Projection.
+  ReducedProjection::ReducedProjection(const QuadraticEigenproblem &problem)
+      : basis(problem.rows, problem.n_local_constraints),
+        interface(problem.rows, problem.n_local_constraints, problem.n_constraints > 0,
+                  problem.compliant)
+  {
+  }
+
+  bool ReducedProjection::split(const std::vector<Term> &all_terms)
+  {
+    interface.set_rows(terms.split(basis.rows, all_terms));
+    forget_images();
+    return terms.size() > 0 && 2 * interface.n_rows() < basis.rows.size;
+  }
+
+  bool ReducedProjection::set_changing(const AffineTerms::Summands &changing)
+  {
+    const unsigned int n_changes = interface.n_changes();
+    if (!interface.set_terms(changing))
+      return false;
+    if (interface.n_changes() != n_changes)
+      right_change = DenseMatrix();
+    return true;
+  }
+
+  void ReducedProjection::forget_images()
+  {
+    n_imaged = 0;
+    images.assign(terms.size(), MultiVector(basis.rows, 0));
+    at_rows.assign(terms.size(), {});
+    for (auto &of_form : projected)
+      of_form.assign(terms.size(), {});
+    projected[petrov].assign(terms.size(), DenseMatrix(basis.left.n_columns(), 0));
+    right_change = DenseMatrix();
+  }
 
   /// Small vectors scaled to unit length have lost a little of the constraints to rounding.
-  void ReducedModel::clean(MultiVector &added) const
+  void ReducedProjection::clean(MultiVector &added) const
   {
     if (!interface.is_constrained())
       return;
@@ -43,14 +76,14 @@ namespace squeal
       for (unsigned int r = 0; r < interface.n_rows(); ++r)
         largest = std::max(largest, std::abs(change(j, r)));
       for (unsigned int r = 0; r < interface.n_rows() && largest <= rounding; ++r)
-        if (rows.contains(interface.rows()[r]))
-          added.column(j)[interface.rows()[r] - rows.begin] += change(j, r);
+        if (basis.rows.contains(interface.rows()[r]))
+          added.column(j)[interface.rows()[r] - basis.rows.begin] += change(j, r);
     }
   }
 
-  void ReducedModel::add_images()
+  void ReducedProjection::add_images()
   {
-    const unsigned int n_all = dimension(), n_new = n_all - n_imaged, n_fixed = fixed.size();
+    const unsigned int n_all = dimension(), n_new = n_all - n_imaged, n_matrices = terms.size();
     MultiVector added = basis.right().columns(n_imaged, n_new);
     clean(added);
     basis.space.replace(n_imaged, added);
@@ -69,18 +102,18 @@ namespace squeal
       }
       return all;
     };
-    for (unsigned int i = 0; i < n_fixed; ++i)
+    for (unsigned int i = 0; i < n_matrices; ++i)
     {
-      MultiVector image = multiply(*fixed[i].matrix, added);
+      MultiVector image = multiply(terms.matrix(i), added);
       at_rows[i]        = with_rows_of(at_rows[i], image);
       clear_rows(image, interface.rows());
       images[i].append(image);
     }
     right_rows                = with_rows_of(right_rows, added);
-    left_rows                 = with_top(right_rows, gather_rows(basis.left, interface.rows()));
+    tests.rows                = with_top(right_rows, gather_rows(basis.left, interface.rows()));
     peaks                     = gather_rows(basis.right(), basis.peak_rows);
     const unsigned int n_left = basis.left.n_columns();
-    for (unsigned int i = 0; i < n_fixed; ++i)
+    for (unsigned int i = 0; i < n_matrices; ++i)
     {
       // Rows first ... first + n of V^T A V or W^T A V, in the columns from column on
       const auto products = [&](const MultiVector &test, const DenseMatrix &test_rows,
@@ -100,17 +133,17 @@ namespace squeal
                    const unsigned int n_columns)
                { return products(basis.right(), right_rows, first, n, column, n_columns); });
       DenseMatrix top(n_left, n_all);
-      const DenseMatrix added_top = products(basis.left, left_rows, 0, n_left, n_imaged, n_new);
+      const DenseMatrix added_top = products(basis.left, tests.rows, 0, n_left, n_imaged, n_new);
       for (unsigned int c = 0; c < n_all; ++c)
         for (unsigned int r = 0; r < n_left; ++r)
           top(r, c) = c < n_imaged ? projected[petrov][i](r, c) : added_top(r, c - n_imaged);
       projected[petrov][i] = with_top(projected[of_right][i], top);
       // The left vectors' norms; M is symmetric.
-      if (coefficients[2][i] != 0)
+      if (terms.coefficient(2, i) != 0)
       {
         const DenseMatrix of_left_alone(
             n_left, n_left,
-            n_imaged == 0 ? inner_products(basis.left, multiply(*fixed[i].matrix, basis.left))
+            n_imaged == 0 ? inner_products(basis.left, multiply(terms.matrix(i), basis.left))
                           : top_corner(projected[of_left][i], n_left));
         DenseMatrix whole = projected[petrov][i];
         for (unsigned int c = 0; c < n_left; ++c)
@@ -122,40 +155,33 @@ namespace squeal
     n_imaged = n_all;
   }
 
-  void ReducedModel::satisfy_constraints()
+  void ReducedProjection::satisfy_constraints(ReducedEigenproblem &small)
   {
     const bool holds_pressures = interface.is_constrained();
-    left_balance = holds_pressures ? interface.left_constraints().balancing_pressures(left_rows)
-                                   : DenseMatrix();
-    left_change  = holds_pressures ? interface.left_constraints().forces_of(left_balance)
-                                   : DenseMatrix(dimension(), interface.n_rows());
+    tests.balance = holds_pressures ? interface.left_constraints().balancing_pressures(tests.rows)
+                                    : DenseMatrix();
+    tests.change  = holds_pressures ? interface.left_constraints().forces_of(tests.balance)
+                                    : DenseMatrix(dimension(), interface.n_rows());
     if (right_change.n_rows != dimension() || right_change.values.empty())
     {
       right_change = holds_pressures ? interface.right_constraints().shortest_change(right_rows)
                                      : DenseMatrix(dimension(), interface.n_rows());
       small.set_violations(right_change);
     }
-    left_moved = left_rows;
-    add(1, left_change, left_moved);
+    tests.moved = tests.rows;
+    add(1, tests.change, tests.moved);
   }
 
-  DenseMatrix ReducedModel::sum_of_fixed(const std::vector<DenseMatrix> &by_matrix,
-                                         const unsigned int order) const
+  void ReducedProjection::project(ReducedEigenproblem &small)
   {
-    DenseMatrix sum;
-    for (unsigned int i = 0; i < fixed.size(); ++i)
-      add(coefficients[order][i], by_matrix[i], sum);
-    return sum;
-  }
-
-  /// What the search for pairs needs.
-  void ReducedModel::project_terms()
-  {
-    left_pressures  = DenseMatrix();
+    if (n_imaged < dimension())
+      add_images();
+    satisfy_constraints(small);
+    tests.pressures = DenseMatrix();
     right_pressures = DenseMatrix();
     if (interface.is_compliant())
     {
-      left_pressures  = interface.compliant_pressures(left_rows, true);
+      tests.pressures = interface.compliant_pressures(tests.rows, true);
       right_pressures = interface.compliant_pressures(right_rows, false);
     }
     for (unsigned int order = 0; order < 3; ++order)
@@ -165,45 +191,44 @@ namespace squeal
         add(1, right_pressures, with_pressures);
       DenseMatrix &of_v     = changing_images[order];
       of_v                  = interface.forces(order, with_pressures);
-      images_at_rows[order] = sum_of_fixed(at_rows, order);
-      DenseMatrix sum       = sum_of_fixed(projected[petrov], order);
-      interface.add_products(left_moved, of_v, sum);
+      images_at_rows[order] = terms.sum(order, at_rows);
+      DenseMatrix sum       = terms.sum(order, projected[petrov]);
+      interface.add_products(tests.moved, of_v, sum);
       // W - V = -C^T (C C^T)^{-1} C V: by way of C A V, which has few columns
-      if (!images_at_rows[order].values.empty() && !left_balance.values.empty())
+      if (!images_at_rows[order].values.empty() && !tests.balance.values.empty())
         add(1,
-            outer_product(left_balance,
+            outer_product(tests.balance,
                           interface.left_constraints().violations(images_at_rows[order])),
             sum);
-      small.set_terms(order, order == 1 && !has_velocity_terms ? DenseMatrix() : sum);
+      small.set_terms(order, order == 1 && !terms.has_velocity_terms() ? DenseMatrix() : sum);
       operators[petrov][order] = std::move(sum);
       add(1, of_v, images_at_rows[order]);
     }
   }
 
-  /// What is to be known of a solution beyond its pairs.
-  void ReducedModel::project_tests()
+  void ReducedProjection::project_tests()
   {
     for (unsigned int order = 0; order < 3; ++order)
     {
-      DenseMatrix sum = sum_of_fixed(projected[of_right], order);
+      DenseMatrix sum = terms.sum(order, projected[of_right]);
       interface.add_products(right_rows, changing_images[order], sum);
       operators[of_right][order] = std::move(sum);
-      operators[of_left][order]  = sum_of_fixed(projected[of_left], order);
+      operators[of_left][order]  = terms.sum(order, projected[of_left]);
     }
   }
 
-  QuadraticEigenproblem ReducedModel::projected_problem(const unsigned int form) const
+  QuadraticEigenproblem ReducedProjection::problem(const Form form) const
   {
     QuadraticEigenproblem problem;
     problem.rows = small_rows(dimension());
     problem.M    = to_matrix(operators[form][2]);
-    if (has_velocity_terms)
+    if (terms.has_velocity_terms())
       problem.P = to_matrix(operators[form][1]);
     problem.Q = to_matrix(operators[form][0]);
     return problem;
   }
 
-  std::vector<Term> ReducedModel::project(const std::vector<Term> &terms) const
+  std::vector<Term> ReducedProjection::project(const std::vector<Term> &others) const
   {
     std::vector<Term> result;
     const auto add_term = [&](const Term &term, const unsigned int order, const DenseMatrix &small)
@@ -225,9 +250,9 @@ namespace squeal
             for (unsigned int j = 0; j < dimension(); ++j)
               pressures[order](j, interface.left_constraints().rows[k]) = balancing(j, k);
         }
-    DenseMatrix test_change = left_change;
-    add(1, left_pressures, test_change);
-    for (const Term &term : terms)
+    DenseMatrix test_change = tests.change;
+    add(1, tests.pressures, test_change);
+    for (const Term &term : others)
     {
       const MultiVector image = multiply(*term.matrix, basis.right());
       DenseMatrix small       = with_top(
@@ -236,8 +261,8 @@ namespace squeal
       add(1, outer_product(test_change, gather_rows(image, interface.rows())), small);
       add_term(term, term.order, small);
       // On the pressures, which are those of Lambda_0 + l Lambda_1 + l^2 Lambda_2
-      DenseMatrix test = left_moved;
-      add(1, left_pressures, test);
+      DenseMatrix test = tests.moved;
+      add(1, tests.pressures, test);
       for (unsigned int order = 0; order < 3; ++order)
         if (!pressures[order].values.empty())
           if (const DenseMatrix forces =
@@ -266,7 +291,7 @@ namespace squeal
     }
   } // namespace
 
-  ReducedModel::RayleighForms ReducedModel::rayleigh_forms(const EigenPairs &modes) const
+  ReducedProjection::RayleighForms ReducedProjection::rayleigh_forms(const EigenPairs &modes) const
   {
     const unsigned int n = modes.lambda.size();
     const auto small     = [&](const MultiVector &block) {
@@ -292,5 +317,126 @@ namespace squeal
         forms.of_q[j] += Complex(at_rows_re(j, r), -at_rows_im(j, r)) *
                          Complex(forces[0](j, r), forces[1](j, r));
     return forms;
+  }
+
+  namespace
+  {
+    /// Columns of a complex matrix times factors.
+    void scale_columns(const DenseMatrix &re, const DenseMatrix &im,
+                       const std::vector<std::complex<double>> &factors, DenseMatrix &to_re,
+                       DenseMatrix &to_im)
+    {
+      to_re = to_im = DenseMatrix(re.n_rows, re.n_columns);
+      for (unsigned int j = 0; j < re.n_columns; ++j)
+        for (unsigned int i = 0; i < re.n_rows; ++i)
+        {
+          const std::complex<double> x = factors[j] * std::complex<double>(re(i, j), im(i, j));
+          to_re(i, j)                  = x.real();
+          to_im(i, j)                  = x.imag();
+        }
+    }
+  } // namespace
+
+  /// The interface rows of Q(l) x without the contact's pressures: Re and Im, a row a solution.
+  std::array<DenseMatrix, 2>
+  ReducedProjection::forces_at_interface(const std::vector<Complex> &lambda,
+                                         const DenseMatrix &x_re, const DenseMatrix &x_im) const
+  {
+    std::array<DenseMatrix, 2> result;
+    result.fill(DenseMatrix(lambda.size(), interface.n_rows()));
+    for (unsigned int order = 0; order < 3; ++order)
+    {
+      const DenseMatrix &of_basis = images_at_rows[order];
+      if (of_basis.values.empty())
+        continue;
+      std::vector<Complex> powers;
+      for (const Complex l : lambda)
+        powers.push_back(std::pow(l, int(order)));
+      DenseMatrix re, im;
+      scale_columns(x_re, x_im, powers, re, im);
+      gemm(true, 1, re, of_basis, 1, result[0]);
+      gemm(true, 1, im, of_basis, 1, result[1]);
+    }
+    return result;
+  }
+
+  /// The interface rows of Q(l) x with the pressures that make them smallest: Re and Im, a row a
+  /// solution.
+  std::array<DenseMatrix, 2>
+  ReducedProjection::residuals_at_interface(const ReducedPairs &solutions) const
+  {
+    std::array<DenseMatrix, 2> result =
+        forces_at_interface(solutions.lambda, solutions.re, solutions.im);
+    if (interface.is_constrained())
+      for (DenseMatrix &part : result)
+        add(1, interface.left_constraints().shortest_change(part), part);
+    return result;
+  }
+
+  MultiVector ReducedProjection::residuals(const ReducedPairs &solutions) const
+  {
+    const unsigned int n = solutions.lambda.size();
+    MultiVector result(basis.rows, 2 * n);
+    for (unsigned int i = 0; i < terms.size(); ++i)
+    {
+      std::vector<Complex> factors;
+      for (const Complex l : solutions.lambda)
+        factors.push_back(terms.factor(i, l));
+      DenseMatrix re, im;
+      scale_columns(solutions.re, solutions.im, factors, re, im);
+      std::vector<double> c = std::move(re.values);
+      c.insert(c.end(), im.values.begin(), im.values.end());
+      for (double &value : c)
+        value *= -1; // it is subtracted
+      subtract_combination(result, images[i], c);
+    }
+    const auto inside = residuals_at_interface(solutions);
+    for (unsigned int k = 0; k < 2 * n; ++k)
+      for (unsigned int r = 0; r < interface.n_rows(); ++r)
+        if (basis.rows.contains(interface.rows()[r]))
+          result.column(k)[interface.rows()[r] - basis.rows.begin] = inside[k / n](k % n, r);
+    return result;
+  }
+
+  void ReducedProjection::certify(const MultiVector &residuals, ReducedPairs &solutions) const
+  {
+    const unsigned int n              = solutions.lambda.size();
+    const std::array<double, 3> norms = terms.norms();
+    DenseMatrix re(n, basis.peak_rows.size()), im = re;
+    gemm(true, 1, solutions.re, peaks, 0, re);
+    gemm(true, 1, solutions.im, peaks, 0, im);
+    std::array<DenseMatrix, 2> violation;
+    violation.fill(DenseMatrix(n, interface.n_rows()));
+    gemm(true, 1, solutions.re, right_change, 0, violation[0]);
+    gemm(true, 1, solutions.im, right_change, 0, violation[1]);
+    std::vector<double> largest(n);
+    for (unsigned int j = 0; j < n; ++j)
+    {
+      const double *const re = residuals.column(j), *const im = residuals.column(n + j);
+      double square = 0, sum = 0;
+      for (unsigned int i = 0; i < residuals.n_local(); ++i)
+      {
+        const double of_row = re[i] * re[i] + im[i] * im[i];
+        square              = std::max(square, of_row);
+        sum += of_row; // a maximum passes over what is not a number
+      }
+      largest[j] = std::isfinite(sum) ? std::sqrt(square) : HUGE_VAL;
+    }
+    MPI_Allreduce(MPI_IN_PLACE, largest.data(), n, MPI_DOUBLE, MPI_MAX, basis.rows.comm);
+    solutions.errors.assign(n, 0.);
+    for (unsigned int j = 0; j < n; ++j)
+    {
+      // In the infinity norm; |x| is at least the largest of some rows.
+      double peak = 0, change = 0;
+      for (unsigned int r = 0; r < interface.n_rows(); ++r)
+        change = std::max(change, violation[0](j, r) * violation[0](j, r) +
+                                      violation[1](j, r) * violation[1](j, r));
+      change = std::sqrt(change);
+      for (unsigned int r = 0; r < basis.peak_rows.size(); ++r)
+        peak = std::max(peak, std::hypot(re(j, r), im(j, r)));
+      const double l = std::abs(solutions.lambda[j]);
+      solutions.errors[j] =
+          largest[j] / ((l * l * norms[2] + l * norms[1] + norms[0]) * peak) + change / peak;
+    }
   }
 } // namespace squeal

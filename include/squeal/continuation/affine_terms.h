@@ -1,0 +1,92 @@
+#pragma once
+
+#include <squeal/continuation/interface_terms.h>
+#include <squeal/eigen/eigenproblem.h>
+
+#include <array>
+#include <complex>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace squeal
+{
+  /// The equations of motion as sums of matrices that stay the same along a path of parameters,
+  ///     A_order = sum_i c_i,order A_i + (what changes with the contact),
+  /// so that each A_i has to be projected once only. Matrices of one order whose coefficients have
+  /// never been seen to change are one A_i; others are an A_i each.
+  class AffineTerms
+  {
+  public:
+    AffineTerms() = default;
+    /// For the terms of an expansion point. Coefficients that @p before has seen to change are kept
+    /// apart.
+    AffineTerms(const std::vector<Term> &expansion_terms, const AffineTerms &before);
+
+    /// The expansion point's terms whose coefficients have been seen to change, by number.
+    std::vector<double> varying_terms() const;
+    void keep_apart(const std::vector<double> &varying_terms);
+
+    /// Makes the constant matrices from the expansion point's terms and others. Returns by row
+    /// whether a matrix that may change couples it on this rank.
+    std::vector<char> split(const RowRange &rows, const std::vector<Term> &terms);
+    /// The number of constant matrices; zero before split().
+    unsigned int size() const
+    {
+      return parts.size();
+    }
+    const Matrix &matrix(const unsigned int i) const
+    {
+      return *parts[i].matrix;
+    }
+
+    using Summands = std::array<std::vector<InterfaceTerms::Summand>, 3>;
+    /// Takes the coefficients of these terms. Returns what changes with the contact, by order.
+    /// Nothing if a coefficient has changed that a sum contains: split() must be called again for a
+    /// new expansion point, which keeps that matrix apart.
+    std::optional<Summands> update(const std::vector<Term> &terms);
+
+    bool has_velocity_terms() const
+    {
+      return has_velocity_terms_;
+    }
+    double coefficient(const unsigned int order, const unsigned int i) const
+    {
+      return coefficients[order][i];
+    }
+    /// sum_order c_i,order l^order.
+    std::complex<double> factor(unsigned int i, std::complex<double> lambda) const;
+    /// The largest infinity norm of a summand, by order.
+    std::array<double, 3> norms() const;
+    /// The sum of one order of images or projections of the constant matrices.
+    DenseMatrix sum(unsigned int order, const std::vector<DenseMatrix> &by_matrix) const;
+    /// The sum of one order times the columns.
+    MultiVector multiply(unsigned int order, const MultiVector &block) const;
+
+  private:
+    /// A matrix in one of the orders and the sum of its coefficients.
+    struct Member
+    {
+      std::shared_ptr<const Matrix> matrix;
+      unsigned int order;
+      double coefficient;
+      bool of_contact; ///< changes with the area of contact, also where it has not yet
+    };
+    using Members = std::vector<Member>;
+    struct Part
+    {
+      unsigned int order;
+      std::shared_ptr<const Matrix> matrix;
+      double norm;
+      Members members;
+    };
+    /// In the order of the terms: sums must not depend on addresses.
+    static Members members_of(const std::vector<Term> &terms);
+    static const Member *find(const Members &members, const Member &member);
+
+    Members expansion, varying;
+    std::vector<Part> parts;
+    std::array<std::vector<double>, 3> coefficients; ///< by order and constant matrix
+    bool has_velocity_terms_ = false;
+  };
+} // namespace squeal

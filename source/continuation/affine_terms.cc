@@ -1,0 +1,178 @@
+#include <squeal/continuation/affine_terms.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace squeal
+{
+  AffineTerms::AffineTerms(const std::vector<Term> &expansion_terms, const AffineTerms &before)
+      : expansion(members_of(expansion_terms))
+  {
+    for (const Member &member : before.varying)
+      if (find(expansion, member)) // else its matrix is gone
+        varying.push_back(member);
+  }
+
+  AffineTerms::Members AffineTerms::members_of(const std::vector<Term> &terms)
+  {
+    Members members;
+    const bool in_contact =
+        std::any_of(terms.begin(), terms.end(),
+                    [](const Term &term) { return term.origin == Origin::contact; });
+    for (const Term &term : terms)
+      if (term.matrix && *term.matrix)
+      {
+        const Member member{term.matrix, term.order, term.coefficient,
+                            in_contact && is_of_contact(term.origin)};
+        if (const Member *known = find(members, member))
+          members[known - members.data()].coefficient += term.coefficient;
+        else
+          members.push_back(member);
+      }
+    return members;
+  }
+
+  const AffineTerms::Member *AffineTerms::find(const Members &members, const Member &member)
+  {
+    for (const Member &other : members)
+      if (other.matrix == member.matrix && other.order == member.order)
+        return &other;
+    return nullptr;
+  }
+
+  std::vector<double> AffineTerms::varying_terms() const
+  {
+    std::vector<double> numbers;
+    for (unsigned int k = 0; k < expansion.size(); ++k)
+      if (find(varying, expansion[k]))
+        numbers.push_back(k);
+    return numbers;
+  }
+
+  void AffineTerms::keep_apart(const std::vector<double> &numbers)
+  {
+    for (const double k : numbers)
+      if (k < expansion.size() && !find(varying, expansion[static_cast<unsigned int>(k)]))
+        varying.push_back(expansion[static_cast<unsigned int>(k)]);
+  }
+
+  std::vector<char> AffineTerms::split(const RowRange &rows, const std::vector<Term> &terms)
+  {
+    const Members now = members_of(terms);
+    std::vector<char> touched(rows.size);
+    const auto touch = [&](const Members &members, const Members &others)
+    {
+      for (const Member &member : members)
+        if (member.of_contact || !find(others, member))
+          for_entries(*member.matrix, [&](const PetscInt row, const PetscInt column, double)
+                      { touched[row] = touched[column] = 1; });
+    };
+    touch(expansion, now);
+    touch(now, expansion);
+
+    for (unsigned int order = 0; order < 3; ++order)
+    {
+      Members members;
+      std::vector<Summand> summands;
+      for (const Member &member : now)
+      {
+        const Member *of_expansion = find(expansion, member);
+        if (!of_expansion || member.of_contact || member.order != order)
+          continue;
+        if (of_expansion->coefficient != member.coefficient && !find(varying, member))
+          varying.push_back(member);
+        if (find(varying, member))
+          parts.push_back({order, member.matrix, member.matrix->infinity_norm(), {member}});
+        else
+        {
+          members.push_back(member);
+          summands.push_back({member.coefficient, *member.matrix});
+        }
+      }
+      if (!members.empty())
+      {
+        auto sum          = std::make_shared<const Matrix>(sum_of(rows, summands));
+        const double norm = sum->infinity_norm();
+        parts.push_back({order, std::move(sum), norm, std::move(members)});
+      }
+    }
+    return touched;
+  }
+
+  std::optional<AffineTerms::Summands> AffineTerms::update(const std::vector<Term> &terms)
+  {
+    const Members now = members_of(terms);
+    for (auto &of_order : coefficients)
+      of_order.assign(parts.size(), 0.);
+    Members stay;
+    bool holds = true;
+    for (unsigned int i = 0; i < parts.size(); ++i)
+    {
+      coefficients[parts[i].order][i] = 1;
+      for (const Member &member : parts[i].members)
+      {
+        stay.push_back(member);
+        const Member *present    = find(now, member);
+        const double coefficient = present ? present->coefficient : 0.;
+        if (find(varying, member))
+          coefficients[parts[i].order][i] = coefficient;
+        else if (coefficient != member.coefficient)
+        {
+          varying.push_back(member);
+          holds = false;
+        }
+      }
+    }
+    if (!holds)
+      return std::nullopt;
+
+    has_velocity_terms_ = std::any_of(terms.begin(), terms.end(),
+                                      [](const Term &term)
+                                      { return term.order == 1 && term.matrix && *term.matrix; });
+    Summands changing;
+    for (const Member &member : now)
+      if (!find(stay, member))
+        changing[member.order].emplace_back(member.coefficient, member.matrix.get());
+    return changing;
+  }
+
+  std::complex<double> AffineTerms::factor(const unsigned int i,
+                                           const std::complex<double> lambda) const
+  {
+    std::complex<double> sum = 0;
+    for (unsigned int order = 0; order < 3; ++order)
+      sum += coefficients[order][i] * std::pow(lambda, int(order));
+    return sum;
+  }
+
+  std::array<double, 3> AffineTerms::norms() const
+  {
+    std::array<double, 3> result{};
+    for (unsigned int order = 0; order < 3; ++order)
+      for (unsigned int i = 0; i < parts.size(); ++i)
+        result[order] = std::max(result[order], std::abs(coefficients[order][i]) * parts[i].norm);
+    return result;
+  }
+
+  DenseMatrix AffineTerms::sum(const unsigned int order,
+                               const std::vector<DenseMatrix> &by_matrix) const
+  {
+    DenseMatrix result;
+    for (unsigned int i = 0; i < parts.size(); ++i)
+      add(coefficients[order][i], by_matrix[i], result);
+    return result;
+  }
+
+  MultiVector AffineTerms::multiply(const unsigned int order, const MultiVector &block) const
+  {
+    MultiVector result(block.row_range(), block.n_columns());
+    for (unsigned int i = 0; i < parts.size(); ++i)
+      if (coefficients[order][i] != 0)
+      {
+        const MultiVector image = squeal::multiply(*parts[i].matrix, block);
+        for (std::size_t e = 0; e < std::size_t(block.n_local()) * block.n_columns(); ++e)
+          result.data()[e] += coefficients[order][i] * image.data()[e];
+      }
+    return result;
+  }
+} // namespace squeal
