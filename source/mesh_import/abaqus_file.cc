@@ -1,8 +1,10 @@
 #include <squeal/base/errors.h>
-#include <squeal/mesh_import/mesh_file.h>
+#include <squeal/mesh_import/deck_lines.h>
+#include <squeal/mesh_import/element_file.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <set>
 #include <unordered_map>
@@ -11,42 +13,6 @@ namespace squeal
 {
   namespace
   {
-    std::string trimmed(const std::string &text)
-    {
-      const std::size_t first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
-      return first == std::string::npos ? "" : text.substr(first, last - first + 1);
-    }
-
-    /// Labels and keywords are the same in capitals.
-    std::string capitals(std::string text)
-    {
-      std::transform(text.begin(), text.end(), text.begin(),
-                     [](const unsigned char c) { return std::toupper(c); });
-      return text;
-    }
-
-    std::string label(const std::string &text)
-    {
-      std::string name = trimmed(text);
-      name.erase(std::remove(name.begin(), name.end(), '"'), name.end());
-      return capitals(name);
-    }
-
-    /// Fields between commas; an empty one at the end means that the data go on in the next line.
-    std::vector<std::string> fields_of(const std::string &line)
-    {
-      std::vector<std::string> fields;
-      std::size_t begin = 0;
-      for (std::size_t comma = line.find(','); comma != std::string::npos;
-           comma             = line.find(',', begin))
-      {
-        fields.push_back(trimmed(line.substr(begin, comma - begin)));
-        begin = comma + 1;
-      }
-      fields.push_back(trimmed(line.substr(begin)));
-      return fields;
-    }
-
     bool is_number(const std::string &field)
     {
       return !field.empty() && field.find_first_not_of("+-0123456789") == std::string::npos;
@@ -98,11 +64,49 @@ namespace squeal
       }
     };
 
-    /// One flat input file. Keywords that do not describe the mesh are passed over.
+    /// What is known of a type of elements.
+    struct ElementType
+    {
+      unsigned int n_nodes;
+      unsigned int n_corners; ///< of a face; 0: a solid element
+      ElementShape shape;
+    };
+
+    /// Types by name without the letters that say what happens inside of an element, which does
+    /// not matter here: R reduced integration, I incompatible modes, H hybrid, M modified.
+    const std::map<std::string, ElementType> &element_types()
+    {
+      static const std::map<std::string, ElementType> types = []
+      {
+        std::map<std::string, ElementType> result;
+        const auto add = [&](const std::vector<std::string> &names, const ElementType &type)
+        {
+          for (const std::string &name : names)
+            result[name] = type;
+        };
+        add({"C3D4", "C3D4H"}, {4, 0, ElementShape::tetrahedron});
+        add({"C3D6", "C3D6H"}, {6, 0, ElementShape::wedge});
+        add({"C3D8", "C3D8R", "C3D8I", "C3D8H", "C3D8RH", "C3D8IH"},
+            {8, 0, ElementShape::hexahedron});
+        add({"C3D10", "C3D10M", "C3D10H", "C3D10MH", "C3D10I", "C3D10HS", "C3D10T"},
+            {10, 0, ElementShape::tetrahedron});
+        add({"C3D15", "C3D15H"}, {15, 0, ElementShape::wedge});
+        add({"C3D20", "C3D20R", "C3D20H", "C3D20RH"}, {20, 0, ElementShape::hexahedron});
+        add({"S3", "S3R", "M3D3", "CPS3", "SFM3D3"}, {3, 3, {}});
+        add({"S6", "STRI65", "M3D6", "CPS6", "SFM3D6"}, {6, 3, {}});
+        add({"S4", "S4R", "M3D4", "M3D4R", "CPS4", "CPS4R", "SFM3D4", "SFM3D4R"}, {4, 4, {}});
+        add({"S8", "S8R", "M3D8", "M3D8R", "CPS8", "CPS8R", "SFM3D8", "SFM3D8R"}, {8, 4, {}});
+        return result;
+      }();
+      return types;
+    }
+
+    /// One deck: flat, or with parts and instances. Keywords that do not describe the mesh are
+    /// passed over. A name INSTANCE.SET is that of a set of the instance's part.
     class AbaqusReader
     {
     public:
-      AbaqusReader(std::istream &in, MeshFile &file) : lines(in, file.name), file(file) {}
+      AbaqusReader(std::istream &in, ElementFile &file) : lines(in, file.name), file(file) {}
 
       void read()
       {
@@ -117,92 +121,284 @@ namespace squeal
           }
           if (line[0] != '*')
             lines.fail("data without a keyword before them: '" + line.substr(0, 60) + "'.");
-          read_keyword(line);
+          const DeckKeyword next = squeal::read_keyword(lines, line);
+          if (next.name == "*INCLUDE")
+            include(next); // whose first lines may be data of the keyword before
+          else
+          {
+            keyword = next;
+            begin();
+          }
           // The keyword's data
           while ((has_line = lines.next(line)) && (line.rfind("**", 0) == 0 || line[0] != '*'))
             if (!line.empty() && line[0] != '*' && take)
-              take(fields_of(line));
+              take(deck_fields(line));
           finish_element();
+          if (placing)
+            begin_instance_lines();
+          // The first line behind the placement is read again, behind the part's.
+          if (!part_lines.empty())
+          {
+            if (has_line)
+              lines.replay({lines.current()});
+            lines.replay(part_lines);
+            part_lines.clear();
+            has_line = lines.next(line);
+          }
         }
+        if (!instance.empty())
+          lines.fail("*INSTANCE has no *END INSTANCE.");
         resolve();
       }
 
     private:
-      void read_keyword(std::string line)
+      /// Numbers of an instance's nodes and elements, or of those outside of all.
+      struct Scope
       {
-        while (line.back() == ',') // the options go on
-          line += lines.need("the rest of " + line.substr(0, 60));
-        const std::vector<std::string> fields = fields_of(line);
-        keyword                               = capitals(fields[0]);
-        options.clear();
-        for (std::size_t i = 1; i < fields.size(); ++i)
-        {
-          const std::size_t equals = fields[i].find('=');
-          options[capitals(trimmed(fields[i].substr(0, equals)))] =
-              equals == std::string::npos ? "" : label(fields[i].substr(equals + 1));
-        }
-        take = nullptr;
-        if (keyword == "*NODE")
+        std::unordered_map<long, unsigned int> nodes, elements;
+        std::unordered_map<long, ElementFile::Face> faces;
+      };
+      /// The members of a set by instance.
+      using ScopedSet = std::map<std::string, NumberSet>;
+
+      void begin()
+      {
+        take                    = nullptr;
+        const std::string &name = keyword.name;
+        if (name == "*NODE")
           begin_nodes();
-        else if (keyword == "*ELEMENT")
+        else if (name == "*ELEMENT")
           begin_elements();
-        else if (keyword == "*ELSET" || keyword == "*NSET")
-          begin_set(keyword == "*ELSET");
-        else if (keyword == "*SURFACE")
+        else if (name == "*ELSET" || name == "*NSET")
+          begin_set(name == "*ELSET");
+        else if (name == "*SURFACE")
           begin_surface();
-        else if (keyword == "*INSTANCE" || keyword == "*INCLUDE")
-          lines.fail(keyword + " is not followed; a flat file is needed, without parts and "
-                               "assemblies, in one piece.");
+        else if (name == "*SOLID SECTION" && keyword.has("ELSET"))
+          with_section.insert(full_name(element_sets, keyword.value("ELSET")));
+        else if (name == "*PART")
+          read_part();
+        else if (name == "*INSTANCE")
+          begin_instance();
+        else if (name == "*END INSTANCE")
+          instance.clear();
+        else if (name == "*NGEN" || name == "*ELGEN" || name == "*NFILL" || name == "*NCOPY" ||
+                 name == "*ELCOPY" || name == "*SYSTEM" || name == "*NMAP")
+          lines.fail(name + " is not followed: it generates or moves nodes. Write the mesh out with "
+                            "all nodes and elements, as preprocessors do.");
+        if ((name == "*NODE" || name == "*ELEMENT") && keyword.has("INPUT"))
+          include(keyword);
+      }
+
+      void include(const DeckKeyword &by)
+      {
+        if (by.value("INPUT").empty())
+          lines.fail(by.name + " needs INPUT=.");
+        lines.include(by.raw.at("INPUT"));
       }
 
       std::string need_option(const std::string &option) const
       {
-        const auto found = options.find(option);
-        if (found == options.end() || found->second.empty())
-          lines.fail(keyword + " needs " + option + "=.");
+        const std::string value = keyword.value(option);
+        if (value.empty())
+          lines.fail(keyword.name + " needs " + option + "=.");
+        return value;
+      }
+
+      // Parts and instances
+
+      /// A part is kept as lines, which each of its instances reads.
+      void read_part()
+      {
+        const std::string name = need_option("NAME");
+        if (!parts.emplace(name, std::vector<DeckLines::Line>()).second)
+          lines.fail("the part " + name + " occurs twice.");
+        std::string line;
+        while (true)
+        {
+          if (!lines.next(line))
+            lines.fail("*PART, NAME=" + name + " has no *END PART.");
+          if (line[0] == '*' && line.rfind("**", 0) != 0)
+          {
+            const std::string what = deck_fields(line)[0];
+            if (deck_label(what) == "*END PART")
+              return;
+            if (deck_label(what) == "*INCLUDE")
+            {
+              include(squeal::read_keyword(lines, line));
+              continue;
+            }
+            if (deck_label(what) == "*PART" || deck_label(what) == "*ASSEMBLY")
+              lines.fail("*PART, NAME=" + name + " has no *END PART before this line.");
+          }
+          parts.at(name).push_back(lines.current());
+        }
+      }
+
+      void begin_instance()
+      {
+        if (!instance.empty())
+          lines.fail("*INSTANCE inside of another; *END INSTANCE is missing.");
+        const std::string name = need_option("NAME"), part = need_option("PART");
+        if (parts.count(part) == 0)
+        {
+          std::string known;
+          for (const auto &other : parts)
+            known += (known.empty() ? "" : ", ") + other.first;
+          lines.fail("there is no part " + part + " before this line. Allowed are: " +
+                     (known.empty() ? "none, there are no parts" : known) + ".");
+        }
+        if (scopes.count(name) > 0)
+          lines.fail("the instance " + name + " occurs twice.");
+        instance        = name;
+        instance_part   = part;
+        placement       = {};
+        n_placing_lines = 0;
+        placing         = true;
+        take            = [this](const std::vector<std::string> &fields)
+        {
+          const std::size_t first = n_placing_lines == 0 ? 0 : 3, n = n_placing_lines == 0 ? 3 : 7;
+          if (n_placing_lines > 1 || fields.size() < n)
+            lines.fail("*INSTANCE: expected a translation of three numbers, and then a rotation of "
+                       "two points and an angle in degrees.");
+          for (std::size_t k = 0; k < n; ++k)
+            placement[first + k] = lines.real(fields[k]);
+          ++n_placing_lines;
+        };
+      }
+
+      void begin_instance_lines()
+      {
+        placing = false;
+        scopes[instance];
+        const auto *p = &placement[3];
+        if (n_placing_lines > 1 && std::hypot(p[3] - p[0], p[4] - p[1], p[5] - p[2]) == 0)
+          lines.fail("*INSTANCE: the two points of the axis of rotation are one.");
+        part_lines = parts.at(instance_part);
+      }
+
+      /// Translated, then turned about the axis between two points (Rodrigues).
+      dealii::Point<3> placed(dealii::Point<3> x) const
+      {
+        using Vector = dealii::Tensor<1, 3>;
+        if (instance.empty())
+          return x;
+        for (unsigned int d = 0; d < 3; ++d)
+          x[d] += placement[d];
+        if (n_placing_lines < 2)
+          return x;
+        const dealii::Point<3> a(placement[3], placement[4], placement[5]),
+            b(placement[6], placement[7], placement[8]);
+        const double angle  = placement[9] * std::acos(-1.) / 180;
+        const Vector axis   = (b - a) / (b - a).norm(), arm = x - a;
+        const Vector turned = std::cos(angle) * arm + std::sin(angle) * cross_product_3d(axis, arm) +
+                              (1 - std::cos(angle)) * (axis * arm) * axis;
+        return a + turned;
+      }
+
+      // Names and numbers
+
+      /// The instance in which the keyword's numbers are.
+      std::string scope_name() const
+      {
+        return instance.empty() ? keyword.value("INSTANCE") : instance;
+      }
+
+      Scope &scope(const std::string &name)
+      {
+        if (name.empty() || name == instance)
+          return scopes[name];
+        const auto found = scopes.find(name);
+        if (found == scopes.end())
+          lines.fail("there is no instance " + name + " before this line.");
         return found->second;
       }
 
+      std::string name_here(const std::string &name) const
+      {
+        return instance.empty() ? name : instance + "." + name;
+      }
+
+      /// A set's name with its instance, as it is known here; the plain name where it is not.
+      template <typename Sets>
+      std::string full_name(const Sets &sets, const std::string &name) const
+      {
+        const std::string in = scope_name();
+        return !in.empty() && sets.count(in + "." + name) > 0 ? in + "." + name : name;
+      }
+
+      /// A number, instance.number or the name of a set.
+      ScopedSet members(const std::map<std::string, ScopedSet> &sets, const std::string &field)
+      {
+        const std::string in = scope_name();
+        if (is_number(field))
+        {
+          scope(in);
+          return {{in, NumberSet{{lines.integer(field)}, {}}}};
+        }
+        const std::string name = deck_label(field);
+        const auto set         = sets.find(full_name(sets, name));
+        if (set != sets.end())
+          return set->second;
+        const std::size_t dot = name.rfind('.');
+        if (dot != std::string::npos && is_number(name.substr(dot + 1)) &&
+            scopes.count(name.substr(0, dot)) > 0)
+          return {{name.substr(0, dot), NumberSet{{lines.integer(name.substr(dot + 1))}, {}}}};
+        lines.fail("the set " + field.substr(0, 60) + " is not known here.");
+      }
+
+      static void insert(ScopedSet &set, const ScopedSet &other)
+      {
+        for (const auto &[name, numbers] : other)
+          set[name].insert(numbers);
+      }
+
+      // The mesh
+
       void begin_nodes()
       {
-        if (options.count("SYSTEM") && options["SYSTEM"] != "R")
-          lines.fail("*NODE, SYSTEM=" + options["SYSTEM"] + ": only Cartesian coordinates.");
-        const std::string set = options.count("NSET") ? options["NSET"] : "";
+        if (!keyword.value("SYSTEM").empty() && keyword.value("SYSTEM") != "R")
+          lines.fail("*NODE, SYSTEM=" + keyword.value("SYSTEM") + ": only Cartesian coordinates.");
+        const std::string set = keyword.value("NSET");
         take                  = [this, set](const std::vector<std::string> &fields)
         {
           if (fields.size() < 4)
             lines.fail("expected a node's number and three coordinates.");
           const long number = lines.integer(fields[0]);
-          if (!node_numbers.emplace(number, file.nodes.size()).second)
+          if (!scopes[instance].nodes.emplace(number, file.nodes.size()).second)
             lines.fail("node " + fields[0] + " occurs twice.");
-          file.nodes.emplace_back(lines.real(fields[1]), lines.real(fields[2]),
-                                  lines.real(fields[3]));
+          file.nodes.push_back(placed(dealii::Point<3>(
+              lines.real(fields[1]), lines.real(fields[2]), lines.real(fields[3]))));
           if (!set.empty())
-            node_sets[set].numbers.insert(number);
+            node_sets[name_here(set)][instance].numbers.insert(number);
         };
       }
 
       void begin_elements()
       {
-        const std::string type                            = need_option("TYPE");
-        static const std::set<std::string> hex            = {"C3D8", "C3D8R", "C3D8I"},
-                                           quadrilaterals = {"S4",   "S4R",   "M3D4",   "M3D4R",
-                                                             "CPS4", "CPS4R", "SFM3D4", "SFM3D4R"},
-                                           passed_over    = {"T3D2", "B31", "B32", "T3D3", "MASS"};
-        if (passed_over.count(type))
+        const std::string type                         = need_option("TYPE");
+        static const std::set<std::string> passed_over = {
+            "T3D2",     "T3D3",     "B31",      "B31H",      "B32",       "B33",     "MASS",
+            "ROTARYI",  "SPRINGA",  "SPRING1",  "SPRING2",   "DASHPOTA",  "DASHPOT1", "DASHPOT2",
+            "CONN3D2",  "DCOUP3D",  "R3D3",     "R3D4",      "GAPUNI"};
+        const auto known = element_types().find(type);
+        if (known == element_types().end())
+        {
+          if (passed_over.count(type) == 0)
+            lines.fail("elements of type " + type +
+                       "; allowed are the solids C3D4, C3D6, C3D8, C3D10, C3D15, C3D20 (also with "
+                       "R, I, H, M), and on their faces S3, S4, S6, S8, M3D3 and the like, which "
+                       "only name them.");
+          take = [this, type](const std::vector<std::string> &) { ++file.passed_over[type]; };
           return;
-        if (!hex.count(type) && !quadrilaterals.count(type))
-          lines.fail("elements of type " + type +
-                     "; allowed are the linear hexahedra C3D8, C3D8R, C3D8I, and on their faces "
-                     "the quadrilaterals S4, S4R, M3D4, CPS4, SFM3D4, which only name them.");
-        n_nodes     = hex.count(type) ? 8 : 4;
-        element_set = options.count("ELSET") ? options["ELSET"] : "";
-        take        = [this](const std::vector<std::string> &fields)
+        }
+        element_type = known->second;
+        element_set  = keyword.value("ELSET");
+        take         = [this](const std::vector<std::string> &fields)
         {
           for (const std::string &field : fields)
             if (!field.empty())
               element.push_back(lines.integer(field));
-          if (element.size() > n_nodes)
+          if (element.size() > element_type.n_nodes)
             finish_element();
         };
       }
@@ -213,44 +409,52 @@ namespace squeal
         if (element.empty())
           return;
         const std::string number = std::to_string(element[0]);
-        if (element.size() != n_nodes + 1)
-          lines.fail("element " + number + " should have " + std::to_string(n_nodes) +
+        if (element.size() != element_type.n_nodes + 1)
+          lines.fail("element " + number + " should have " + std::to_string(element_type.n_nodes) +
                      " nodes, not " + std::to_string(element.size() - 1) + ".");
-        MeshFile::Cell cell{{}, element[0]};
-        for (unsigned int v = 0; v < n_nodes; ++v)
+        Scope &here = scopes[instance];
+        std::vector<unsigned int> nodes;
+        for (unsigned int v = 0; v < element_type.n_nodes; ++v)
         {
-          const auto node = node_numbers.find(element[v + 1]);
-          if (node == node_numbers.end())
+          const auto node = here.nodes.find(element[v + 1]);
+          if (node == here.nodes.end())
             lines.fail("element " + number + " has the unknown node " +
                        std::to_string(element[v + 1]) + ".");
-          cell.nodes[v] = node->second;
+          nodes.push_back(node->second);
         }
         bool is_new = false;
-        if (n_nodes == 8)
+        if (element_type.n_corners == 0)
         {
-          is_new = cell_numbers.emplace(element[0], file.cells.size()).second;
-          file.cells.push_back(cell);
+          is_new = here.elements.emplace(element[0], file.elements.size()).second;
+          if (!instance.empty())
+            file.volumes[instance].push_back(file.elements.size());
+          file.elements.push_back({element_type.shape, nodes, element[0], lines.line_number()});
         }
         else
         {
-          MeshFile::Face face = {{cell.nodes[0], cell.nodes[1], cell.nodes[2], cell.nodes[3]}};
-          std::sort(face.begin(), face.end());
-          is_new = faces.emplace(element[0], face).second;
+          const ElementFile::Face face = {
+              {nodes[0], nodes[1], nodes[2],
+               element_type.n_corners == 4 ? nodes[3] : ElementFile::none}};
+          is_new = here.faces.emplace(element[0], face).second;
         }
-        if (!is_new || cell_numbers.count(element[0]) + faces.count(element[0]) > 1)
+        if (!is_new || here.elements.count(element[0]) + here.faces.count(element[0]) > 1)
           lines.fail("element " + number + " occurs twice.");
         if (!element_set.empty())
-          element_sets[element_set].numbers.insert(element[0]);
+          element_sets[name_here(element_set)][instance].numbers.insert(element[0]);
         element.clear();
       }
 
       void begin_set(const bool of_elements)
       {
         auto &sets             = of_elements ? element_sets : node_sets;
-        const std::string name = need_option(of_elements ? "ELSET" : "NSET");
-        NumberSet &set         = sets[name];
-        const bool generate    = options.count("GENERATE");
-        take = [this, &sets, &set, generate](const std::vector<std::string> &fields)
+        const std::string name = name_here(need_option(of_elements ? "ELSET" : "NSET"));
+        ScopedSet &set         = sets[name];
+        if (keyword.has("INTERNAL"))
+          internal.insert(name);
+        const bool generate  = keyword.has("GENERATE");
+        const std::string in = scope_name();
+        scope(in);
+        take = [this, &sets, &set, generate, in](const std::vector<std::string> &fields)
         {
           if (generate)
           {
@@ -262,97 +466,104 @@ namespace squeal
             if (step < 1 || first < 0 || last < first || (last - first) / step > 10000000)
               lines.fail("GENERATE: expected 0 <= first <= last, a step of at least 1, and at most "
                          "ten million members.");
-            set.ranges.insert(std::array<long, 3>{{first, last, step}});
+            set[in].ranges.insert(std::array<long, 3>{{first, last, step}});
             return;
           }
           for (const std::string &field : fields)
-            if (is_number(field))
-              set.numbers.insert(lines.integer(field));
-            else if (!field.empty())
-            {
-              const auto other = sets.find(label(field));
-              if (other == sets.end())
-                lines.fail("the set " + field + " is not known here.");
-              set.insert(other->second);
-            }
+            if (!field.empty())
+              insert(set, members(sets, field));
         };
       }
 
       void begin_surface()
       {
-        const std::string name = need_option("NAME");
-        const std::string type = options.count("TYPE") ? options["TYPE"] : "ELEMENT";
+        const std::string name = name_here(need_option("NAME"));
+        const std::string type = keyword.has("TYPE") ? keyword.value("TYPE") : "ELEMENT";
         if (type != "ELEMENT" && type != "NODE")
           lines.fail("*SURFACE, TYPE=" + type + ": allowed are ELEMENT and NODE.");
-        const bool of_nodes = type == "NODE";
-        take                = [this, name, of_nodes](const std::vector<std::string> &fields)
+        if (type == "NODE")
         {
-          const auto members = [&](const std::map<std::string, NumberSet> &sets)
-          {
-            if (is_number(fields[0]))
-              return NumberSet{{lines.integer(fields[0])}, {}};
-            const auto set = sets.find(label(fields[0]));
-            if (set == sets.end())
-              lines.fail("the set " + fields[0] + " is not known here.");
-            return set->second;
-          };
-          if (of_nodes)
-          {
-            node_sets[name].insert(members(node_sets));
-            return;
-          }
-          // Abaqus' faces S1 ... S6 of a hexahedron
-          const std::string face = fields.size() > 1 ? capitals(fields[1]) : "";
+          take = [this, name](const std::vector<std::string> &fields)
+          { insert(node_sets[name], members(node_sets, fields[0])); };
+          return;
+        }
+        take = [this, name](const std::vector<std::string> &fields)
+        {
+          const std::string face = fields.size() > 1 ? deck_label(fields[1]) : "";
           if (face.size() != 2 || face[0] != 'S' || face[1] < '1' || face[1] > '6')
             lines.fail("expected an element or a set and one of its faces S1 to S6.");
-          const NumberSet elements = members(element_sets);
-          const auto add           = [&](const long element)
+          for (const auto &[in, elements] : members(element_sets, fields[0]))
           {
-            const auto cell = cell_numbers.find(element);
-            if (cell == cell_numbers.end())
-              lines.fail("element " + std::to_string(element) + " is no hexahedron of this file.");
-            file.surfaces[name].push_back(file.face(cell->second, face[1] - '1'));
-          };
-          for (const long element : elements.numbers)
-            add(element);
-          // The first that does not exist ends it.
-          for (const auto &[first, last, step] : elements.ranges)
-            for (long k = 0; k <= (last - first) / step; ++k)
-              add(first + k * step);
+            const Scope &here = scope(in);
+            const auto add    = [&](const long element)
+            {
+              const auto solid = here.elements.find(element);
+              if (solid == here.elements.end())
+                lines.fail("element " + std::to_string(element) +
+                           " is no solid element of this file.");
+              const ElementFile::Element &of = file.elements[solid->second];
+              const unsigned int f = face[1] - '1', n = ElementFile::faces(of.shape).size();
+              if (f >= n)
+                lines.fail("element " + std::to_string(element) + " has no face " + face +
+                           ", only S1 to S" + std::to_string(n) + ".");
+              file.surfaces[name].push_back(file.face(of, f));
+            };
+            for (const long element : elements.numbers)
+              add(element);
+            // The first that does not exist ends it.
+            for (const auto &[first, last, step] : elements.ranges)
+              for (long k = 0; k <= (last - first) / step; ++k)
+                add(first + k * step);
+          }
         };
       }
 
-      /// Sets of elements become volumes or surfaces.
+      /// Sets of elements become volumes or surfaces. Those that preprocessors make for surfaces
+      /// and picks of their own are left out, unless a section gives them a material.
       void resolve()
       {
-        for (const auto &[name, elements] : element_sets)
-        {
-          for (const long element : elements.members_of(cell_numbers))
-            file.volumes[name].push_back(cell_numbers.at(element));
-          for (const long element : elements.members_of(faces))
-            file.surfaces[name].push_back(faces.at(element));
-        }
-        for (const auto &[name, nodes] : node_sets)
-          for (const long node : nodes.members_of(node_numbers))
-            file.node_sets[name].push_back(node_numbers.at(node));
+        for (const auto &[name, set] : element_sets)
+          if (internal.count(name) == 0 || with_section.count(name) > 0)
+            for (const auto &[in, elements] : set)
+            {
+              const Scope &here = scopes[in];
+              for (const long element : elements.members_of(here.elements))
+                file.volumes[name].push_back(here.elements.at(element));
+              for (const long element : elements.members_of(here.faces))
+                file.surfaces[name].push_back(here.faces.at(element));
+            }
+        for (const auto &[name, set] : node_sets)
+          if (internal.count(name) == 0)
+            for (const auto &[in, nodes] : set)
+            {
+              const Scope &here = scopes[in];
+              for (const long node : nodes.members_of(here.nodes))
+                file.node_sets[name].push_back(here.nodes.at(node));
+            }
       }
 
-      LineReader lines;
-      MeshFile &file;
-      std::string keyword;
-      std::map<std::string, std::string> options;
+      DeckLines lines;
+      ElementFile &file;
+      DeckKeyword keyword;
       std::function<void(const std::vector<std::string> &)> take;
 
-      unsigned int n_nodes = 0;
+      std::map<std::string, std::vector<DeckLines::Line>> parts;
+      std::vector<DeckLines::Line> part_lines; ///< that are to be read next
+      std::string instance, instance_part;     ///< empty: outside of all
+      bool placing = false;                    ///< its data lines are being read
+      std::array<double, 10> placement{};      ///< translation, two points, degrees
+      unsigned int n_placing_lines = 0;
+
+      ElementType element_type{};
       std::string element_set;
       std::vector<long> element; ///< number and nodes so far
-      std::unordered_map<long, unsigned int> node_numbers, cell_numbers;
-      std::unordered_map<long, MeshFile::Face> faces;
-      std::map<std::string, NumberSet> element_sets, node_sets;
+      std::map<std::string, Scope> scopes;
+      std::map<std::string, ScopedSet> element_sets, node_sets;
+      std::set<std::string> internal, with_section;
     };
   } // namespace
 
-  void read_abaqus(std::istream &in, MeshFile &file)
+  void read_abaqus(std::istream &in, ElementFile &file)
   {
     AbaqusReader(in, file).read();
   }

@@ -1,5 +1,5 @@
 #include <squeal/base/errors.h>
-#include <squeal/mesh_import/mesh_file.h>
+#include <squeal/mesh_import/element_file.h>
 
 #include <algorithm>
 #include <unordered_map>
@@ -12,7 +12,7 @@ namespace squeal
     class GmshReader
     {
     public:
-      GmshReader(std::istream &in, MeshFile &file) : lines(in, file.name), file(file) {}
+      GmshReader(std::istream &in, ElementFile &file) : lines(in, file.name), file(file) {}
 
       void read()
       {
@@ -187,18 +187,54 @@ namespace squeal
         return name == names.end() ? std::to_string(tag) : name->second;
       }
 
+      /// A type of Gmsh: how many corners name a face, or which of its nodes are those of a solid
+      /// element in our order (Gmsh's manual, "Node ordering").
+      struct Type
+      {
+        unsigned int n_nodes;
+        unsigned int n_corners; ///< of a face
+        ElementShape shape;
+        std::vector<unsigned int> order;
+      };
+
+      static const std::map<long, Type> &types()
+      {
+        constexpr ElementShape tetrahedron = ElementShape::tetrahedron,
+                               wedge       = ElementShape::wedge,
+                               hexahedron  = ElementShape::hexahedron;
+        static const std::map<long, Type> table = {
+            {2, {3, 3, {}, {}}},
+            {3, {4, 4, {}, {}}},
+            {9, {6, 3, {}, {}}},
+            {10, {9, 4, {}, {}}},
+            {16, {8, 4, {}, {}}},
+            {4, {4, 0, tetrahedron, {0, 1, 2, 3}}},
+            {6, {6, 0, wedge, {0, 1, 2, 3, 4, 5}}},
+            {5, {8, 0, hexahedron, {0, 1, 2, 3, 4, 5, 6, 7}}},
+            {11, {10, 0, tetrahedron, {0, 1, 2, 3, 4, 5, 6, 7, 9, 8}}},
+            {18, {15, 0, wedge, {0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11}}},
+            {13,
+             {18, 0, wedge, {0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16}}},
+            {17, {20, 0, hexahedron, {0,  1, 2,  3,  4,  5,  6,  7,  8,  11,
+                                      13, 9, 16, 18, 19, 17, 10, 12, 14, 15}}},
+            {12, {27, 0, hexahedron, {0,  1,  2,  3,  4,  5,  6,  7,  8,  11, 13, 9,  16, 18,
+                                      19, 17, 10, 12, 14, 15, 20, 25, 21, 23, 24, 22, 26}}}};
+        return table;
+      }
+
       void add_element(const long number, const long type, const Tags &tags,
                        const std::vector<std::string> &words, const std::size_t first)
       {
-        constexpr long line_2 = 1, quadrilateral_4 = 3, hexahedron_8 = 5, line_3 = 8, point = 15;
+        constexpr long line_2 = 1, line_3 = 8, point = 15;
         if (type == line_2 || type == line_3 || type == point)
           return;
-        if (type != quadrilateral_4 && type != hexahedron_8)
+        const auto known = types().find(type);
+        if (known == types().end())
           refuse(number, type);
-        const std::size_t n = type == hexahedron_8 ? 8 : 4;
+        const auto &[n, n_corners, shape, order] = known->second;
         if (words.size() < first + n)
           lines.fail("element " + std::to_string(number) + " has too few nodes.");
-        std::array<unsigned int, 8> nodes{};
+        std::vector<unsigned int> nodes(n);
         for (std::size_t v = 0; v < n; ++v)
         {
           const auto node = node_numbers.find(lines.integer(words[first + v]));
@@ -207,55 +243,52 @@ namespace squeal
                        words[first + v] + ".");
           nodes[v] = node->second;
         }
-        if (type == hexahedron_8)
+        if (n_corners == 0)
         {
           // Version 2.2 repeats an element for each of its groups.
           auto sorted = nodes;
           std::sort(sorted.begin(), sorted.end());
-          const unsigned int cell = cells.emplace(sorted, file.cells.size()).first->second;
-          if (cell == file.cells.size())
-            file.cells.push_back({nodes, number});
+          const unsigned int cell = cells.emplace(sorted, file.elements.size()).first->second;
+          if (cell == file.elements.size())
+          {
+            ElementFile::Element element{shape, {}, number, lines.line_number()};
+            for (const unsigned int v : order)
+              element.nodes.push_back(nodes[v]);
+            file.elements.push_back(element);
+          }
           for (const long tag : tags)
             file.volumes[name_of(3, tag)].push_back(cell);
           return;
         }
-        MeshFile::Face face = {{nodes[0], nodes[1], nodes[2], nodes[3]}};
-        std::sort(face.begin(), face.end());
+        const ElementFile::Face face = {
+            {nodes[0], nodes[1], nodes[2], n_corners == 4 ? nodes[3] : ElementFile::none}};
         for (const long tag : tags)
           file.surfaces[name_of(2, tag)].push_back(face);
       }
 
       [[noreturn]] void refuse(const long number, const long type) const
       {
-        static const std::map<long, std::string> kinds = {{2, "a triangle"},
-                                                          {4, "a tetrahedron"},
-                                                          {6, "a prism"},
-                                                          {7, "a pyramid"},
-                                                          {9, "a quadratic triangle"},
-                                                          {10, "a quadratic quadrilateral"},
-                                                          {11, "a quadratic tetrahedron"},
-                                                          {12, "a quadratic hexahedron"},
-                                                          {13, "a quadratic prism"},
-                                                          {16, "a quadratic quadrilateral"},
-                                                          {17, "a quadratic hexahedron"}};
+        static const std::map<long, std::string> kinds = {{7, "a pyramid"},
+                                                          {14, "a quadratic pyramid"},
+                                                          {19, "a quadratic pyramid"}};
         const auto kind                                = kinds.find(type);
         lines.fail("element " + std::to_string(number) + " is " +
                    (kind == kinds.end() ? "of Gmsh's type " + std::to_string(type) : kind->second) +
-                   "; allowed are hexahedra with 8 nodes and their faces (in Gmsh transfinite or "
-                   "extruded volumes with Recombine, Mesh.ElementOrder = 1).");
+                   "; allowed are tetrahedra, prisms and hexahedra and their faces, with "
+                   "Mesh.ElementOrder 1 or 2.");
       }
 
       LineReader lines;
-      MeshFile &file;
+      ElementFile &file;
       int version = 0;
       std::map<std::pair<long, long>, std::string> names; ///< by dimension and tag
       std::map<std::pair<long, long>, Tags> physical;     ///< by dimension and entity
       std::unordered_map<long, unsigned int> node_numbers;
-      std::map<std::array<unsigned int, 8>, unsigned int> cells;
+      std::map<std::vector<unsigned int>, unsigned int> cells; ///< elements by sorted nodes
     };
   } // namespace
 
-  void read_gmsh(std::istream &in, MeshFile &file)
+  void read_gmsh(std::istream &in, ElementFile &file)
   {
     GmshReader(in, file).read();
   }

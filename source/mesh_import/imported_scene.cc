@@ -1,6 +1,7 @@
 #include <squeal/base/errors.h>
 #include <squeal/mesh_import/imported_scene.h>
 #include <squeal/mesh_import/mesh_checks.h>
+#include <squeal/mesh_import/placed_mesh.h>
 #include <squeal/mesh_import/rigid_motions.h>
 #include <squeal/mesh_import/superelement_files.h>
 #include <squeal/parameters/expressions.h>
@@ -35,13 +36,12 @@ namespace squeal
     public:
       explicit ImportedScene(const Parameters::All &prm)
           : prm(prm), mesh(prm.mesh),
-            file(read_mesh_file(mesh.file)), facts{file, {}, 0, {}, {}, {}, {}, {}}
+            file(read_placed_mesh(prm)), facts{file, {}, 0, {}, {}, {}, {}, {}}
       {
       }
 
       Geometry<3> make()
       {
-        place_nodes();
         assign_materials();
         turn_cells();
         find_neighbours();
@@ -74,21 +74,6 @@ namespace squeal
         for (const unsigned int node : file.cells[cell].nodes)
           centre += file.nodes[node] / 8.;
         return "element " + std::to_string(file.cells[cell].number) + " at " + text_of(centre);
-      }
-
-      /// Metres, axis z.
-      void place_nodes()
-      {
-        const std::array<double, 3> origin = mesh.origin();
-        const unsigned int axis            = static_cast<unsigned int>(mesh.axis);
-        for (Point<3> &x : file.nodes)
-        {
-          Point<3> placed;
-          for (unsigned int d = 0; d < 3; ++d)
-            placed[d] = mesh.scale * (x[(axis + 1 + d) % 3] - origin[(axis + 1 + d) % 3]);
-          check_distance(file.name, x, placed);
-          x = placed;
-        }
       }
 
       /// The group of a name; where capitals are the only difference, that.
@@ -833,6 +818,13 @@ namespace squeal
           curved.orientation                 = flat.orientation;
           const std::array<Point<3>, 4> ends = {
               {flat.nodes[0], flat.nodes[1], flat.nodes[2], flat.nodes[3]}};
+          if (const auto centre = file.quadratic.faces.find(face);
+              centre != file.quadratic.faces.end())
+          {
+            curved.nodes = quadratic_patch(face, centre->second);
+            result.push_back(curved);
+            continue;
+          }
           const Point<3> left = between(ends[0], ends[2]), right = between(ends[1], ends[3]);
           for (const auto &[a, b] :
                {std::make_pair(ends[0], ends[1]), {left, right}, {ends[2], ends[3]}})
@@ -841,6 +833,23 @@ namespace squeal
           result.push_back(curved);
         }
         return result;
+      }
+
+      /// The nine points of a face whose edges have middle nodes.
+      std::vector<Point<3>> quadratic_patch(const Face &face, const Point<3> &centre) const
+      {
+        const CellFace at = faces.at(face)[0];
+        std::array<unsigned int, 4> nodes; // as in patch()
+        for (unsigned int v = 0; v < 4; ++v)
+          nodes[v] =
+              file.cells[at.cell].nodes[MeshFile::cell_faces[at.face][lexicographic_corners[v]]];
+        const auto between = [&](const unsigned int a, const unsigned int b) {
+          return file.quadratic.edges.at({{std::min(nodes[a], nodes[b]),
+                                           std::max(nodes[a], nodes[b])}});
+        };
+        const auto corner = [&](const unsigned int v) { return file.nodes[nodes[v]]; };
+        return {corner(0),     between(0, 1), corner(1), between(0, 2), centre,
+                between(1, 3), corner(2),     between(2, 3), corner(3)};
       }
 
       std::vector<SurfaceFace<3>> patches(const std::string &name) const
@@ -859,9 +868,28 @@ namespace squeal
             fail("Contact/Friction/Of pads",
                  "there is no pad '" + of_pad.first + "' written like that.");
         for (const auto &[pad, rotor] : pairs)
+          check_plane(pad);
+          check_plane(rotor);
           facts.pairs.push_back(check_contact_pair("Mesh/Contact pairs: " + file.name + ": ", pad,
                                                    patches(pad), rotor, patches(rotor),
                                                    mesh.contact_tolerance));
+      }
+
+      /// Middle nodes must not bend a contact surface; corners are checked with the pair.
+      void check_plane(const std::string &name) const
+      {
+        Box box;
+        for (const Face &face : file.surfaces.at(name))
+          for (const unsigned int node : face)
+            box.add(file.nodes[node]);
+        const double allowed = 1e-4 * box.low.distance(box.high);
+        for (const Face &face : file.surfaces.at(name))
+          if (const auto centre = file.quadratic.faces.find(face);
+              centre != file.quadratic.faces.end())
+            for (const Point<3> &x : quadratic_patch(face, centre->second))
+              if (x[2] < box.low[2] - allowed || x[2] > box.high[2] + allowed)
+                fail("Contact pairs", "a middle node bends '" + name + "' at " + text_of(x) +
+                                          "; contact surfaces must be plane, across the axis z.");
       }
 
       bool needs_revolution() const
@@ -1097,6 +1125,7 @@ namespace squeal
         for (const auto &[face, id] : geometry.named_faces)
           renumbered[renumber(face)] = id;
         geometry.named_faces = std::move(renumbered);
+        geometry.quadratic   = file.quadratic.renumbered(number);
         for (auto &[name, surface] : file.surfaces)
           for (Face &face : surface)
             face = renumber(face);

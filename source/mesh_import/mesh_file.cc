@@ -1,6 +1,6 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/files.h>
-#include <squeal/mesh_import/mesh_file.h>
+#include <squeal/mesh_import/element_file.h>
 
 #include <algorithm>
 #include <cmath>
@@ -116,40 +116,52 @@ namespace squeal
 
   namespace
   {
-    /// Faces of the boundary that the node sets stand for. A node set without a whole face is
-    /// dropped.
-    void faces_of_node_sets(MeshFile &file)
+    /// Faces of the boundary that the node sets stand for, by their corners. A node set without a
+    /// whole face is dropped.
+    void faces_of_node_sets(ElementFile &file)
     {
       if (file.node_sets.empty())
         return;
-      std::map<MeshFile::Face, unsigned int> n_cells;
-      for (unsigned int c = 0; c < file.cells.size(); ++c)
-        for (unsigned int f = 0; f < 6; ++f)
-          ++n_cells[file.face(c, f)];
+      struct Use
+      {
+        ElementFile::Face face;
+        unsigned int n_elements = 0;
+      };
+      std::map<ElementFile::Face, Use> uses;
+      for (const ElementFile::Element &element : file.elements)
+        for (unsigned int f = 0; f < ElementFile::faces(element.shape).size(); ++f)
+        {
+          const ElementFile::Face face = file.face(element, f);
+          ElementFile::Face sorted     = face;
+          std::sort(sorted.begin(), sorted.end());
+          Use &use = uses[sorted];
+          use.face = face;
+          ++use.n_elements;
+        }
       for (const auto &[name, nodes] : file.node_sets)
       {
         std::vector<bool> is_in(file.nodes.size());
         for (const unsigned int node : nodes)
           is_in[node] = true;
-        std::vector<MeshFile::Face> faces;
-        for (const auto &[face, n] : n_cells)
-          if (n == 1 &&
-              std::all_of(face.begin(), face.end(), [&](const auto node) { return is_in[node]; }))
-            faces.push_back(face);
+        std::vector<ElementFile::Face> faces;
+        for (const auto &[sorted, use] : uses)
+          if (use.n_elements == 1 &&
+              std::all_of(sorted.begin(), sorted.end(),
+                          [&](const auto node) { return node == ElementFile::none || is_in[node]; }))
+            faces.push_back(use.face);
         if (!faces.empty() && file.surfaces.count(name) == 0)
           file.surfaces[name] = faces;
       }
     }
 
-    template <typename T>
-    void sort_unique(std::vector<T> &list)
+    void sort_unique(std::vector<unsigned int> &list)
     {
       std::sort(list.begin(), list.end());
       list.erase(std::unique(list.begin(), list.end()), list.end());
     }
   } // namespace
 
-  MeshFile read_mesh_file(const std::string &filename)
+  ElementFile read_mesh_file(const std::string &filename)
   {
     const std::filesystem::path path(filename);
     const std::string ending = path.extension().string();
@@ -168,18 +180,16 @@ namespace squeal
                             ? " Make it: gmsh -3 " + here + script + " -o " + here + filename
                             : " Names are relative to the directory in which squeal is started."));
     }
-    MeshFile file;
+    ElementFile file;
     file.name = filename;
     ending == ".msh" ? read_gmsh(in, file) : read_abaqus(in, file);
-    if (file.cells.empty())
+    if (file.elements.empty())
       throw InputError("Mesh/File = " + filename +
-                       ": there are no hexahedra in it. Gmsh writes only elements of physical "
+                       ": there are no solid elements in it. Gmsh writes only elements of physical "
                        "groups: the volumes need Physical Volume(\"name\").");
     faces_of_node_sets(file);
-    for (auto &[name, cells] : file.volumes)
-      sort_unique(cells);
-    for (auto &[name, faces] : file.surfaces)
-      sort_unique(faces);
+    for (auto &[name, elements] : file.volumes)
+      sort_unique(elements);
     return file;
   }
 } // namespace squeal

@@ -3,6 +3,7 @@
 #include <squeal/mesh_import/imported_scene.h>
 
 #include <deal.II/base/quadrature_lib.h>
+#include <deal.II/dofs/dof_handler.h>
 #include <deal.II/fe/fe_q.h>
 #include <deal.II/fe/fe_values.h>
 #include <deal.II/fe/mapping_q.h>
@@ -28,6 +29,7 @@ namespace squeal
     {
       std::vector<CellMeasures> cells;
       std::map<MeshFile::Face, double> areas;
+      unsigned int n_displacements = 0;
     };
 
     /// Cells as the program computes with them: polynomials through nodes on the manifold.
@@ -37,11 +39,14 @@ namespace squeal
       Triangulation<3> triangulation;
       geometry.make_coarse_mesh(triangulation);
       const MappingQ<3> mapping(degree);
-      const FE_Q<3> fe(1);
+      const FE_Q<3> fe(degree);
       FEValues<3> volumes(mapping, fe, QGauss<3>(degree + 1), update_JxW_values),
           shapes(mapping, fe, QGaussLobatto<3>(degree + 1), update_jacobians);
       FEFaceValues<3> areas(mapping, fe, QGauss<2>(degree + 1), update_JxW_values);
       Measures result;
+      DoFHandler<3> nodes(triangulation);
+      nodes.distribute_dofs(fe);
+      result.n_displacements = 3 * nodes.n_dofs();
       for (const auto &cell : triangulation.active_cell_iterators())
       {
         CellMeasures measures;
@@ -182,6 +187,82 @@ namespace squeal
       for (const unsigned int vertex : geometry.cells[c].vertices)
         row.box.add(geometry.vertices[vertex]);
     }
+    [[noreturn]] void refuse(const Parameters::All &prm, const MeshFacts &facts,
+                             const Geometry<3> &geometry, const unsigned int cell,
+                             const double jacobian)
+    {
+      const std::string element = facts.file.name + ": element " +
+                                  std::to_string(facts.file.cells[cell].number) +
+                                  " has the scaled Jacobian " + digits(jacobian);
+      if (geometry.quadratic.cells.count(cell) > 0)
+        throw InputError("Mesh/File: " + element +
+                         " where its edges follow its middle nodes. These must be nearer to the "
+                         "middles of the edges.");
+      throw InputError("Mesh/Curved bodies = " + name_of(prm.mesh.curved) + ": " + element +
+                       " where its edges follow circles about the axis. It needs a smaller angle "
+                       "or no curvature (none).");
+    }
+
+    /// What became of the elements, unless all were linear hexahedra, and what that costs.
+    std::string describe_division(const Parameters::All &prm, const MeshFacts &facts,
+                                  const Geometry<3> &geometry, const Measures &measures)
+    {
+      const Division &division = facts.file.division;
+      std::string text;
+      for (const auto &[type, n] : division.passed_over)
+        text += text_of("  Passed over: ", n, " elements of type ", type, "\n");
+      if (division.n_divided == 0 && division.n_elements.count("linear hexahedron") > 0 &&
+          division.n_elements.size() == 1)
+        return text;
+      std::string kinds;
+      for (const auto &[kind, n] : division.n_elements)
+        kinds += text_of(kinds.empty() ? "" : ", ", n, " ", kind, n == 1 ? "" : " elements");
+      double smallest = 1;
+      for (const CellMeasures &cell : measures.cells)
+        smallest = std::min(smallest, cell.jacobian);
+      text += text_of("  Elements of the file: ", kinds, "; ", 3 * division.n_nodes,
+                      " displacements of their nodes.\n  Of them ", division.n_divided,
+                      " are divided: ", geometry.cells.size(), " hexahedra, ",
+                      measures.n_displacements, " displacements of degree ",
+                      prm.discretization.degree, "; smallest scaled Jacobian ",
+                      formatted("%.3f", smallest), "; ", geometry.quadratic.cells.size(),
+                      " cells follow middle nodes.\n");
+      if (prm.discretization.degree == 1 && division.n_divided > 0)
+        text += "  Hint: divided elements of degree 1 are much too stiff in bending; "
+                "Discretization/Degree = 2 or more is what they need.\n";
+      return text;
+    }
+
+    /// Bodies with cells so flat that low degrees lock: the longest edge over the shortest.
+    std::string describe_flat_cells(const Parameters::All &prm, const Geometry<3> &geometry)
+    {
+      constexpr double longest  = 20;
+      const unsigned int degree = prm.discretization.degree;
+      unsigned int n            = 0;
+      double worst              = 0;
+      for (const CellData<3> &cell : geometry.cells)
+      {
+        double low = 1e300, high = 0;
+        for (unsigned int v = 0; v < 8; ++v)
+          for (unsigned int d = 0; d < 3; ++d)
+            if (const unsigned int w = v | (1u << d); w != v)
+            {
+              const double length =
+                  geometry.vertices[cell.vertices[v]].distance(geometry.vertices[cell.vertices[w]]);
+              low  = std::min(low, length);
+              high = std::max(high, length);
+            }
+        n += high > longest * low;
+        worst = std::max(worst, high / low);
+      }
+      if (n == 0 || degree > 2)
+        return "";
+      return text_of("  Hint: ", n, " cells are more than ", longest,
+                     " times as long as thick, up to ", formatted("%.0f", worst),
+                     " times: with degree ", degree,
+                     " they are too stiff in bending. Discretization/Degree = 3 or shorter cells "
+                     "are what they need.\n");
+    }
   } // namespace
 
   void report_mesh(const Parameters::All &prm, const MeshFacts &facts, Geometry<3> &geometry)
@@ -192,12 +273,7 @@ namespace squeal
     const Measures measures = measure(geometry, wanted, prm.discretization.degree);
     for (unsigned int c = 0; c < measures.cells.size(); ++c)
       if (!(measures.cells[c].jacobian > 0))
-        throw InputError("Mesh/Curved bodies = " + name_of(prm.mesh.curved) + ": " +
-                         facts.file.name + ": element " +
-                         std::to_string(facts.file.cells[c].number) + " has the scaled Jacobian " +
-                         digits(measures.cells[c].jacobian) +
-                         " where its edges follow circles about the axis. It needs a smaller angle "
-                         "or no curvature (none).");
+        refuse(prm, facts, geometry, c, measures.cells[c].jacobian);
 
     const std::vector<Parameters::BodyMaterial> materials = prm.materials();
     const auto part_of = [&](const unsigned int c) -> const Part &
@@ -276,6 +352,7 @@ namespace squeal
         (facts.n_turned > 0
              ? ", " + std::to_string(facts.n_turned) + " cells numbered inside out have been turned"
              : "") +
-        "\n" + describe_rows(rows) + joints;
+        "\n" + describe_division(prm, facts, geometry, measures) +
+        describe_flat_cells(prm, geometry) + describe_rows(rows) + joints;
   }
 } // namespace squeal
