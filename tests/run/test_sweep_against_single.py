@@ -57,7 +57,7 @@ PINS = {
 
 
 class AgainstSingleRuns(st.TestCase):
-    def compare(self, settings, parameter, values, tolerance=1e-7, known=None):
+    def compare(self, settings, parameter, values, tolerance=1e-7, known=None, rounding=0):
         """Returns the modes of the single runs by value; of those in @p known there are no runs."""
         directory = self.analyse({**settings, "Sweep/Parameter": parameter, "Sweep/Values": ", ".join(map(repr, values))})
         rows = st.read_table(directory / "sweep.csv")
@@ -67,7 +67,7 @@ class AgainstSingleRuns(st.TestCase):
             singles[value] = (known or {}).get(value) or self.eigenvalues({**settings, parameter: value,
                                                                            "Eigenproblem/Solver": "dense"})
             with self.subTest(parameter=parameter, value=value):
-                self.assertSameModes(own, singles[value], tolerance)
+                self.assertSameModes(own, singles[value], tolerance, rounding)
         return singles
 
     def matrices(self, files):
@@ -126,16 +126,20 @@ class AgainstSingleRuns(st.TestCase):
         """Pins on a thick disc, faster than its waves (D5 of the published closed forms): a wave of n nodal diameters
         diverges from w/n to sqrt(w^2 + k0)/n. Here from 3381.4 to 3411.1 rad/s and from 3513.3 rad/s; between 3434.9 and
         3502.7 rad/s two waves flutter. Values just inside and outside of each end, within the bands, and across a
-        band in one step, where pairs become two real eigenvalues and pairs again; up and down."""
+        band in one step, where pairs become two real eigenvalues and pairs again; up and down.
+
+        At 3513.3 rad/s a real eigenvalue is 1.63 1/s, beside waves of 1e4 1/s. There `dense` itself gives a wave without
+        growth 6e-6 1/s of it, and dense, krylov and projected values of that eigenvalue differ by 4e-7 to 1.8e-6 1/s,
+        with each set of BLAS kernels by other ones: 1e-5 1/s is rounding here."""
         speeds = [3381.39, 3381.4, 3390, 3411.07, 3411.08, 3434.8, 3435, 3460, 3502.6, 3502.7, 3513.2, 3513.3, 3560]
         # Numbers that grow without oscillating and with it
         expected = [(0, 0), (1, 0), (1, 0), (1, 0), (0, 0), (0, 0), (0, 1), (0, 1), (0, 1), (0, 0), (0, 0), (1, 0), (1, 0)]
-        found = self.compare(PINS, SPEED, speeds, 1e-6)
+        found = self.compare(PINS, SPEED, speeds, 1e-6, rounding=1e-5)
         for speed, numbers in zip(speeds, expected):
             growing = [l for l in found[speed] if l.real > 1e-3]
             self.assertEqual((sum(l.imag == 0 for l in growing), sum(l.imag > 0 for l in growing)), numbers, speed)
-        self.compare(PINS, SPEED, speeds[::-1], 1e-6, found)
-        self.compare(PINS, SPEED, speeds[::3], 1e-6, found)
+        self.compare(PINS, SPEED, speeds[::-1], 1e-6, found, 1e-5)
+        self.compare(PINS, SPEED, speeds[::3], 1e-6, found, 1e-5)
 
     def test_map(self):
         """Numbers of unstable modes and largest growth rates at the points of a map."""
