@@ -8,11 +8,6 @@ namespace squeal
 {
   namespace
   {
-    DenseMatrix gram_matrix(const MultiVector &block)
-    {
-      return {block.n_columns(), block.n_columns(), inner_products(block, block)};
-    }
-
     /// The remainders that are long enough, at most so many, the longest relative to their columns
     /// first; scaled to length one, in the order of the columns.
     MultiVector long_remainders(const MultiVector &remainders, const DenseMatrix &before,

@@ -135,13 +135,13 @@ namespace squeal
                 b.data(), &ld);
   }
 
+  DenseMatrix gram_matrix(const MultiVector &block)
+  {
+    return {block.n_columns(), block.n_columns(), inner_products(block, block)};
+  }
+
   namespace
   {
-    DenseMatrix gram_matrix(const MultiVector &block)
-    {
-      return {block.n_columns(), block.n_columns(), inner_products(block, block)};
-    }
-
     /// Scales the columns to unit length and leaves out those that are zero.
     MultiVector normalized_columns(const MultiVector &block)
     {

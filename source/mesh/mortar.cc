@@ -128,11 +128,11 @@ namespace squeal
     using Polygon = std::vector<Point<2>>;
 
     template <int dim>
-    struct Box
+    struct FaceBox
     {
       Point<dim> low, high;
 
-      Box(const SurfaceFace<dim> &face, const double margin)
+      FaceBox(const SurfaceFace<dim> &face, const double margin)
           : low(face.nodes[0]), high(face.nodes[0])
       {
         for (const Point<dim> &x : face.nodes)
@@ -150,7 +150,7 @@ namespace squeal
         }
       }
 
-      bool overlaps(const Box &other) const
+      bool overlaps(const FaceBox &other) const
       {
         for (unsigned int d = 0; d < dim; ++d)
           if (low[d] > other.high[d] || high[d] < other.low[d])
@@ -423,11 +423,11 @@ namespace squeal
   {
     // Boxes of the rotor's faces sorted along x: each pad face looks only at those that begin
     // before it ends.
-    std::vector<std::pair<Box<dim>, unsigned int>> boxes;
+    std::vector<std::pair<FaceBox<dim>, unsigned int>> boxes;
     double widest = 0;
     for (unsigned int m = 0; m < rotor_faces.size(); ++m)
     {
-      boxes.emplace_back(Box<dim>(rotor_faces[m], 0.), m);
+      boxes.emplace_back(FaceBox<dim>(rotor_faces[m], 0.), m);
       widest = std::max(widest, boxes.back().first.high[0] - boxes.back().first.low[0]);
     }
     std::sort(boxes.begin(), boxes.end(),
@@ -440,7 +440,7 @@ namespace squeal
     std::vector<FacePair<dim>> pairs;
     for (unsigned int s = 0; s < pad_faces.size(); ++s)
     {
-      const Box<dim> box(pad_faces[s], search_distance);
+      const FaceBox<dim> box(pad_faces[s], search_distance);
       auto candidate =
           std::lower_bound(boxes.begin(), boxes.end(), box.low[0] - widest,
                            [](const auto &b, const double x) { return b.first.low[0] < x; });

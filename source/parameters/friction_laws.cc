@@ -4,10 +4,9 @@
 
 namespace squeal
 {
-  using namespace Parameters;
-
-  void FrictionLaw::declare(ParameterHandler &prm)
+  void FrictionLaw::declare(dealii::ParameterHandler &prm)
   {
+    using namespace Parameters;
     const Subsection section(prm, "Friction");
     add_choice(prm, "Law", kind,
                "mu(v). constant: Coefficient. falling: mu_k + (mu_s - mu_k) exp(-v/v_d) with "
@@ -35,6 +34,7 @@ namespace squeal
 
   void FrictionLaw::check()
   {
+    using namespace Parameters;
     if (kind == Kind::smoothed && smoothing_speed == 0)
       fail("Contact/Friction/Smoothing speed", smoothing_speed,
            "the law smoothed needs a positive speed, m/s.");

@@ -96,6 +96,21 @@ namespace squeal::tests
     double value;
   };
 
+  inline std::vector<Entry> operator+(std::vector<Entry> a, const std::vector<Entry> &b)
+  {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+  }
+
+  inline std::vector<Entry> diagonal(const unsigned int n, const double value,
+                                     const unsigned int first = 0)
+  {
+    std::vector<Entry> entries;
+    for (unsigned int i = first; i < first + n; ++i)
+      entries.push_back({i, i, value});
+    return entries;
+  }
+
   /// The distributed matrix of entries that every rank knows.
   inline Matrix matrix_of(const RowRange &rows, const std::vector<Entry> &entries)
   {

@@ -119,6 +119,9 @@ namespace squeal
   std::vector<double> inner_products(const MultiVector &a, unsigned int first_a, unsigned int n_a,
                                      const MultiVector &b, unsigned int first_b, unsigned int n_b);
 
+  /// X^T X, summed over the ranks.
+  DenseMatrix gram_matrix(const MultiVector &block);
+
   /// A C with a small dense C, column-major, of n_columns columns.
   MultiVector combine(const MultiVector &a, const std::vector<double> &coefficients,
                       unsigned int n_columns);

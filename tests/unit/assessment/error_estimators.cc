@@ -6,174 +6,176 @@
 #include <squeal/eigen/eigensolvers.h>
 
 #include <doctest/doctest.h>
-
-using namespace dealii;
-using namespace squeal;
-using namespace squeal::tests;
-using Complex = std::complex<double>;
-
-namespace
+namespace squeal::tests::error_estimators_tests
 {
-  EigensolverOptions options_for(const Parameters::All &prm)
-  {
-    EigensolverOptions options;
-    options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
-    return options;
-  }
+  using namespace dealii;
+  using Complex = std::complex<double>;
 
-  /// A scene on one mesh with one degree: its modes and, if asked for, their estimated errors.
-  template <int dim>
-  struct Solution
+  namespace
   {
-    EigenPairs modes;
-    EigenvalueErrors errors;
-
-    Solution(const Geometry<dim> &geometry, Parameters::All prm, const unsigned int degree,
-             const std::function<bool(const Point<dim> &, types::material_id)> &refined,
-             const bool estimated)
+    EigensolverOptions options_for(const Parameters::All &prm)
     {
-      prm.discretization.degree = degree;
-      Log log(MPI_COMM_WORLD);
-      PhaseTimer timer;
-      BrakeModel<dim> model(geometry, prm, MPI_COMM_WORLD, log, timer);
-      model.distribute();
-      if (refined)
+      EigensolverOptions options;
+      options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
+      return options;
+    }
+
+    /// A scene on one mesh with one degree: its modes and, if asked for, their estimated errors.
+    template <int dim>
+    struct Solution
+    {
+      EigenPairs modes;
+      EigenvalueErrors errors;
+
+      Solution(const Geometry<dim> &geometry, Parameters::All prm, const unsigned int degree,
+               const std::function<bool(const Point<dim> &, types::material_id)> &refined,
+               const bool estimated)
       {
-        refine_where(model.spaces(), refined);
+        prm.discretization.degree = degree;
+        Log log(MPI_COMM_WORLD);
+        PhaseTimer timer;
+        BrakeModel<dim> model(geometry, prm, MPI_COMM_WORLD, log, timer);
         model.distribute();
+        if (refined)
+        {
+          refine_where(model.spaces(), refined);
+          model.distribute();
+        }
+        model.assemble(prm);
+        modes =
+            make_eigensolver(ModeSolver::krylov)->solve(model.problem(), options_for(prm)).modes;
+        if (estimated)
+          errors = estimate_errors(model, modes);
       }
-      model.assemble(prm);
-      modes = make_eigensolver(ModeSolver::krylov)->solve(model.problem(), options_for(prm)).modes;
-      if (estimated)
-        errors = estimate_errors(model, modes);
-    }
-  };
+    };
 
-  /// The correction of every mode against what one degree more really changes, relative to that.
-  template <int dim>
-  double
-  worst_correction(const Geometry<dim> &geometry, const Parameters::All &prm,
-                   const unsigned int degree,
-                   const std::function<bool(const Point<dim> &, types::material_id)> &refined = {})
+    /// The correction of every mode against what one degree more really changes, relative to that.
+    template <int dim>
+    double worst_correction(
+        const Geometry<dim> &geometry, const Parameters::All &prm, const unsigned int degree,
+        const std::function<bool(const Point<dim> &, types::material_id)> &refined = {})
+    {
+      const Solution<dim> coarse(geometry, prm, degree, refined, true),
+          fine(geometry, prm, degree + 1, refined, false);
+      CHECK(coarse.modes.lambda.size() >= 3);
+      // Partners by the smallest sum of distances: pairs are nearly double.
+      std::vector<std::vector<double>> costs;
+      for (unsigned int j = 0; j < coarse.modes.lambda.size(); ++j)
+      {
+        costs.emplace_back();
+        for (const Complex &l : fine.modes.lambda)
+          costs[j].push_back(
+              std::norm(coarse.modes.lambda[j] + coarse.errors.bounds.correction[j] - l));
+      }
+      const std::vector<int> partners = assign(costs, fine.modes.lambda.size());
+      double worst                    = 0;
+      for (unsigned int j = 0; j < coarse.modes.lambda.size(); ++j)
+      {
+        const Complex l         = coarse.modes.lambda[j],
+                      corrected = l + coarse.errors.bounds.correction[j],
+                      change    = fine.modes.lambda.at(partners[j]) - l;
+        worst = std::max(worst, std::abs(corrected - l - change) / std::abs(change));
+        // The bar reaches what one degree more shows.
+        CHECK(coarse.errors.bounds.imaginary[j] >= std::abs(change.imag()));
+      }
+      return worst;
+    }
+
+    Parameters::All strip()
+    {
+      Parameters::All prm;
+      prm.scene                          = Scene::strip;
+      prm.operation.angular_velocity     = 2;
+      prm.contact.friction.coefficient   = 0.3;
+      prm.contact.penalty_stiffness      = 1e12;
+      prm.discretization.rotor_cells     = {{1, 16, 2}};
+      prm.discretization.pad_cells       = {{1, 5, 2}};
+      prm.contact.steady_pressure        = SteadyPressure::uniform;
+      prm.eigenproblem.maximum_frequency = 40000;
+      return prm;
+    }
+  } // namespace
+
+  TEST_CASE("error estimators: the correction is what one degree more changes, strip")
   {
-    const Solution<dim> coarse(geometry, prm, degree, refined, true),
-        fine(geometry, prm, degree + 1, refined, false);
-    CHECK(coarse.modes.lambda.size() >= 3);
-    // Partners by the smallest sum of distances: pairs are nearly double.
-    std::vector<std::vector<double>> costs;
-    for (unsigned int j = 0; j < coarse.modes.lambda.size(); ++j)
-    {
-      costs.emplace_back();
-      for (const Complex &l : fine.modes.lambda)
-        costs[j].push_back(
-            std::norm(coarse.modes.lambda[j] + coarse.errors.bounds.correction[j] - l));
-    }
-    const std::vector<int> partners = assign(costs, fine.modes.lambda.size());
-    double worst                    = 0;
-    for (unsigned int j = 0; j < coarse.modes.lambda.size(); ++j)
-    {
-      const Complex l = coarse.modes.lambda[j], corrected = l + coarse.errors.bounds.correction[j],
-                    change = fine.modes.lambda.at(partners[j]) - l;
-      worst                = std::max(worst, std::abs(corrected - l - change) / std::abs(change));
-      // The bar reaches what one degree more shows.
-      CHECK(coarse.errors.bounds.imaginary[j] >= std::abs(change.imag()));
-    }
-    return worst;
+    for (const std::string formulation : {"mortar", "penalty", "mortar_penalty"})
+      for (const unsigned int degree : {1u, 2u, 3u})
+        for (const std::string stage : {"transport", "friction", "full"})
+        {
+          CAPTURE(formulation);
+          CAPTURE(degree);
+          CAPTURE(stage);
+          Parameters::All prm     = strip();
+          prm.stage               = value_named<Stage>(stage);
+          prm.contact.formulation = value_named<Formulation>(formulation);
+          CHECK(worst_correction(make_strip(prm), prm, degree) <= (degree == 1 ? 0.4 : 0.2));
+        }
   }
 
-  Parameters::All strip()
+  TEST_CASE("error estimators: transversely isotropic bodies")
+  {
+    Parameters::All prm = strip();
+    for (Parameters::MaterialSection *material : {&prm.rotor.material, &prm.pads.material})
+    {
+      material->transversely_isotropic = true;
+      material->axial_young_modulus    = 0.3 * material->young_modulus;
+      material->axial_poisson_ratio    = 0.15;
+      material->axial_shear_modulus    = 0.2 * material->young_modulus;
+    }
+    for (const unsigned int degree : {2u, 3u})
+      CHECK(worst_correction(make_strip(prm), prm, degree) <= 0.2);
+  }
+
+  TEST_CASE("error estimators: hanging nodes")
+  {
+    Parameters::All prm = strip();
+    const auto refined  = [](const Point<2> &x, const types::material_id)
+    { return std::abs(x[0] - 0.025) < 0.02; };
+    for (const unsigned int degree : {2u, 3u})
+      CHECK(worst_correction<2>(make_strip(prm), prm, degree, refined) <= 0.2);
+  }
+
+  TEST_CASE("error estimators: the correction is what one degree more changes, brake")
   {
     Parameters::All prm;
-    prm.scene                          = Scene::strip;
-    prm.operation.angular_velocity     = 2;
-    prm.contact.friction.coefficient   = 0.3;
-    prm.contact.penalty_stiffness      = 1e12;
-    prm.discretization.rotor_cells     = {{1, 16, 2}};
-    prm.discretization.pad_cells       = {{1, 5, 2}};
+    prm.discretization.rotor_cells     = {{5, 30, 1}};
+    prm.discretization.pad_cells       = {{1, 3, 1}};
+    prm.pads.arrangement               = Arrangement::upper;
     prm.contact.steady_pressure        = SteadyPressure::uniform;
-    prm.eigenproblem.maximum_frequency = 40000;
-    return prm;
+    prm.eigenproblem.maximum_frequency = 1500;
+    for (const std::string formulation : {"mortar", "penalty"})
+    {
+      prm.contact.formulation = value_named<Formulation>(formulation);
+      CHECK(worst_correction(make_brake(prm), prm, 2) <= 0.35);
+    }
   }
-} // namespace
 
-TEST_CASE("error estimators: the correction is what one degree more changes, strip")
-{
-  for (const std::string formulation : {"mortar", "penalty", "mortar_penalty"})
-    for (const unsigned int degree : {1u, 2u, 3u})
-      for (const std::string stage : {"transport", "friction", "full"})
-      {
-        CAPTURE(formulation);
-        CAPTURE(degree);
-        CAPTURE(stage);
-        Parameters::All prm     = strip();
-        prm.stage               = value_named<Stage>(stage);
-        prm.contact.formulation = value_named<Formulation>(formulation);
-        CHECK(worst_correction(make_strip(prm), prm, degree) <= (degree == 1 ? 0.4 : 0.2));
-      }
-}
-
-TEST_CASE("error estimators: transversely isotropic bodies")
-{
-  Parameters::All prm = strip();
-  for (Parameters::MaterialSection *material : {&prm.rotor.material, &prm.pads.material})
+  TEST_CASE("error estimators: no bars where there is no error, none of a conservative growth rate")
   {
-    material->transversely_isotropic = true;
-    material->axial_young_modulus    = 0.3 * material->young_modulus;
-    material->axial_poisson_ratio    = 0.15;
-    material->axial_shear_modulus    = 0.2 * material->young_modulus;
+    // Conservative: T is Hermitian up to the friction, so growth rates have no error at all.
+    Parameters::All prm = strip();
+    prm.stage           = Stage::transport;
+    const Solution<2> solution(make_strip(prm), prm, 2, {}, true);
+    for (unsigned int j = 0; j < solution.modes.lambda.size(); ++j)
+      CHECK(solution.errors.bounds.growth_rate[j] <= 1e-9 * std::abs(solution.modes.lambda[j]));
   }
-  for (const unsigned int degree : {2u, 3u})
-    CHECK(worst_correction(make_strip(prm), prm, degree) <= 0.2);
-}
 
-TEST_CASE("error estimators: hanging nodes")
-{
-  Parameters::All prm = strip();
-  const auto refined  = [](const Point<2> &x, const types::material_id)
-  { return std::abs(x[0] - 0.025) < 0.02; };
-  for (const unsigned int degree : {2u, 3u})
-    CHECK(worst_correction<2>(make_strip(prm), prm, degree, refined) <= 0.2);
-}
-
-TEST_CASE("error estimators: the correction is what one degree more changes, brake")
-{
-  Parameters::All prm;
-  prm.discretization.rotor_cells     = {{5, 30, 1}};
-  prm.discretization.pad_cells       = {{1, 3, 1}};
-  prm.pads.arrangement               = Arrangement::upper;
-  prm.contact.steady_pressure        = SteadyPressure::uniform;
-  prm.eigenproblem.maximum_frequency = 1500;
-  for (const std::string formulation : {"mortar", "penalty"})
+  TEST_CASE("error bounds: modes of different parity are not coupled, corrections cross by vector")
   {
-    prm.contact.formulation = value_named<Formulation>(formulation);
-    CHECK(worst_correction(make_brake(prm), prm, 2) <= 0.35);
+    // Corrections of +5 and -5 take 1000 and 1001 past each other: by distance alone each would get
+    // the other's.
+    const Complex j(0, 1);
+    const std::vector<Complex> lambda = {1000. * j, 1001. * j},
+                               f      = {5. * j, 1. * j, 1. * j, -5. * j};
+    const std::vector<double> parts(2);
+    const double mean = 1000.5, half = std::hypot(4.5, 1.); // of [1005, 1; 1, 996]
+    const ErrorBounds whole = bound_errors(lambda, {}, f, parts, 2);
+    CHECK(std::abs(lambda[0] + whole.correction[0] - j * (mean + half)) <= 1e-9);
+    CHECK(std::abs(lambda[1] + whole.correction[1] - j * (mean - half)) <= 1e-9);
+    const ErrorBounds apart =
+        bound_errors(lambda, {Parity::symmetric, Parity::antisymmetric}, f, parts, 2);
+    CHECK(std::abs(apart.correction[0] - f[0]) <= 1e-9);
+    CHECK(std::abs(apart.correction[1] - f[3]) <= 1e-9);
+    CHECK(apart.imaginary[0] < whole.imaginary[0]);
   }
-}
-
-TEST_CASE("error estimators: no bars where there is no error, none of a conservative growth rate")
-{
-  // Conservative: T is Hermitian up to the friction, so growth rates have no error at all.
-  Parameters::All prm = strip();
-  prm.stage           = Stage::transport;
-  const Solution<2> solution(make_strip(prm), prm, 2, {}, true);
-  for (unsigned int j = 0; j < solution.modes.lambda.size(); ++j)
-    CHECK(solution.errors.bounds.growth_rate[j] <= 1e-9 * std::abs(solution.modes.lambda[j]));
-}
-
-TEST_CASE("error bounds: modes of different parity are not coupled, corrections cross by vector")
-{
-  // Corrections of +5 and -5 take 1000 and 1001 past each other: by distance alone each would get
-  // the other's.
-  const Complex j(0, 1);
-  const std::vector<Complex> lambda = {1000. * j, 1001. * j}, f = {5. * j, 1. * j, 1. * j, -5. * j};
-  const std::vector<double> parts(2);
-  const double mean = 1000.5, half = std::hypot(4.5, 1.); // of [1005, 1; 1, 996]
-  const ErrorBounds whole = bound_errors(lambda, {}, f, parts, 2);
-  CHECK(std::abs(lambda[0] + whole.correction[0] - j * (mean + half)) <= 1e-9);
-  CHECK(std::abs(lambda[1] + whole.correction[1] - j * (mean - half)) <= 1e-9);
-  const ErrorBounds apart =
-      bound_errors(lambda, {Parity::symmetric, Parity::antisymmetric}, f, parts, 2);
-  CHECK(std::abs(apart.correction[0] - f[0]) <= 1e-9);
-  CHECK(std::abs(apart.correction[1] - f[3]) <= 1e-9);
-  CHECK(apart.imaginary[0] < whole.imaginary[0]);
-}
+} // namespace squeal::tests::error_estimators_tests

@@ -38,21 +38,6 @@ namespace squeal::tests
     return entries;
   }
 
-  inline std::vector<Entry> diagonal(const unsigned int n, const double value,
-                                     const unsigned int first = 0)
-  {
-    std::vector<Entry> entries;
-    for (unsigned int i = first; i < first + n; ++i)
-      entries.push_back({i, i, value});
-    return entries;
-  }
-
-  inline std::vector<Entry> operator+(std::vector<Entry> a, const std::vector<Entry> &b)
-  {
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
-  }
-
   /// Constant terms and terms with the factors Matrices/Circulatory factor and Matrices/Velocity
   /// factor.
   class ChainModel : public Model

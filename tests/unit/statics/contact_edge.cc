@@ -6,91 +6,91 @@
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/model/brake_model.h>
-
-using namespace squeal;
-using namespace squeal::tests;
-using Complex = std::complex<double>;
-
-namespace
+namespace squeal::tests::contact_edge_tests
 {
-  /// A small brake whose pads lift off at one end, with everything that friction does.
-  Parameters::All brake_with_lift_off()
-  {
-    Parameters::All prm;
-    prm.discretization.rotor_cells       = {{2, 12, 1}};
-    prm.discretization.pad_cells         = {{2, 4, 1}};
-    prm.contact.steady_pressure          = SteadyPressure::computed;
-    prm.contact.friction.coefficient     = 0.5;
-    prm.contact.initial_gap              = "5e-6 * (1 + tanh((y - 0.03) / 0.005))";
-    prm.eigenproblem.maximum_frequency   = 1200; // beyond, opening changes a pair past first order
-    prm.rotor.material.stiffness_damping = 1e-7;
-    return prm;
-  }
+  using Complex = std::complex<double>;
 
-  EigenPairs solve(const QuadraticEigenproblem &problem, const Parameters::All &prm)
+  namespace
   {
-    EigensolverOptions options;
-    options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
-    return make_eigensolver(ModeSolver::krylov)->solve(problem, options).modes;
-  }
-} // namespace
-
-/// The half-spacing effects are combined from those of opening R and of closing C, which they give
-/// back: F_o = 3 smaller + larger, F_c = 3 larger + smaller. These are compared with the
-/// eigenvalues of the problem in which R is open or C is closed.
-TEST_CASE("A contact that opens or closes moves the eigenvalues as its edge says")
-{
-  const Parameters::All prm = brake_with_lift_off();
-  const Geometry<3> bodies  = make_brake(prm);
-  Log log(MPI_COMM_WORLD);
-  PhaseTimer timer;
-  BrakeModel<3> model(bodies, prm, MPI_COMM_WORLD, log, timer);
-  model.distribute();
-  model.assemble(prm);
-  const QuadraticEigenproblem problem = model.problem();
-  const EigenPairs modes              = solve(problem, prm);
-  const ContactEdge &edge             = model.equilibrium()->edge;
-  REQUIRE(edge.releasing.size() >= 2);
-  REQUIRE(edge.closing.size() >= 2);
-  const unsigned int m = modes.lambda.size();
-  REQUIRE(m >= 4);
-  const EdgeEffects effects = edge_effects(edge, modes.right, modes.left);
-  CHECK(effects.rows.size() == edge.releasing.size() + edge.closing.size());
-
-  const Matrix before[] = {normal_matrix(*model.contact()),
-                           friction_matrix(*model.contact(), model.pressure())};
-  for (const bool opens : {true, false})
-  {
-    Contact<3> contact = *model.contact();
-    contact.set_closed(opens ? edge.releasing : edge.closing, !opens);
-    const Matrix normal         = normal_matrix(contact),
-                 friction       = friction_matrix(contact, model.pressure());
-    QuadraticEigenproblem other = model.problem();
-    other.Q =
-        sum_of(problem.rows,
-               {{1., problem.Q}, {1., normal}, {1., friction}, {-1., before[0]}, {-1., before[1]}});
-    other.make_shifted_reference = nullptr; // counted by its own matrix
-    other.n_constraints          = contact.n_active_multipliers();
-    const EigenPairs changed     = solve(other, prm);
-    const auto partners          = nearest_partners(modes.lambda, changed.lambda);
-    REQUIRE(partners.size() == m);
-    std::vector<Complex> f(m * m);
-    for (unsigned int k = 0; k < f.size(); ++k)
-      f[k] = -(opens ? 3. * effects.smaller[k] + effects.larger[k]
-                     : 3. * effects.larger[k] + effects.smaller[k]) /
-             (2. * modes.lambda[k % m]);
-    const ErrorBounds bounds = bound_errors(modes.lambda, {}, std::vector<Complex>(m * m),
-                                            std::vector<double>(m), 2, {{f}});
-    double largest           = 0;
-    for (unsigned int j = 0; j < m; ++j)
+    /// A small brake whose pads lift off at one end, with everything that friction does.
+    Parameters::All brake_with_lift_off()
     {
-      const Complex change = changed.lambda[partners[j]] - modes.lambda[j];
-      CAPTURE(opens);
-      CAPTURE(modes.lambda[j].imag());
-      CHECK(std::abs(bounds.growth_rate[j] - std::abs(change.real())) < 0.25 * std::abs(change));
-      CHECK(std::abs(bounds.imaginary[j] - std::abs(change.imag())) < 0.25 * std::abs(change));
-      largest = std::max(largest, std::abs(change));
+      Parameters::All prm;
+      prm.discretization.rotor_cells     = {{2, 12, 1}};
+      prm.discretization.pad_cells       = {{2, 4, 1}};
+      prm.contact.steady_pressure        = SteadyPressure::computed;
+      prm.contact.friction.coefficient   = 0.5;
+      prm.contact.initial_gap            = "5e-6 * (1 + tanh((y - 0.03) / 0.005))";
+      prm.eigenproblem.maximum_frequency = 1200; // beyond, opening changes a pair past first order
+      prm.rotor.material.stiffness_damping = 1e-7;
+      return prm;
     }
-    CHECK(largest > 1e-4 * std::abs(modes.lambda[0])); // otherwise nothing was compared
+
+    EigenPairs solve(const QuadraticEigenproblem &problem, const Parameters::All &prm)
+    {
+      EigensolverOptions options;
+      options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
+      return make_eigensolver(ModeSolver::krylov)->solve(problem, options).modes;
+    }
+  } // namespace
+
+  /// The half-spacing effects are combined from those of opening R and of closing C, which they
+  /// give back: F_o = 3 smaller + larger, F_c = 3 larger + smaller. These are compared with the
+  /// eigenvalues of the problem in which R is open or C is closed.
+  TEST_CASE("A contact that opens or closes moves the eigenvalues as its edge says")
+  {
+    const Parameters::All prm = brake_with_lift_off();
+    const Geometry<3> bodies  = make_brake(prm);
+    Log log(MPI_COMM_WORLD);
+    PhaseTimer timer;
+    BrakeModel<3> model(bodies, prm, MPI_COMM_WORLD, log, timer);
+    model.distribute();
+    model.assemble(prm);
+    const QuadraticEigenproblem problem = model.problem();
+    const EigenPairs modes              = solve(problem, prm);
+    const ContactEdge &edge             = model.equilibrium()->edge;
+    REQUIRE(edge.releasing.size() >= 2);
+    REQUIRE(edge.closing.size() >= 2);
+    const unsigned int m = modes.lambda.size();
+    REQUIRE(m >= 4);
+    const EdgeEffects effects = edge_effects(edge, modes.right, modes.left);
+    CHECK(effects.rows.size() == edge.releasing.size() + edge.closing.size());
+
+    const Matrix before[] = {normal_matrix(*model.contact()),
+                             friction_matrix(*model.contact(), model.pressure())};
+    for (const bool opens : {true, false})
+    {
+      Contact<3> contact = *model.contact();
+      contact.set_closed(opens ? edge.releasing : edge.closing, !opens);
+      const Matrix normal         = normal_matrix(contact),
+                   friction       = friction_matrix(contact, model.pressure());
+      QuadraticEigenproblem other = model.problem();
+      other.Q                     = sum_of(
+                              problem.rows,
+                              {{1., problem.Q}, {1., normal}, {1., friction}, {-1., before[0]}, {-1., before[1]}});
+      other.make_shifted_reference = nullptr; // counted by its own matrix
+      other.n_constraints          = contact.n_active_multipliers();
+      const EigenPairs changed     = solve(other, prm);
+      const auto partners          = nearest_partners(modes.lambda, changed.lambda);
+      REQUIRE(partners.size() == m);
+      std::vector<Complex> f(m * m);
+      for (unsigned int k = 0; k < f.size(); ++k)
+        f[k] = -(opens ? 3. * effects.smaller[k] + effects.larger[k]
+                       : 3. * effects.larger[k] + effects.smaller[k]) /
+               (2. * modes.lambda[k % m]);
+      const ErrorBounds bounds = bound_errors(modes.lambda, {}, std::vector<Complex>(m * m),
+                                              std::vector<double>(m), 2, {{f}});
+      double largest           = 0;
+      for (unsigned int j = 0; j < m; ++j)
+      {
+        const Complex change = changed.lambda[partners[j]] - modes.lambda[j];
+        CAPTURE(opens);
+        CAPTURE(modes.lambda[j].imag());
+        CHECK(std::abs(bounds.growth_rate[j] - std::abs(change.real())) < 0.25 * std::abs(change));
+        CHECK(std::abs(bounds.imaginary[j] - std::abs(change.imag())) < 0.25 * std::abs(change));
+        largest = std::max(largest, std::abs(change));
+      }
+      CHECK(largest > 1e-4 * std::abs(modes.lambda[0])); // otherwise nothing was compared
+    }
   }
-}
+} // namespace squeal::tests::contact_edge_tests
