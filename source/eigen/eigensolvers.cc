@@ -490,22 +490,20 @@ namespace squeal
         const unsigned int n_rigid = count_rigid_body_modes(problem, options);
         const double shift         = shift_of(options, n_rigid > 0);
         options.progress("  dense: " + std::to_string(problem.rows.size) + " unknowns");
-        const auto is_listed = [&](const Complex &l, const double margin) {
-          return std::abs(l) <= margin * radius ||
-                 grows_beyond_disc(l / margin, options.max_imaginary);
-        };
+        const auto is_listed = [&](const Complex &l)
+        { return std::abs(l) <= radius || grows_beyond_disc(l, options.max_imaginary); };
         const EigenPairs pairs = finite_pairs(
-            problem, rayleigh_ritz(problem, identity, identity, radius, shift,
-                                   [&](const Complex &l) {
-                                     return is_listed(l, 1) ||
-                                            (is_wanted(options, l) && !is_overdamped(l));
-                                   }));
-        // Rounding decides how many of the defective zeros of a free body have Im l >= 0, in the
-        // transposed problem anew: they are counted and left out.
+            problem, rayleigh_ritz(
+                         problem, identity, identity, radius, shift,
+                         [&](const Complex &l)
+                         { return is_listed(l) || (is_wanted(options, l) && !is_overdamped(l)); },
+                         true));
+        // Rounding decides how many of the defective zeros of a free body have Im l >= 0: they are
+        // counted and left out.
         std::vector<unsigned int> moving;
         unsigned int n_decaying_beyond = 0;
         for (unsigned int j = 0; j < pairs.size(); ++j)
-          if (!is_listed(pairs.lambda[j], 1))
+          if (!is_listed(pairs.lambda[j]))
             ++n_decaying_beyond;
           else if (std::abs(pairs.lambda[j]) > rigid_body_limit(options.max_imaginary))
             moving.push_back(j);
@@ -524,9 +522,7 @@ namespace squeal
         if (n_decaying_beyond > 0)
           solution.proof.completeness +=
               text_of(", not ", n_decaying_beyond, " of the window that decay outside");
-        // A little further: rounding must not lose a partner at the rim.
-        add_left_vectors(problem, identity, shift, radius, modes,
-                         [&](const Complex &l) { return is_listed(l, 1 + 1e-6); });
+        complete_left_vectors(problem, modes);
         restrict_to_window(problem, options, solution);
         return solution;
       }

@@ -211,19 +211,12 @@ namespace squeal
       const double radius        = search_radius(options.max_imaginary);
       const MultiVector identity = identity_columns(problem.rows);
       EigenSolution result;
-      result.modes =
-          finite_pairs(problem, rayleigh_ritz(problem, identity, identity, radius, 0.1 * radius,
-                                              [&](const Complex &l) {
-                                                return grows_beyond_disc(l, options.max_imaginary);
-                                              }));
-      // A little further: rounding must not lose a partner.
-      constexpr double margin = 1 + 1e-6;
-      add_left_vectors(problem, identity, 0.1 * radius, radius, result.modes,
-                       [&](const Complex &l)
-                       {
-                         return grows_beyond_disc(l / margin, margin * options.max_imaginary) ||
-                                grows_beyond_disc(l * margin, options.max_imaginary);
-                       });
+      result.modes = finite_pairs(
+          problem,
+          rayleigh_ritz(
+              problem, identity, identity, radius, 0.1 * radius,
+              [&](const Complex &l) { return grows_beyond_disc(l, options.max_imaginary); }, true));
+      complete_left_vectors(problem, result.modes);
       result.modes.backward_error = BackwardError(problem)(result.modes);
       result.proof.beyond         = text_of(result.modes.size(),
                                             " modes of the window grow outside of that disc, listed; all "

@@ -243,13 +243,15 @@ namespace squeal
     attach_nearest(problem, found.modes, solution.modes);
   }
 
-  void add_left_vectors(const QuadraticEigenproblem &problem, const MultiVector &basis,
-                        const double shift, const double radius, EigenPairs &modes,
-                        const std::function<bool(const Complex &)> &is_wanted)
+  void complete_left_vectors(const QuadraticEigenproblem &problem, EigenPairs &modes)
   {
-    const QuadraticEigenproblem adjoint = adjoint_of(problem);
-    EigenPairs pairs     = rayleigh_ritz(adjoint, basis, basis, radius, shift, is_wanted);
-    pairs.backward_error = BackwardError(adjoint)(pairs);
-    attach_nearest(problem, pairs, modes);
+    if (is_trivial(problem, modes))
+      return;
+    EigenPairs transposed_pairs;
+    transposed_pairs.lambda = modes.lambda;
+    transposed_pairs.right  = std::move(modes.left); // y = conj(z)
+    transposed_pairs.right.conjugate();
+    transposed_pairs.backward_error = BackwardError(adjoint_of(problem))(transposed_pairs);
+    attach_left_vectors(problem, std::move(transposed_pairs), modes);
   }
 } // namespace squeal

@@ -20,7 +20,8 @@ namespace squeal
 
   EigenPairs rayleigh_ritz(const QuadraticEigenproblem &problem, const MultiVector &trial,
                            const MultiVector &test, const double radius, const double shift,
-                           const std::function<bool(const Complex &)> &is_wanted)
+                           const std::function<bool(const Complex &)> &is_wanted,
+                           const bool with_left)
   {
     const unsigned int n = trial.n_columns();
     const auto project   = [&](const Matrix &matrix)
@@ -28,23 +29,42 @@ namespace squeal
       return matrix ? DenseMatrix(n, n, inner_products(test, multiply(matrix, trial)))
                     : DenseMatrix();
     };
-    const std::vector<DensePair> all = quadratic_eigenpairs(project(problem.M), project(problem.P),
-                                                            project(problem.Q), shift, radius);
+    const std::vector<DensePair> all = quadratic_eigenpairs(
+        project(problem.M), project(problem.P), project(problem.Q), shift, radius, with_left);
 
     EigenPairs pairs;
-    std::vector<double> c_re, c_im;
+    struct
+    {
+      std::vector<double> re, im;
+      void append(const std::vector<Complex> &vector)
+      {
+        for (const Complex &c : vector)
+        {
+          re.push_back(c.real());
+          im.push_back(c.imag());
+        }
+      }
+    } right, left;
     for (const DensePair &pair : all)
       if (is_wanted ? is_wanted(pair.lambda) : std::abs(pair.lambda) <= radius)
       {
         pairs.lambda.push_back(pair.lambda);
-        for (const Complex &c : pair.vector)
-        {
-          c_re.push_back(c.real());
-          c_im.push_back(c.imag());
-        }
+        right.append(pair.vector);
+        left.append(pair.left);
       }
-    pairs.right.re = combine(trial, c_re, pairs.lambda.size());
-    pairs.right.im = combine(trial, c_im, pairs.lambda.size());
+    const auto combined = [&](const MultiVector &basis, const auto &coefficients)
+    {
+      ComplexMultiVector vectors;
+      vectors.re = combine(basis, coefficients.re, pairs.size());
+      vectors.im = combine(basis, coefficients.im, pairs.size());
+      return vectors;
+    };
+    pairs.right = combined(trial, right);
+    if (with_left)
+    {
+      pairs.left = combined(test, left);
+      pairs.left.conjugate(); // z = conj(y)
+    }
     return pairs;
   }
 

@@ -4,6 +4,7 @@
 #include <petscsys.h>
 
 #include <petscblaslapack.h>
+#include <slepcblaslapack.h>
 
 #include <algorithm>
 #include <cmath>
@@ -198,20 +199,41 @@ namespace squeal
   DenseEigenpairs general_eigen(DenseMatrix a, const bool with_left)
   {
     const PetscBLASInt n = a.n_rows;
-    DenseEigenpairs result{std::vector<double>(n), std::vector<double>(n), DenseMatrix(n, n),
-                           with_left ? DenseMatrix(n, n) : DenseMatrix()};
+    DenseEigenpairs result{std::vector<double>(n),
+                           std::vector<double>(n),
+                           DenseMatrix(n, n),
+                           with_left ? DenseMatrix(n, n) : DenseMatrix(),
+                           {}};
     PetscBLASInt info = 0, n_work = -1;
-    double best_size = 0;
+    double best_size = 0, norm = 0;
+    std::vector<double> scale, reciprocal_condition;
+    if (with_left)
+    {
+      scale.resize(n);
+      reciprocal_condition.resize(n);
+    }
     for (int pass = 0; n > 0 && pass < 2; ++pass)
     {
       std::vector<double> work(pass == 0 ? 1 : n_work);
-      LAPACKgeev_(with_left ? "V" : "N", "V", &n, a.values.data(), &n, result.re.data(),
-                  result.im.data(), result.left.values.data(), &n, result.vectors.values.data(), &n,
-                  pass == 0 ? &best_size : work.data(), &n_work, &info);
+      double *const place = pass == 0 ? &best_size : work.data();
+      if (with_left)
+      {
+        PetscBLASInt low = 0, high = 0, unused_integers = 0;
+        double unused_conditions = 0;
+        LAPACKgeevx_("B", "V", "V", "E", &n, a.values.data(), &n, result.re.data(),
+                     result.im.data(), result.left.values.data(), &n, result.vectors.values.data(),
+                     &n, &low, &high, scale.data(), &norm, reciprocal_condition.data(),
+                     &unused_conditions, place, &n_work, &unused_integers, &info);
+      }
+      else
+        LAPACKgeev_("N", "V", &n, a.values.data(), &n, result.re.data(), result.im.data(), nullptr,
+                    &n, result.vectors.values.data(), &n, place, &n_work, &info);
       if (info != 0)
         throw SolverError("LAPACK dgeev did not converge (info " + std::to_string(info) + ").");
       n_work = PetscBLASInt(best_size);
     }
+    for (const double reciprocal : reciprocal_condition)
+      result.rounding.push_back(std::numeric_limits<double>::epsilon() * norm / reciprocal);
     return result;
   }
 
@@ -229,25 +251,6 @@ namespace squeal
 
   namespace
   {
-    /// Whether (infinity, x) is an eigenpair up to rounding: M x = 0.
-    bool is_massless(const DenseMatrix &m, const std::vector<std::complex<double>> &x)
-    {
-      std::vector<std::complex<double>> m_x(x.size());
-      double largest = 0, bound = 0, norm = 0;
-      for (unsigned int j = 0; j < x.size(); ++j)
-      {
-        for (unsigned int i = 0; i < x.size(); ++i)
-        {
-          m_x[i] += m(i, j) * x[j];
-          bound = std::max(bound, std::abs(m(i, j)));
-        }
-        norm += std::abs(x[j]);
-      }
-      for (const std::complex<double> &value : m_x)
-        largest = std::max(largest, std::abs(value));
-      return largest <= 10 * std::numeric_limits<double>::epsilon() * bound * norm;
-    }
-
     /// A^{-T} B of the first rows of B, if it is not empty.
     DenseMatrix solve_left(const DenseMatrix &a, const DenseMatrix &b)
     {
@@ -318,32 +321,40 @@ namespace squeal
     for (unsigned int i = 0; i < n; ++i)
       companion(n + i, i) = 1;
 
-    const DenseEigenpairs e = general_eigen(std::move(companion), with_left);
-    const DenseMatrix left  = solve_left(q_s, e.left);
-    std::vector<DensePair> pairs;
-    const double spread = std::sqrt(20 * n * std::numeric_limits<double>::epsilon());
-    double largest      = 0;
+    DenseEigenpairs e = general_eigen(companion, with_left);
+    double largest    = 0;
     for (unsigned int j = 0; j < 2 * n; ++j)
       largest = std::max(largest, std::hypot(e.re[j], e.im[j]));
+    // Infinite eigenvalues are theta = 0. They are defective, in Jordan blocks of up to four with
+    // constraints, hence rounding spreads them to its fourth root: what is as small may be one of
+    // them, or the real eigenvalue of a dashpot without mass, whose condition is modest. The
+    // condition tells them apart. A threshold there would drop the modes of a body that is almost
+    // free: the nearness of its zero to the shift makes the largest theta.
+    const double nothing = 1e-9 * largest,
+                 spread = std::pow(20 * n * std::numeric_limits<double>::epsilon(), 0.25) * largest;
+    const auto is_small = [&](const unsigned int j, const double bound)
+    { return std::hypot(e.re[j], e.im[j]) <= bound; };
+    const auto may_be_infinite = [&](const unsigned int j)
+    { return is_small(j, spread) && !is_small(j, nothing); };
+    for (unsigned int j = 0; j < 2 * n && e.rounding.empty(); ++j)
+      if (may_be_infinite(j))
+        e = general_eigen(companion, true);
+
+    const DenseMatrix left = with_left ? solve_left(q_s, e.left) : DenseMatrix();
+    std::vector<DensePair> pairs;
     for (unsigned int j = 0; j < 2 * n; ++j)
     {
       // dgeev lists the eigenvalue with positive imaginary part of each pair first.
-      const std::complex<double> theta(e.re[j], e.im[j]);
       const bool complex_pair = e.im[j] != 0;
-      // Infinite eigenvalues are theta = 0 with M x = 0. They are double, hence rounding spreads
-      // them to the square root of rounding. A threshold there would drop the modes of a body that
-      // is almost free (the nearness of its zero to the shift makes the largest theta), M x = 0
-      // alone those of a dashpot without mass.
-      if (std::abs(theta) > 1e-9 * largest)
+      if (!is_small(j, nothing) && !(may_be_infinite(j) && is_small(j, 10 * e.rounding[j])))
       {
         // The lower half of the companion vector is x; conj(theta) has Im l > 0 and the conjugate
         // vectors.
-        DensePair pair{
-            shift + scale / std::conj(theta), unpacked(e.vectors, n, n, j, complex_pair, true), {}};
+        pairs.push_back({shift + scale / std::complex<double>(e.re[j], -e.im[j]),
+                         unpacked(e.vectors, n, n, j, complex_pair, true),
+                         {}});
         if (with_left)
-          pair.left = unpacked(left, 0, n, j, complex_pair, false);
-        if (std::abs(theta) > spread * largest || !is_massless(m, pair.vector))
-          pairs.push_back(std::move(pair));
+          pairs.back().left = unpacked(left, 0, n, j, complex_pair, false);
       }
       j += complex_pair;
     }

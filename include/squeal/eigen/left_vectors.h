@@ -24,9 +24,7 @@ namespace squeal
   void attach_left_vectors(const QuadraticEigenproblem &problem, EigenPairs transposed_pairs,
                            EigenPairs &modes);
 
-  /// The same by one Rayleigh-Ritz step of the transposed problem on a basis of the whole space,
-  /// out of its wanted eigenvalues.
-  void add_left_vectors(const QuadraticEigenproblem &problem, const MultiVector &basis,
-                        double shift, double radius, EigenPairs &modes,
-                        const std::function<bool(const std::complex<double> &)> &is_wanted);
+  /// The same for modes that have left vectors already, as LAPACK gives them: their backward
+  /// errors, and biorthogonality.
+  void complete_left_vectors(const QuadraticEigenproblem &problem, EigenPairs &modes);
 } // namespace squeal

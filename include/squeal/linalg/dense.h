@@ -115,12 +115,16 @@ namespace squeal
     std::vector<double> re, im;
     DenseMatrix vectors; ///< LAPACK's packing: a complex pair as two columns, Re and Im
     DenseMatrix left;    ///< u^H A = theta u^H, packed alike; on demand
+    /// To first order what rounding makes of each eigenvalue, eps |A| / |u^H v| with unit vectors
+    /// and the norm of the balanced matrix; on demand, with the left vectors.
+    std::vector<double> rounding;
 
     /// The right vector of the eigenvalue j, the first one of a complex pair.
     std::vector<std::complex<double>> vector(unsigned int j) const;
   };
 
-  /// LAPACK dgeev; of each complex pair the eigenvalue with positive imaginary part comes first.
+  /// LAPACK dgeev, with left vectors dgeevx; of each complex pair the eigenvalue with positive
+  /// imaginary part comes first.
   DenseEigenpairs general_eigen(DenseMatrix a, bool with_left = false);
 
   /// The roots l with Im l >= 0 that come with an eigenvalue l^2 and, if it is complex, with its
@@ -147,8 +151,9 @@ namespace squeal
   /// The @p scale c > 0 should be of the size of the eigenvalues that matter: then theta is of size
   /// one for them, and theirs is the accuracy that dgeev gives. Without a velocity term and at
   /// shift 0 the problem is solved in l^2, so that eigenvalues come in exact
-  /// +- pairs. @p p may have zero rows, which means zero. M may be singular: infinite eigenvalues
-  /// are left out. With left vectors [u; u'] of that matrix, those of the problem are
+  /// +- pairs. @p p may have zero rows, which means zero. M may be singular: infinite eigenvalues,
+  /// theta that are zero but for rounding, are left out. With left vectors [u; u'] of that matrix,
+  /// those of the problem are
   ///     y = Q(s)^{-T} conj(u).
   /// LAPACK dgeev. Throws SolverError.
   std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,

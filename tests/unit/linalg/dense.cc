@@ -239,6 +239,51 @@ namespace squeal::tests::dense_tests
     CHECK(rank_one_pairs(0.2).size() == 1);
   }
 
+  TEST_CASE("dense: constraints in unknowns that mix displacements and multipliers")
+  {
+    // A damped chain of 60 masses, every fifth held by a multiplier, in coordinates that are
+    // reflected, A -> H A H: what M does not hold is no longer exactly zero. Runs of four masses
+    // between walls, k = 1e6: omega^2 = 4 k sin^2(j pi / 10).
+    const unsigned int n_masses = 60, n_held = 12, n = n_masses + n_held;
+    DenseMatrix mass(n, n), damping(n, n), stiffness(n, n), reflection(n, n);
+    const double k = 1e6, c = 20;
+    for (unsigned int i = 0; i < n_masses; ++i)
+    {
+      mass(i, i)      = 1;
+      damping(i, i)   = c;
+      stiffness(i, i) = 2 * k;
+      if (i > 0)
+        stiffness(i, i - 1) = stiffness(i - 1, i) = -k;
+    }
+    for (unsigned int h = 0; h < n_held; ++h)
+      stiffness(n_masses + h, 5 * h + 4) = stiffness(5 * h + 4, n_masses + h) = k;
+    double square = 0;
+    for (unsigned int i = 0; i < n; ++i)
+      square += std::pow(scattered(i, 5), 2);
+    for (unsigned int i = 0; i < n; ++i)
+      for (unsigned int j = 0; j < n; ++j)
+        reflection(i, j) = (i == j) - 2 * scattered(i, 5) * scattered(j, 5) / square;
+    const auto reflected = [&](const DenseMatrix &a)
+    {
+      DenseMatrix half(n, n), whole(n, n);
+      gemm(false, 1, reflection, a, 0, half);
+      gemm(false, 1, half, reflection, 0, whole);
+      return whole;
+    };
+    for (const double shift : {150., 1500.})
+      for (const bool with_left : {false, true})
+      {
+        const auto pairs = quadratic_eigenpairs(reflected(mass), reflected(damping),
+                                                reflected(stiffness), shift, 1500, with_left);
+        CHECK(pairs.size() == n_masses - n_held);
+        for (unsigned int j = 1; j <= 4; ++j)
+        {
+          const double omega_square = 4 * k * std::pow(std::sin(j * M_PI / 10), 2);
+          CHECK(distance(pairs, {-c / 2, std::sqrt(omega_square - c * c / 4)}) <= 1e-9 * 1500);
+        }
+      }
+  }
+
   TEST_CASE("dense: zero eigenvalues need a shift")
   {
     // Two unit masses joined by a spring of stiffness 1: l = 0 (double) and l = i sqrt 2.
