@@ -1,4 +1,5 @@
 #include <squeal/contact/contact_matrices.h>
+#include <squeal/contact/contact_products.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,32 +8,37 @@ namespace squeal
 {
   using namespace dealii;
 
+  namespace
+  {
+    /// Distributes a product over the unknowns.
+    template <int dim>
+    void distribute(EntryList &entries, const Contact<dim> &contact,
+                    const ContactKinematics<dim> &k, const ContactProduct &product)
+    {
+      const DenseMatrix local =
+          k.product(functions_of(product.left, k), product.c, functions_of(product.right, k));
+      const std::vector<bool> &active = contact.active_set().by_row;
+      if (!is_multiplier(product.right))
+        k.add(entries, local);
+      else if (is_multiplier(product.left))
+        k.add_multipliers(entries, local, active);
+      else
+        k.add_coupling(entries, local, active, product.transposed_too,
+                       multiplier_of(product.right));
+    }
+  } // namespace
+
   template <int dim>
   Matrix normal_matrix(const Contact<dim> &contact)
   {
-    const ContactModel<dim> &model = contact.contact_model();
     EntryList entries;
     contact.for_each_pair(
         [&](const unsigned int i, const ContactKinematics<dim> &k)
         {
-          std::vector<double> c = k.weights;
-          for (unsigned int q = 0; q < k.n_points; ++q)
-            c[q] *= contact.pressure_per_unknown(i, k.first_point + q);
-          if (model.mortar)
-          {
-            k.add_coupling(entries, k.product(k.n(), c, k.psi), contact.active_set().by_row, true);
-            for (unsigned int direction = 1; direction < dim && contact.sticks(i); ++direction)
-              k.add_coupling(entries, k.product(direction == 1 ? k.e() : k.b(), c, k.psi),
-                             contact.active_set().by_row, true, direction);
-            for (double &value : c)
-              value *= -contact.pressure_scale() * model.compliance;
-            if (model.compliance > 0)
-              k.add_multipliers(entries, k.product(k.psi, c, k.psi), contact.active_set().by_row);
-          }
-          else
-            k.add(entries, k.product(k.n(), c, k.n()));
+          for (const ContactProduct &product : normal_products(contact, i, k))
+            distribute(entries, contact, k, product);
         });
-    if (model.mortar) // Lambda = 0 where the surfaces are apart
+    if (contact.contact_model().mortar) // Lambda = 0 where the surfaces are apart
       for (unsigned int row = contact.spaces().first_local_multiplier;
            row < contact.spaces().first_local_tie; ++row)
         if (!contact.active_set().by_row[row])
@@ -46,21 +52,10 @@ namespace squeal
     template <int dim>
     Matrix tangential_matrix(const Contact<dim> &contact, const ContactPressure &coefficients)
     {
-      const ContactModel<dim> &model = contact.contact_model();
       EntryList entries;
       contact.for_each_sliding_pair(
           [&](const unsigned int i, const ContactKinematics<dim> &k)
-          {
-            std::vector<double> c = k.weights;
-            for (unsigned int q = 0; q < k.n_points; ++q)
-              c[q] *= coefficients[i][k.first_point + q] *
-                      contact.pressure_per_unknown(i, k.first_point + q);
-            if (model.mortar)
-              k.add_coupling(entries, k.product(k.e(), c, k.psi), contact.active_set().by_row,
-                             false);
-            else
-              k.add(entries, k.product(k.e(), c, k.n()));
-          });
+          { distribute(entries, contact, k, friction_product(contact, i, k, coefficients)); });
       return entries.make_matrix(contact.spaces().rows);
     }
   } // namespace
@@ -150,35 +145,12 @@ namespace squeal
     contact.for_each_sliding_pair(
         [&, &P = P, &Q = Q](const unsigned int i, const ContactKinematics<dim> &k)
         {
-          std::vector<double> turning(k.n_points), slope(k.n_points);
-          for (unsigned int q = 0; q < k.n_points; ++q)
-          {
-            // Between its nodes the pressure of a partly released face may dip below zero. It is
-            // taken as it is, as in N and T: cut off at zero it would have a kink inside of the
-            // face, which no quadrature sees, and more than the pad's normal force.
-            const auto tau =
-                contact.friction(i).traction(k.speeds[q], pressure[i][k.first_point + q]);
-            turning[q] = k.weights[q] * tau.over_speed;
-            slope[q]   = k.weights[q] * tau.d_speed;
-          }
-          const auto times_omega = [&](std::vector<double> c)
-          {
-            for (double &value : c)
-              value *= model.convective_velocity();
-            return c;
-          };
-          if (dim == 3) // P_perp = b b^T
-          {
-            k.add_product(P, k.b(), turning, k.b());
-            if (model.transports)
-              k.add_product(Q, k.b(), times_omega(turning), k.b_phi());
-          }
-          if (!model.friction_is_flat())
-          {
-            k.add(P_falling, k.product(k.e(), slope, k.e()));
-            if (model.transports)
-              k.add(Q_falling, k.product(k.e(), times_omega(slope), k.e_phi()));
-          }
+          for (const ContactProduct &product : damping_products(contact, i, k, pressure))
+            if (product.origin == Origin::friction_damping)
+              k.add_product(product.order == 1 ? P : Q, functions_of(product.left, k), product.c,
+                            functions_of(product.right, k));
+            else
+              distribute(product.order == 1 ? P_falling : Q_falling, contact, k, product);
         });
     FrictionDamping result;
     if (dim == 3)
