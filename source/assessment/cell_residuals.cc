@@ -58,14 +58,63 @@ namespace squeal
           points[q].inverse[e * dim + d] = inverse[e][d];
       for (unsigned int d = 0; d < dim; ++d)
         points[q].transport[d] = w[d];
-      jxw[q] = geometry.JxW(q);
+      points[q].stress = 0;
+      jxw[q]           = geometry.JxW(q);
+    }
+  }
+
+  template <int dim>
+  void CellResiduals<dim>::gradient_at(const Point &point,
+                                       const std::array<const double *, dim> &fields,
+                                       double (&gradient)[dim][dim]) const
+  {
+    for (unsigned int i = 0; i < dim; ++i)
+      for (unsigned int d = 0; d < dim; ++d)
+      {
+        double sum = 0;
+        for (unsigned int e = 0; e < dim; ++e)
+          sum += point.inverse[e * dim + d] * fields[i][(1 + e) * n_q];
+        gradient[i][d] = sum;
+      }
+  }
+
+  template <int dim>
+  void CellResiduals<dim>::stress_of(const ElasticModuli<dim> &C,
+                                     const double (&gradient)[dim][dim], double (&stress)[dim][dim])
+  {
+    for (unsigned int i = 0; i < dim; ++i)
+    {
+      for (unsigned int d = 0; d < dim; ++d)
+        stress[i][d] = C.m[i][d] * (gradient[i][d] + gradient[d][i]);
+      for (unsigned int k = 0; k < dim; ++k)
+        stress[i][i] += C.l[i][k] * gradient[k][k];
+    }
+  }
+
+  template <int dim>
+  void CellResiduals<dim>::set_stress(const Material &material, const DenseMatrix &u)
+  {
+    const ElasticModuli<dim> C(material);
+    DenseMatrix at_points(evaluation.n_rows, dim);
+    gemm(false, 1, evaluation, u, 0, at_points);
+    for (unsigned int q = 0; q < n_q; ++q)
+    {
+      std::array<const double *, dim> fields;
+      for (unsigned int i = 0; i < dim; ++i)
+        fields[i] = &at_points.values[i * evaluation.n_rows + q];
+      double gradient[dim][dim], stress[dim][dim];
+      gradient_at(points[q], fields, gradient);
+      stress_of(C, gradient, stress);
+      for (unsigned int i = 0; i < dim; ++i)
+        for (unsigned int d = 0; d < dim; ++d)
+          points[q].stress[i][d] = stress[i][d];
     }
   }
 
   /// Puts in the place of a function's values and derivatives what is tested with values and
   /// derivatives: with s the stress and d_phi = w.grad
   ///     values       rho [m u + g/2 d_phi u],
-  ///     derivatives  k s + rho [m_star d_phi u - g/2 u] w^T.
+  ///     derivatives  k s + rho [m_star d_phi u - g/2 u] w^T + stress grad(u) sigma_0.
   template <int dim>
   void CellResiduals<dim>::combine_at_points(const Material &material, const OperatorFactors &c,
                                              double *const *re, double *const *im) const
@@ -80,27 +129,17 @@ namespace squeal
       double gradient[2][dim][dim], along[2][dim], stress[2][dim][dim];
       for (unsigned int part = 0; part < 2; ++part)
       {
+        std::array<const double *, dim> fields;
+        for (unsigned int i = 0; i < dim; ++i)
+          fields[i] = (part == 0 ? re : im)[i] + q;
+        gradient_at(point, fields, gradient[part]);
         for (unsigned int i = 0; i < dim; ++i)
         {
-          const double *field = (part == 0 ? re : im)[i] + q;
-          for (unsigned int d = 0; d < dim; ++d)
-          {
-            double sum = 0;
-            for (unsigned int e = 0; e < dim; ++e)
-              sum += point.inverse[e * dim + d] * field[(1 + e) * n_q];
-            gradient[part][i][d] = sum;
-          }
           along[part][i] = 0;
           for (unsigned int d = 0; d < dim; ++d)
             along[part][i] += point.transport[d] * gradient[part][i][d];
         }
-        for (unsigned int i = 0; i < dim; ++i)
-        {
-          for (unsigned int d = 0; d < dim; ++d)
-            stress[part][i][d] = C.m[i][d] * (gradient[part][i][d] + gradient[part][d][i]);
-          for (unsigned int k = 0; k < dim; ++k)
-            stress[part][i][i] += C.l[i][k] * gradient[part][k][k];
-        }
+        stress_of(C, gradient[part], stress[part]);
       }
       for (unsigned int i = 0; i < dim; ++i)
       {
@@ -121,6 +160,15 @@ namespace squeal
           flux_re[d] = jxw[q] * (c.k.real() * s_re - c.k.imag() * s_im + t_re * point.transport[d]);
           flux_im[d] = jxw[q] * (c.k.real() * s_im + c.k.imag() * s_re + t_im * point.transport[d]);
         }
+        if (c.stress != 0.)
+          for (unsigned int d = 0; d < dim; ++d)
+            for (unsigned int l = 0; l < dim; ++l)
+            {
+              const double s = jxw[q] * point.stress[l][d], g_re = gradient[0][i][l],
+                           g_im = gradient[1][i][l];
+              flux_re[d] += s * (c.stress.real() * g_re - c.stress.imag() * g_im);
+              flux_im[d] += s * (c.stress.real() * g_im + c.stress.imag() * g_re);
+            }
         for (unsigned int e = 0; e < dim; ++e)
         {
           double sum_re = 0, sum_im = 0;
@@ -151,7 +199,8 @@ namespace squeal
         // Q^H: conjugate factors, and G is skew.
         OperatorFactors c = factors[j];
         if (left)
-          c = {std::conj(c.m), std::conj(c.k), -std::conj(c.g), std::conj(c.m_star)};
+          c = {std::conj(c.m), std::conj(c.k), -std::conj(c.g), std::conj(c.m_star),
+               std::conj(c.stress)};
         std::array<double *, dim> re, im;
         for (unsigned int i = 0; i < dim; ++i)
         {

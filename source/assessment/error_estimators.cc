@@ -3,12 +3,15 @@
 #include <squeal/assessment/local_problems.h>
 #include <squeal/assessment/locking.h>
 #include <squeal/assessment/stability.h>
+#include <squeal/assessment/surface_vectors.h>
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/mesh/cell_map.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 
 namespace squeal
 {
@@ -17,23 +20,10 @@ namespace squeal
 
   namespace
   {
-    /// [Re X, Im X, Re Z, Im Z] of all modes; the static state, if given, is the last one's Re X.
-    MultiVector columns_of(const EigenPairs &modes, const MultiVector *state)
-    {
-      MultiVector columns = modes.right.re;
-      if (state)
-        columns.append(*state);
-      for (const MultiVector *block : {&modes.right.im, &modes.left.re, &modes.left.im})
-      {
-        columns.append(*block);
-        if (state)
-          columns.append(MultiVector(block->row_range(), 1));
-      }
-      return columns;
-    }
-
-    /// Sums of body terms at the eigenvalue l: sum c l^order for each kind of matrix.
-    OperatorFactors factors_at(const std::vector<BodyTerm> &terms, const Complex l)
+    /// Sums of body terms at the eigenvalue l: sum c l^order for each kind of matrix. The static
+    /// stress has one, if there is any.
+    OperatorFactors factors_at(const std::vector<BodyTerm> &terms, const Complex l,
+                               const bool has_stress)
     {
       std::array<Complex, 4> sums{};
       for (const BodyTerm &term : terms)
@@ -44,7 +34,7 @@ namespace squeal
       const auto of = [&](const BodyTerm::Kind kind)
       { return sums[static_cast<unsigned int>(kind)]; };
       return {of(BodyTerm::Kind::M), of(BodyTerm::Kind::K), of(BodyTerm::Kind::G),
-              of(BodyTerm::Kind::M_star)};
+              of(BodyTerm::Kind::M_star), has_stress ? 1. : 0.};
     }
 
     template <int dim>
@@ -55,16 +45,18 @@ namespace squeal
       EigenvalueErrors run();
 
     private:
+      std::vector<Column> import_columns() const;
       MultiVector interpolate(const MultiVector &column);
       void release_at_edge();
-      void find_contact_terms();
+      void pair_contact();
       /// The functions of a cell in the space of one degree more: n rows, the dim components of a
       /// column side by side, then the other fields of all. They also go to @p result.
       void lift_cell(unsigned int number, const std::vector<Column> &columns, DenseMatrix &coarse,
                      MultiVector &result);
       void add_bodies();
-      /// Adds what contact and joints do.
-      void add_surfaces();
+      void add_contact();
+      /// Adds what is there as matrices, that is little.
+      void add_matrices();
       void share_faces();
       /// Adds Z^H Q+ X to T.
       void add_products();
@@ -76,6 +68,12 @@ namespace squeal
       void add_static_residual();
       std::vector<Complex> other_pressure();
       void find_corrections(EigenvalueErrors &errors);
+      /// Whether the body has a geometric stiffness, as in BrakeModel::linearise().
+      bool is_stressed(const Parameters::BodyMaterial &material) const
+      {
+        return model.equilibrium() && prm.prestress.needs_state() &&
+               (material.of_rotor || prm.prestress.stress_stiffness);
+      }
       unsigned int material_of(const typename DoFHandler<dim>::active_cell_iterator &cell) const
       {
         return base.geometry.parts[cell->material_id()].material;
@@ -92,9 +90,8 @@ namespace squeal
       const FiniteElementSpace<dim> &base; ///< of the modes
       FiniteElementSpace<dim> spaces;      ///< of one degree more
       std::unique_ptr<Contact<dim>> contact;
-      std::vector<Term> contact_terms;
       ContactPressure pressure;
-      std::vector<Term> joint_terms;
+      std::vector<Term> joint_terms, turning_terms;
 
       const unsigned int n;        ///< nodes of a cell, degree p + 1
       const unsigned int n_fields; ///< of a node
@@ -131,9 +128,9 @@ namespace squeal
                         (material.of_rotor && long_cells));
         factors.emplace_back();
         for (const Complex &l : modes.lambda)
-          factors.back().push_back(factors_at(body_terms(prm, material), l));
+          factors.back().push_back(factors_at(body_terms(prm, material), l, is_stressed(material)));
         if (with_state)
-          factors.back().push_back(factors_at(body_terms(prm, material), 0));
+          factors.back().push_back(factors_at(body_terms(prm, material), 0, false));
       }
     }
 
@@ -185,13 +182,34 @@ namespace squeal
             result.column(j)[entry.index] = fine(entry.unknown % n, place(entry.unknown / n, j));
     }
 
+    /// [Re X, Im X, Re Z, Im Z] of all modes; the static state, if wanted, is the last one's Re X.
+    template <int dim>
+    std::vector<Column> Estimator<dim>::import_columns() const
+    {
+      std::vector<Column> columns = base_map->zeros(4 * n_vectors);
+      const auto import           = [&](const double *values, const unsigned int j)
+      { std::copy_n(values, base.rows.n_local(), columns[j].begin()); };
+      const MultiVector *blocks[] = {&modes.right.re, &modes.right.im, &modes.left.re,
+                                     &modes.left.im};
+      for (unsigned int part = 0; part < 4; ++part)
+        for (unsigned int j = 0; j < m; ++j)
+          import(blocks[part]->column(j), part * n_vectors + j);
+      if (with_state)
+        import(model.equilibrium()->state.data(), m);
+      for (Column &column : columns)
+        column.update_ghost_values();
+      return columns;
+    }
+
     template <int dim>
     void Estimator<dim>::add_bodies()
     {
-      const std::vector<Column> columns =
-          base_map->import(columns_of(modes, with_state ? &model.equilibrium()->state : nullptr));
-      DenseMatrix coarse, u(base.fe.n_dofs_per_cell(), dim * 4 * n_vectors),
-          r(n, dim * 4 * n_vectors);
+      const std::vector<Column> columns = import_columns();
+      const std::vector<Column> state   = prm.prestress.needs_state() && model.equilibrium()
+                                              ? base_map->import(model.equilibrium()->state)
+                                              : std::vector<Column>();
+      DenseMatrix u_0(n_fields * base.fe.n_dofs_per_cell(), 1), coarse,
+          u(base.fe.n_dofs_per_cell(), dim * 4 * n_vectors), r(n, dim * 4 * n_vectors);
       unsigned int number = 0;
       for (const auto &cell : spaces.nodes.active_cell_iterators())
         if (cell->is_locally_owned())
@@ -200,6 +218,15 @@ namespace squeal
           std::copy_n(coarse.values.begin(), u.values.size(), u.values.begin());
           cell_residuals.reinit(cell);
           const unsigned int material = material_of(cell);
+          if (is_stressed(materials[material]))
+          {
+            base_map->gather(number, state, u_0);
+            cell_residuals.set_stress(
+                materials[material].material,
+                {base.fe.n_dofs_per_cell(),
+                 dim,
+                 {u_0.values.begin(), u_0.values.begin() + dim * base.fe.n_dofs_per_cell()}});
+          }
           cell_residuals.apply(materials[material].material, factors[material], u, r);
           for (unsigned int j = 0; j < 4 * n_vectors; ++j)
             for (const auto &entry : map->cells[number])
@@ -258,40 +285,124 @@ namespace squeal
       contact->set_closed(released, false);
     }
 
-    /// Contact on the enriched space, with the static state interpolated. Mortar: pressures of the
-    /// modes vanish where it is open, so that constraints need not be released there.
+    /// Contact on the enriched space, with the static state interpolated.
     template <int dim>
-    void Estimator<dim>::find_contact_terms()
+    void Estimator<dim>::pair_contact()
     {
       if (!model.contact() || base.geometry.interfaces.empty())
         return;
       contact = std::make_unique<Contact<dim>>(spaces, BrakeModel<dim>::contact_model(prm));
       contact->scale_as(*model.contact());
-      const bool mortar = prm.contact.mortar();
       if (model.equilibrium())
       {
         const MultiVector fine_state = interpolate(model.equilibrium()->state);
-        if (!mortar)
+        if (!prm.contact.mortar())
           contact->update_active_set(fine_state);
         pressure = contact->pressure_of(fine_state);
       }
       else
         pressure = contact->uniform_pressure(prm.pads.pressure);
-      contact_terms = BrakeModel<dim>::contact_terms(*contact, pressure, prm);
-      if (mortar)
-        release_at_edge();
+      if (!prm.prestress.turning_contact)
+        return;
+      TurningContact turning = turning_contact(*contact, pressure, prm.terms().friction);
+      for (Matrix *matrix : {&turning.pressure, &turning.friction})
+        if (*matrix)
+          turning_terms.push_back(
+              {Origin::prestress, 0, 1., std::make_shared<const Matrix>(std::move(*matrix))});
+    }
+
+    /// Mortar: pressures of the modes vanish where contact is open, so that constraints need not be
+    /// released there.
+    template <int dim>
+    void Estimator<dim>::add_contact()
+    {
+      if (!contact)
+        return;
+      const StageTerms stage = prm.terms();
+      ContactPressure slopes; // d tau/d p
+      if (stage.friction)
+      {
+        double largest            = 0;
+        std::tie(largest, slopes) = friction_slopes(*contact, pressure);
+        for (std::vector<double> &of_interface : slopes)
+          for (double &slope : of_interface)
+            slope *= largest;
+      }
+      // What a product is multiplied with for each vector; the static state has no damping.
+      const auto factor_of = [&](const ContactProduct &product, const unsigned int j) -> Complex
+      {
+        if (j == m)
+          return product.origin == Origin::contact || product.origin == Origin::friction ? 1. : 0.;
+        return product.order == 0 ? 1. : modes.lambda[j];
+      };
+      SurfaceVectors<dim> surface(*contact, lifted);
+      contact->for_each_pair(
+          [&](const unsigned int i, const ContactKinematics<dim> &k)
+          {
+            std::vector<ContactProduct> products = normal_products(*contact, i, k);
+            if (stage.friction && contact->slides(i))
+              products.push_back(friction_product(*contact, i, k, slopes));
+            if (stage.friction_damping && contact->slides(i))
+              for (ContactProduct &product : damping_products(*contact, i, k, pressure))
+                products.push_back(std::move(product));
+            std::map<Trace, DenseMatrix> traces, forces;
+            for (const ContactProduct &product : products)
+              for (const Trace trace : {product.left, product.right})
+                if (traces.count(trace) == 0)
+                {
+                  traces[trace] = surface.traces(trace, k);
+                  forces[trace] = DenseMatrix(4 * n_vectors, k.n_points);
+                }
+            const auto act = [&](const ContactProduct &product, const Trace left, const Trace right)
+            {
+              for (unsigned int j = 0; j < n_vectors; ++j)
+              {
+                const Complex f = factor_of(product, j);
+                for (unsigned int q = 0; q < k.n_points; ++q)
+                {
+                  // left c f right^T x, right c conj(f) left^T z
+                  const double re = product.c[q] * f.real(), im = product.c[q] * f.imag();
+                  const auto at = [&](DenseMatrix &of_trace, const unsigned int part) -> double &
+                  { return of_trace(part * n_vectors + j, q); };
+                  DenseMatrix &x = traces[right], &z = traces[left], &on_x = forces[left],
+                              &on_z = forces[right];
+                  at(on_x, 0) += re * at(x, 0) - im * at(x, 1);
+                  at(on_x, 1) += re * at(x, 1) + im * at(x, 0);
+                  at(on_z, 2) += re * at(z, 2) + im * at(z, 3);
+                  at(on_z, 3) += re * at(z, 3) - im * at(z, 2);
+                }
+              }
+            };
+            for (const ContactProduct &product : products)
+            {
+              act(product, product.left, product.right);
+              if (product.transposed_too)
+                act(product, product.right, product.left);
+            }
+            for (const auto &[trace, of_points] : forces)
+              surface.add(trace, k, of_points);
+          });
+      surface.add_to(residuals);
+      for (unsigned int row = spaces.first_local_multiplier;
+           row < spaces.first_local_tie && prm.contact.mortar(); ++row)
+        if (!contact->is_closed(row)) // Lambda = 0
+          for (unsigned int j = 0; j < 4 * n_vectors; ++j)
+            residuals[j].local_element(row - spaces.rows.begin) +=
+                contact->constraint_stiffness() * lifted.column(j)[row - spaces.rows.begin];
     }
 
     template <int dim>
-    void Estimator<dim>::add_surfaces()
+    void Estimator<dim>::add_matrices()
     {
-      std::vector<Term> terms = contact_terms;
-      terms.insert(terms.end(), joint_terms.begin(), joint_terms.end());
+      std::vector<Term> terms = joint_terms;
+      terms.insert(terms.end(), turning_terms.begin(), turning_terms.end());
       std::array<Matrix, 3> sums;
       for (unsigned int order = 0; order < sums.size(); ++order)
         sums[order] = sum_of(spaces.rows, terms, order);
       for (const bool is_left : {false, true}) // one after the other: copies are large
       {
+        if (terms.empty())
+          break;
         const unsigned int side   = is_left ? 2 * n_vectors : 0;
         const MultiVector vectors = lifted.columns(side, 2 * n_vectors);
         for (unsigned int order = 0; order < sums.size(); ++order)
@@ -493,7 +604,8 @@ namespace squeal
         }
     }
 
-    /// K x_0 + N Lambda_0 + mu T Lambda_0 - f of the interpolated state: the bodies' part is there.
+    /// K x_0 + N Lambda_0 + mu T Lambda_0 - f of the interpolated state: the parts of bodies and
+    /// contact are there.
     template <int dim>
     void Estimator<dim>::add_static_residual()
     {
@@ -505,9 +617,6 @@ namespace squeal
         for (unsigned int i = 0; i < block.n_local(); ++i)
           residuals[m].local_element(i) += factor * block.data()[i];
       };
-      for (const Term &term : contact_terms)
-        if (term.origin == Origin::contact || term.origin == Origin::friction)
-          add(term.coefficient, multiply(*term.matrix, state));
       for (const Term &term : joint_terms)
         if (term.order == 0)
           add(term.coefficient, multiply(*term.matrix, state));
@@ -528,35 +637,41 @@ namespace squeal
       for (unsigned int i = 0; i < state.n_local(); ++i)
         if (const double count = state_correction[1].local_element(i); count > 0)
           state.data()[i] += state_correction[0].local_element(i) / count;
-      auto damping = friction_damping(*contact, contact->pressure_of(state));
-      std::vector<Term> changes;
-      const auto add = [&](const unsigned int order, Matrix &&matrix)
-      {
-        if (matrix)
-          changes.push_back({Origin::friction_damping, order, 1.,
-                             std::make_shared<const Matrix>(std::move(matrix))});
-      };
-      add(1, std::move(damping.P));
-      add(0, std::move(damping.Q));
-      add(1, std::move(damping.P_falling));
-      add(0, std::move(damping.Q_falling));
-      for (Term term : contact_terms)
-        if (term.origin == Origin::friction_damping || term.origin == Origin::falling_friction)
-        {
-          term.coefficient *= -1;
-          changes.push_back(term);
-        }
+      const ContactPressure other = contact->pressure_of(state);
+      const SurfaceVectors<dim> surface(*contact, lifted);
+      // [Re Z, Im Z]^T dP [Re X, Im X] and the same of dQ, by order
+      std::array<DenseMatrix, 2> forms;
+      for (DenseMatrix &form : forms)
+        form = DenseMatrix(2 * n_vectors, 2 * n_vectors);
+      contact->for_each_sliding_pair(
+          [&](const unsigned int i, const ContactKinematics<dim> &k)
+          {
+            const std::vector<ContactProduct> before = damping_products(*contact, i, k, pressure),
+                                              after  = damping_products(*contact, i, k, other);
+            for (unsigned int p = 0; p < before.size(); ++p)
+            {
+              const DenseMatrix z =
+                  some_rows(surface.traces(before[p].left, k), 2 * n_vectors, 2 * n_vectors);
+              DenseMatrix x = some_rows(surface.traces(before[p].right, k), 0, 2 * n_vectors);
+              for (unsigned int q = 0; q < k.n_points; ++q)
+                for (unsigned int j = 0; j < x.n_rows; ++j)
+                  x(j, q) *= after[p].c[q] - before[p].c[q];
+              squeal::add(1., outer_product(z, x), forms[before[p].order]);
+            }
+          });
       std::vector<Complex> f(m * m);
-      const auto vectors = [&](const unsigned int part)
-      { return lifted.columns(part * n_vectors, m); };
-      for (const unsigned int order : {0u, 1u})
+      for (unsigned int order = 0; order < 2; ++order)
       {
-        const std::vector<Complex> form =
-            sesquilinear_form({vectors(2), vectors(3)}, sum_of(spaces.rows, changes, order),
-                              {vectors(0), vectors(1)});
+        DenseMatrix &form = forms[order];
+        MPI_Allreduce(MPI_IN_PLACE, form.values.data(), form.values.size(), MPI_DOUBLE, MPI_SUM,
+                      spaces.comm);
         for (unsigned int i = 0; i < m; ++i)
           for (unsigned int j = 0; j < m; ++j)
-            f[i + m * j] -= (order == 0 ? 1. : modes.lambda[j]) * form[i + m * j] / modes.lambda[i];
+          {
+            const Complex product(form(i, j) + form(n_vectors + i, n_vectors + j),
+                                  form(i, n_vectors + j) - form(n_vectors + i, j));
+            f[i + m * j] -= (order == 0 ? 1. : modes.lambda[j]) * product / modes.lambda[i];
+          }
       }
       return f;
     }
@@ -639,12 +754,15 @@ namespace squeal
       lifted           = MultiVector(spaces.rows, 4 * n_vectors);
       residuals        = map->zeros(4 * n_vectors);
       state_correction = map->zeros(2);
-      find_contact_terms();
+      pair_contact();
       joint_terms = model.joint_terms(spaces);
       add_bodies();
-      add_surfaces();
+      add_contact();
+      add_matrices();
       if (with_state)
         add_static_residual();
+      if (contact && prm.contact.mortar())
+        release_at_edge();
       add_products();
       local = std::make_unique<LocalProblems<dim>>(spaces, *map, cell_residuals, contact.get(),
                                                    prm.pads.pressure, prm.terms().friction,

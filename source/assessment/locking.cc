@@ -50,6 +50,8 @@ namespace squeal
     for (unsigned int i = 0; i < dim * n_base; ++i)
       if (movable[i])
         base.push_back(i / n_base * n + n_complement + i % n_base);
+    if (base.empty())
+      return problem.matrix;
     DenseMatrix k(base.size(), base.size()), coupling(base.size(), moves.size());
     for (unsigned int j = 0; j < base.size(); ++j)
       for (unsigned int i = 0; i < base.size(); ++i)

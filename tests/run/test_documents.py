@@ -23,6 +23,13 @@ def section(document, begin, end):
     return text[text.index(begin):text.index(end)]
 
 
+def seconds_of_bars_and_right_vectors(log):
+    """Processor seconds of the error bars, and of the right vectors with the factorisation that they need."""
+    factorisation, right, bars = map(float, re.search(
+        r"factorisation ([\d.]+), right vectors ([\d.]+), .*error bars ([\d.]+)", log).groups())
+    return bars, factorisation + right
+
+
 class DefaultBrake(st.TestCase):
     def test_modes(self):
         result = st.run(st.PROJECT / "prm/brake.prm", "--set", "Output/Fields=none", "--set", "Output/Directory=brake",
@@ -51,6 +58,8 @@ class DefaultBrake(st.TestCase):
                               text)
             why = re.search(r"Mode 15, growth rate .*", result.stdout)[0]
             self.assertIn(why.split(" = ")[0], text)
+        # doc/error_bars.md
+        self.assertLessEqual(*seconds_of_bars_and_right_vectors(result.stdout))
 
 
 class RealisticBrake(st.TestCase):

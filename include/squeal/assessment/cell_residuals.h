@@ -11,11 +11,11 @@
 
 namespace squeal
 {
-  /// m M + k K + g G + m_star M* with the matrices of body_operators.h: a body's equations of
-  /// motion at one eigenvalue.
+  /// m M + k K + g G + m_star M* + stress S with the matrices of body_operators.h and the geometric
+  /// stiffness S of prestress.h: a body's equations of motion at one eigenvalue.
   struct OperatorFactors
   {
-    std::complex<double> m, k, g, m_star;
+    std::complex<double> m, k, g, m_star, stress;
   };
 
   /// Products of a body's operators with many functions of one space, tested with another on the
@@ -29,8 +29,13 @@ namespace squeal
 
     CellResiduals(const FiniteElementSpace<dim> &trial, const FiniteElementSpace<dim> &test);
 
-    /// Geometry of a cell of the space of the tests.
+    /// Geometry of a cell of the space of the tests, free of static stress.
     void reinit(const CellIterator &cell);
+
+    /// The stress sigma_0 = C grad u_0 that the static displacements cause in the cell: its
+    /// geometric stiffness is int sigma_0 : grad(du)^T grad(Du). The values of @p u are those at
+    /// the nodes of the trials, one column for each component.
+    void set_stress(const Material &material, const DenseMatrix &u);
 
     /// @p r := [Q_j x_j, Q_j^H z_j] for the functions @p u = [Re X, Im X, Re Z, Im Z], Q_j made
     /// with the j-th factors. One row for each node of the cell; a function has dim columns side by
@@ -52,7 +57,13 @@ namespace squeal
     {
       std::array<double, dim * dim> inverse; ///< (e, d): d xi_e / d x_d
       std::array<double, dim> transport;
+      dealii::Tensor<2, dim> stress;
     };
+    /// d_d u_i at a point, of the fields at it: values, then derivatives on the reference cell.
+    void gradient_at(const Point &point, const std::array<const double *, dim> &fields,
+                     double (&gradient)[dim][dim]) const;
+    static void stress_of(const ElasticModuli<dim> &C, const double (&gradient)[dim][dim],
+                          double (&stress)[dim][dim]);
     void combine_at_points(const Material &material, const OperatorFactors &factors,
                            double *const *re, double *const *im) const;
 

@@ -33,7 +33,9 @@ namespace squeal
   ///
   /// Contact enters through its own terms on V+, paired anew, with the area in contact that it has;
   /// the pads' local problems hold the contact pressure, the rotor's see it as a given traction.
-  /// Terms of the prestress are left out: they are of the size of the static strain.
+  /// The residuals have all terms of the equations of motion, the geometric stiffness of the static
+  /// stress included; local problems leave that out, and what the stress's own error does: both are
+  /// of the size of the static strain.
   ///
   /// With a computed steady pressure the bounds contain what half a spacing of nodes at the edge
   /// of contact changes (contact_edge.h), and the effect of the pressure's own error. Collective.

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <squeal/assessment/surface_vectors.h>
 #include <squeal/contact/contact.h>
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
@@ -433,6 +434,91 @@ namespace squeal::tests::contact_tests
         CHECK_FALSE(bool(damping.P_falling));
         CHECK_FALSE(bool(damping.Q_falling));
       }
+  }
+
+  TEST_CASE("contact: products applied to vectors are those of the matrices")
+  {
+    // On three ranks as well: pads' faces are shared among them, the rotor's rows are others'.
+    for (const bool mortar : {true, false})
+    {
+      CAPTURE(mortar);
+      ContactScene scene("both", mortar, 2);
+      scene.model.compliance                  = 1e-12;
+      scene.model.friction.kind               = FrictionLaw::Kind::falling;
+      scene.model.friction.coefficient_moving = 0.1;
+      scene.model.friction.decay_speed        = 0.3;
+      Contact<3> contact                      = scene.contact();
+      const RowRange &rows                    = scene.spaces.rows;
+      const std::vector<unsigned int> all     = contact.multipliers();
+      std::vector<unsigned int> released;
+      for (unsigned int k = 0; k < all.size(); k += 3)
+        released.push_back(all[k]);
+      contact.set_closed(released, false);
+      const ContactPressure pressure = contact.uniform_pressure(3e5);
+
+      MultiVector x(rows, 3);
+      for (unsigned int j = 0; j < x.n_columns(); ++j)
+        for (unsigned int i = 0; i < x.n_local(); ++i)
+          x.column(j)[i] = scattered(rows.begin + i, j);
+      SurfaceVectors<3> surface(contact, x);
+
+      using Products = std::vector<ContactProduct>;
+      const auto check =
+          [&](const Matrix &matrix,
+              const std::function<Products(unsigned int, const ContactKinematics<3> &)> &products)
+      {
+        contact.for_each_pair(
+            [&](const unsigned int i, const ContactKinematics<3> &k)
+            {
+              for (const ContactProduct &product : products(i, k))
+                for (const bool transpose : {false, true})
+                  if (!transpose || product.transposed_too)
+                  {
+                    DenseMatrix traces =
+                        surface.traces(transpose ? product.left : product.right, k);
+                    for (unsigned int q = 0; q < k.n_points; ++q)
+                      for (unsigned int j = 0; j < traces.n_rows; ++j)
+                        traces(j, q) *= product.c[q];
+                    surface.add(transpose ? product.right : product.left, k, traces);
+                  }
+            });
+        std::vector<Column> found = CellMap<3>(scene.spaces).zeros(x.n_columns());
+        surface.add_to(found);
+        MultiVector expected = multiply(matrix, x), difference = expected;
+        clear_rows(expected, released); // N says there that Lambda = 0
+        for (unsigned int j = 0; j < x.n_columns(); ++j)
+          for (unsigned int i = 0; i < x.n_local(); ++i)
+            difference.column(j)[i] = expected.column(j)[i] - found[j].local_element(i);
+        CHECK(largest_entry(expected) > 0);
+        CHECK(largest_entry(difference) <= 1e-13 * largest_entry(expected));
+      };
+      check(normal_matrix(contact), [&](const unsigned int i, const ContactKinematics<3> &k)
+            { return normal_products(contact, i, k); });
+      auto [largest, slopes] = friction_slopes(contact, pressure);
+      for (std::vector<double> &of_interface : slopes)
+        for (double &slope : of_interface)
+          slope *= largest;
+      check(friction_matrix(contact, pressure),
+            [&, &slopes = slopes](const unsigned int i, const ContactKinematics<3> &k)
+            { return Products{friction_product(contact, i, k, slopes)}; });
+      const auto damping = friction_damping(contact, pressure);
+      const auto part    = [&](const Origin origin, const unsigned int order)
+      {
+        return [&contact, &pressure, origin, order](const unsigned int i,
+                                                    const ContactKinematics<3> &k)
+        {
+          Products wanted;
+          for (const ContactProduct &product : damping_products(contact, i, k, pressure))
+            if (product.origin == origin && product.order == order)
+              wanted.push_back(product);
+          return wanted;
+        };
+      };
+      check(damping.P, part(Origin::friction_damping, 1));
+      check(damping.Q, part(Origin::friction_damping, 0));
+      check(damping.P_falling, part(Origin::falling_friction, 1));
+      check(damping.Q_falling, part(Origin::falling_friction, 0));
+    }
   }
 
   TEST_CASE("contact: P_R is positive semi-definite, that of a falling law negative")

@@ -1,0 +1,160 @@
+#pragma once
+
+#include <squeal/contact/contact_products.h>
+#include <squeal/mesh/cell_map.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace squeal
+{
+  /// Many vectors on the surfaces in contact: their values at the points of a pair of faces, and
+  /// sums of what acts there. The contact's products applied to them need no matrix, which would
+  /// have one entry for each two nodes that see each other across the surface, and no vectors of
+  /// all unknowns.
+  template <int dim>
+  class SurfaceVectors
+  {
+  public:
+    using Kinematics = ContactKinematics<dim>;
+
+    /// Collective.
+    SurfaceVectors(const Contact<dim> &contact, const MultiVector &vectors)
+        : contact(contact), rows(rows_of(contact)), values(gather_rows(vectors, rows)),
+          sums(vectors.n_columns(), rows.size()), place(contact.spaces().rows.size, 0)
+    {
+      for (unsigned int r = 0; r < rows.size(); ++r)
+        place[rows[r]] = r;
+    }
+
+    /// The vectors' traces on a pair: one row for each vector, one column for each point.
+    DenseMatrix traces(const Trace trace, const Kinematics &k) const
+    {
+      const Functions functions(trace, k);
+      DenseMatrix local(values.n_rows, functions.unknowns.size()),
+          result(values.n_rows, k.n_points);
+      for (unsigned int u = 0; u < functions.unknowns.size(); ++u)
+        for_free_nodes(functions.unknowns[u], trace, k,
+                       [&](const unsigned int row, const double weight) {
+                         add_multiple(weight, &values.values[row * size()], size(),
+                                      &local.values[u * size()]);
+                       });
+      gemm(false, 1, local, functions.at_points, 0, result);
+      return result;
+    }
+
+    /// Adds the forces that act on a trace at the points, one row for each vector.
+    void add(const Trace trace, const Kinematics &k, const DenseMatrix &at_points)
+    {
+      const Functions functions(trace, k);
+      const DenseMatrix local = outer_product(at_points, functions.at_points);
+      for (unsigned int u = 0; u < functions.unknowns.size(); ++u)
+        for_free_nodes(functions.unknowns[u], trace, k,
+                       [&](const unsigned int row, const double weight) {
+                         add_multiple(weight, &local.values[u * size()], size(),
+                                      &sums.values[row * size()]);
+                       });
+    }
+
+    /// Adds the sums of all ranks to this rank's rows. Collective.
+    void add_to(std::vector<Column> &columns)
+    {
+      const RowRange &range = contact.spaces().rows;
+      MPI_Allreduce(MPI_IN_PLACE, sums.values.data(), sums.values.size(), MPI_DOUBLE, MPI_SUM,
+                    range.comm);
+      for (unsigned int j = 0; j < sums.n_rows; ++j)
+        for (unsigned int r = 0; r < rows.size(); ++r)
+          if (range.contains(rows[r]))
+            columns[j].local_element(rows[r] - range.begin) += sums(j, r);
+      std::fill(sums.values.begin(), sums.values.end(), 0.);
+    }
+
+  private:
+    /// Those that do not vanish: directions in or across a flat face have such components.
+    struct Functions
+    {
+      Functions(const Trace trace, const Kinematics &k)
+      {
+        const DenseMatrix &all = functions_of(trace, k);
+        std::vector<char> is_there(all.n_rows);
+        for (unsigned int q = 0; q < all.n_columns; ++q)
+          for (unsigned int i = 0; i < all.n_rows; ++i)
+            is_there[i] |= all(i, q) != 0;
+        for (unsigned int i = 0; i < all.n_rows; ++i)
+          if (is_there[i])
+            unknowns.push_back(i);
+        at_points = DenseMatrix(unknowns.size(), all.n_columns);
+        for (unsigned int q = 0; q < all.n_columns; ++q)
+          for (unsigned int u = 0; u < unknowns.size(); ++u)
+            at_points(u, q) = all(unknowns[u], q);
+      }
+      std::vector<unsigned int> unknowns; ///< of the pair, local numbers
+      DenseMatrix at_points;
+    };
+
+    std::size_t size() const
+    {
+      return values.n_rows;
+    }
+
+    /// Calls visit(place of the row, weight) for what a local unknown is interpolated from.
+    template <typename Visit>
+    void for_free_nodes(const unsigned int unknown, const Trace trace, const Kinematics &k,
+                        const Visit &visit) const
+    {
+      const bool multiplies      = is_multiplier(trace);
+      const unsigned int n_rotor = k.rotor->nodes.size(),
+                         number  = multiplies ? n_rotor + unknown : unknown / dim;
+      const auto &nodes =
+          number < n_rotor ? k.rotor->nodes[number] : k.pad->nodes[number - n_rotor];
+      for (const FreeNode<dim> &node : nodes)
+      {
+        const int row =
+            multiplies ? node.multiplier(multiplier_of(trace)) : node.equations[unknown % dim];
+        if (row >= 0 && (!multiplies || contact.is_closed(row)))
+          visit(place[row], node.weight);
+      }
+    }
+
+    /// The equations of all nodes of the paired faces, ascending, the same on all ranks.
+    static std::vector<unsigned int> rows_of(const Contact<dim> &contact)
+    {
+      std::vector<unsigned int> rows;
+      const auto add_nodes = [&](const ContactFace<dim> &face)
+      {
+        for (const std::vector<FreeNode<dim>> &nodes : face.nodes)
+          for (const FreeNode<dim> &node : nodes)
+          {
+            for (unsigned int c = 0; c < dim; ++c)
+              if (node.equations[c] >= 0)
+                rows.push_back(node.equations[c]);
+            for (unsigned int direction = 0; direction < dim; ++direction)
+              if (const int row = node.multiplier(direction); row >= 0)
+                rows.push_back(row);
+          }
+      };
+      const auto make_unique = [&]
+      {
+        std::sort(rows.begin(), rows.end());
+        rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+      };
+      for (const PairedInterface<dim> &interface : contact.paired_interfaces())
+        for (const FacePair<dim> &pair : interface.pairs)
+        {
+          add_nodes(interface.rotor_faces[pair.rotor_face]);
+          add_nodes(interface.pad_faces[pair.pad_face]);
+        }
+      make_unique();
+      gather(rows, MPI_UNSIGNED, contact.spaces().comm);
+      make_unique();
+      return rows;
+    }
+
+    const Contact<dim> &contact;
+    const std::vector<unsigned int> rows;
+    const DenseMatrix values; ///< one column for each of these rows
+    DenseMatrix sums;
+    std::vector<unsigned int> place; ///< among the rows, by equation
+  };
+} // namespace squeal
