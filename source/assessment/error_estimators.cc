@@ -328,61 +328,70 @@ namespace squeal
           for (double &slope : of_interface)
             slope *= largest;
       }
-      // What a product is multiplied with for each vector; the static state has no damping.
-      const auto factor_of = [&](const ContactProduct &product, const unsigned int j) -> Complex
+      // What a term is multiplied with, for each vector: the static state has no damping.
+      using Factors = std::vector<Complex>;
+      Factors of_state(n_vectors, 1.), of_position = of_state, of_velocity = modes.lambda;
+      of_velocity.resize(n_vectors);
+      if (with_state)
+        of_position[m] = 0.;
+      const auto factors_of = [&](const ContactProduct &product) -> const Factors &
       {
-        if (j == m)
-          return product.origin == Origin::contact || product.origin == Origin::friction ? 1. : 0.;
-        return product.order == 0 ? 1. : modes.lambda[j];
+        if (product.order == 1)
+          return of_velocity;
+        const bool is_static =
+            product.origin == Origin::contact || product.origin == Origin::friction;
+        return is_static ? of_state : of_position;
       };
-      SurfaceVectors<dim> surface(*contact, lifted);
-      contact->for_each_pair(
-          [&](const unsigned int i, const ContactKinematics<dim> &k)
-          {
-            std::vector<ContactProduct> products = normal_products(*contact, i, k);
-            if (stage.friction && contact->slides(i))
-              products.push_back(friction_product(*contact, i, k, slopes));
-            if (stage.friction_damping && contact->slides(i))
-              for (ContactProduct &product : damping_products(*contact, i, k, pressure))
-                products.push_back(std::move(product));
-            std::map<Trace, DenseMatrix> traces, forces;
-            for (const ContactProduct &product : products)
-              for (const Trace trace : {product.left, product.right})
-                if (traces.count(trace) == 0)
-                {
-                  traces[trace] = surface.traces(trace, k);
-                  forces[trace] = DenseMatrix(4 * n_vectors, k.n_points);
-                }
-            const auto act = [&](const ContactProduct &product, const Trace left, const Trace right)
+      for (const bool is_left : {false, true})
+      {
+        SurfaceVectors<dim> surface(*contact, lifted, is_left ? 2 * n_vectors : 0, 2 * n_vectors);
+        contact->for_each_pair(
+            [&](const unsigned int i, const ContactKinematics<dim> &k)
             {
-              for (unsigned int j = 0; j < n_vectors; ++j)
+              std::vector<ContactProduct> products = normal_products(*contact, i, k);
+              if (stage.friction && contact->slides(i))
+                products.push_back(friction_product(*contact, i, k, slopes));
+              if (stage.friction_damping && contact->slides(i))
+                for (ContactProduct &product : damping_products(*contact, i, k, pressure))
+                  products.push_back(std::move(product));
+              std::map<Trace, DenseMatrix> traces, forces;
+              // left c f right^T x, right c conj(f) left^T z
+              const auto act = [&](const ContactProduct &product, const Trace from, const Trace to)
               {
-                const Complex f = factor_of(product, j);
+                const Factors &factors = factors_of(product);
+                DenseMatrix &x = traces[from], &y = forces[to];
+                if (x.values.empty())
+                  x = surface.traces(from, k);
+                if (y.values.empty())
+                  y = DenseMatrix(2 * n_vectors, k.n_points);
                 for (unsigned int q = 0; q < k.n_points; ++q)
                 {
-                  // left c f right^T x, right c conj(f) left^T z
-                  const double re = product.c[q] * f.real(), im = product.c[q] * f.imag();
-                  const auto at = [&](DenseMatrix &of_trace, const unsigned int part) -> double &
-                  { return of_trace(part * n_vectors + j, q); };
-                  DenseMatrix &x = traces[right], &z = traces[left], &on_x = forces[left],
-                              &on_z = forces[right];
-                  at(on_x, 0) += re * at(x, 0) - im * at(x, 1);
-                  at(on_x, 1) += re * at(x, 1) + im * at(x, 0);
-                  at(on_z, 2) += re * at(z, 2) + im * at(z, 3);
-                  at(on_z, 3) += re * at(z, 3) - im * at(z, 2);
+                  const double c = product.c[q], *const of_x = &x.values[std::size_t(q) * x.n_rows];
+                  double *const of_y = &y.values[std::size_t(q) * y.n_rows];
+                  for (unsigned int j = 0; j < n_vectors; ++j)
+                  {
+                    const double re = c * factors[j].real(),
+                                 im = is_left ? -c * factors[j].imag() : c * factors[j].imag();
+                    of_y[j] += re * of_x[j] - im * of_x[n_vectors + j];
+                    of_y[n_vectors + j] += re * of_x[n_vectors + j] + im * of_x[j];
+                  }
                 }
-              }
-            };
-            for (const ContactProduct &product : products)
-            {
-              act(product, product.left, product.right);
-              if (product.transposed_too)
-                act(product, product.right, product.left);
-            }
-            for (const auto &[trace, of_points] : forces)
-              surface.add(trace, k, of_points);
-          });
-      surface.add_to(residuals);
+              };
+              for (const ContactProduct &product : products)
+                for (const bool transpose : {false, true})
+                {
+                  if (transpose && !product.transposed_too)
+                    continue;
+                  if (transpose == is_left)
+                    act(product, product.right, product.left);
+                  else
+                    act(product, product.left, product.right);
+                }
+              for (const auto &[trace, of_points] : forces)
+                surface.add(trace, k, of_points);
+            });
+        surface.add_to(residuals);
+      }
       for (unsigned int row = spaces.first_local_multiplier;
            row < spaces.first_local_tie && prm.contact.mortar(); ++row)
         if (!contact->is_closed(row)) // Lambda = 0
@@ -638,7 +647,8 @@ namespace squeal
         if (const double count = state_correction[1].local_element(i); count > 0)
           state.data()[i] += state_correction[0].local_element(i) / count;
       const ContactPressure other = contact->pressure_of(state);
-      const SurfaceVectors<dim> surface(*contact, lifted);
+      const SurfaceVectors<dim> x_vectors(*contact, lifted, 0, 2 * n_vectors),
+          z_vectors(*contact, lifted, 2 * n_vectors, 2 * n_vectors);
       // [Re Z, Im Z]^T dP [Re X, Im X] and the same of dQ, by order
       std::array<DenseMatrix, 2> forms;
       for (DenseMatrix &form : forms)
@@ -650,9 +660,8 @@ namespace squeal
                                               after  = damping_products(*contact, i, k, other);
             for (unsigned int p = 0; p < before.size(); ++p)
             {
-              const DenseMatrix z =
-                  some_rows(surface.traces(before[p].left, k), 2 * n_vectors, 2 * n_vectors);
-              DenseMatrix x = some_rows(surface.traces(before[p].right, k), 0, 2 * n_vectors);
+              const DenseMatrix z = z_vectors.traces(before[p].left, k);
+              DenseMatrix x       = x_vectors.traces(before[p].right, k);
               for (unsigned int q = 0; q < k.n_points; ++q)
                 for (unsigned int j = 0; j < x.n_rows; ++j)
                   x(j, q) *= after[p].c[q] - before[p].c[q];

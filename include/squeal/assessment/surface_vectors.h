@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <vector>
 
 namespace squeal
@@ -19,10 +20,12 @@ namespace squeal
   public:
     using Kinematics = ContactKinematics<dim>;
 
-    /// Collective.
-    SurfaceVectors(const Contact<dim> &contact, const MultiVector &vectors)
-        : contact(contact), rows(rows_of(contact)), values(gather_rows(vectors, rows)),
-          sums(vectors.n_columns(), rows.size()), place(contact.spaces().rows.size, 0)
+    /// Some columns of the given vectors. Collective.
+    SurfaceVectors(const Contact<dim> &contact, const MultiVector &vectors,
+                   const unsigned int first, const unsigned int n)
+        : contact(contact), first(first), rows(rows_of(contact)),
+          values(gather_rows(vectors.columns(first, n), rows)), sums(n, rows.size()),
+          place(contact.spaces().rows.size, 0)
     {
       for (unsigned int r = 0; r < rows.size(); ++r)
         place[rows[r]] = r;
@@ -31,7 +34,7 @@ namespace squeal
     /// The vectors' traces on a pair: one row for each vector, one column for each point.
     DenseMatrix traces(const Trace trace, const Kinematics &k) const
     {
-      const Functions functions(trace, k);
+      const Functions &functions = functions_on(trace, k);
       DenseMatrix local(values.n_rows, functions.unknowns.size()),
           result(values.n_rows, k.n_points);
       for (unsigned int u = 0; u < functions.unknowns.size(); ++u)
@@ -47,8 +50,8 @@ namespace squeal
     /// Adds the forces that act on a trace at the points, one row for each vector.
     void add(const Trace trace, const Kinematics &k, const DenseMatrix &at_points)
     {
-      const Functions functions(trace, k);
-      const DenseMatrix local = outer_product(at_points, functions.at_points);
+      const Functions &functions = functions_on(trace, k);
+      const DenseMatrix local    = outer_product(at_points, functions.at_points);
       for (unsigned int u = 0; u < functions.unknowns.size(); ++u)
         for_free_nodes(functions.unknowns[u], trace, k,
                        [&](const unsigned int row, const double weight) {
@@ -57,7 +60,8 @@ namespace squeal
                        });
     }
 
-    /// Adds the sums of all ranks to this rank's rows. Collective.
+    /// Adds the sums of all ranks to this rank's rows of the columns that the vectors were in.
+    /// Collective.
     void add_to(std::vector<Column> &columns)
     {
       const RowRange &range = contact.spaces().rows;
@@ -66,7 +70,7 @@ namespace squeal
       for (unsigned int j = 0; j < sums.n_rows; ++j)
         for (unsigned int r = 0; r < rows.size(); ++r)
           if (range.contains(rows[r]))
-            columns[j].local_element(rows[r] - range.begin) += sums(j, r);
+            columns[first + j].local_element(rows[r] - range.begin) += sums(j, r);
       std::fill(sums.values.begin(), sums.values.end(), 0.);
     }
 
@@ -74,6 +78,7 @@ namespace squeal
     /// Those that do not vanish: directions in or across a flat face have such components.
     struct Functions
     {
+      Functions() = default;
       Functions(const Trace trace, const Kinematics &k)
       {
         const DenseMatrix &all = functions_of(trace, k);
@@ -92,6 +97,18 @@ namespace squeal
       std::vector<unsigned int> unknowns; ///< of the pair, local numbers
       DenseMatrix at_points;
     };
+
+    /// They are kept while the pair is the same: traces and forces need them.
+    const Functions &functions_on(const Trace trace, const Kinematics &k) const
+    {
+      if (pair != k.shapes)
+        functions = {};
+      pair         = k.shapes;
+      Functions &f = functions[static_cast<unsigned int>(trace)];
+      if (f.unknowns.empty())
+        f = Functions(trace, k);
+      return f;
+    }
 
     std::size_t size() const
     {
@@ -152,9 +169,12 @@ namespace squeal
     }
 
     const Contact<dim> &contact;
+    const unsigned int first;
     const std::vector<unsigned int> rows;
     const DenseMatrix values; ///< one column for each of these rows
     DenseMatrix sums;
     std::vector<unsigned int> place; ///< among the rows, by equation
+    mutable std::shared_ptr<const PairShapes<dim>> pair;
+    mutable std::array<Functions, 8> functions; ///< of that pair, by trace
   };
 } // namespace squeal

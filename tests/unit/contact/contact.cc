@@ -460,7 +460,7 @@ namespace squeal::tests::contact_tests
       for (unsigned int j = 0; j < x.n_columns(); ++j)
         for (unsigned int i = 0; i < x.n_local(); ++i)
           x.column(j)[i] = scattered(rows.begin + i, j);
-      SurfaceVectors<3> surface(contact, x);
+      SurfaceVectors<3> surface(contact, x, 0, x.n_columns());
 
       using Products = std::vector<ContactProduct>;
       const auto check =
