@@ -40,6 +40,10 @@ namespace squeal
                         "A mesh that would need more memory on all ranks together, predicted from "
                         "the meshes before, is not begun, GiB; 0: no limit.",
                         Patterns::Double(0));
+      prm.add_parameter("Check memory", check_memory,
+                        "End a run, or a refinement, before a mesh whose expected peak of memory "
+                        "is more than what is available. false: the log tells the expected peak, "
+                        "and the mesh is begun.");
       prm.add_parameter("Reference", reference,
                         "CSV file with the columns frequency_hz and growth_rate_1_per_s, one line "
                         "per mode: convergence.csv then has the true errors. Empty: none.");

@@ -19,6 +19,9 @@ namespace squeal
         return " Use a coarser mesh, a lower degree, or more machines; Refinement/Maximum memory "
                "ends a refinement in time. The static equilibrium alone needs no factors: Static "
                "equilibrium/Linear solver = iterative, Eigenproblem/Solver = none.";
+      case Failure::memory_predicted:
+        return " What is expected is a fit; where it is known to be too much, "
+               "Refinement/Check memory = false begins all the same.";
       case Failure::pairs_not_refined:
         return " Try a larger Eigenproblem/Tolerance, or the solver dense for a small problem.";
       case Failure::multigrid_indefinite:

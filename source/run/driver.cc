@@ -316,28 +316,35 @@ namespace squeal
                 prm.eigenproblem.solver,
                 model.sectors().are_two()};
       }
-      /// The annulus between the rotor's radii, as thick as gives its volume.
       Plate plate_like_rotor() const
       {
         const FiniteElementSpace<dim> &spaces = model.spaces();
-        double inner = std::numeric_limits<double>::max(), outer = 0, volume = 0;
-        for (const auto &cell : spaces.triangulation.active_cell_iterators())
-          if (cell->is_locally_owned() &&
-              spaces.geometry.parts[cell->material_id()].body == rotor_body)
-          {
-            volume += cell->measure();
-            for (const unsigned int v : cell->vertex_indices())
+        double inner = std::numeric_limits<double>::max(), outer = 0, volume = 0, surface = 0;
+        if constexpr (dim == 3)
+          for (const auto &cell : spaces.triangulation.active_cell_iterators())
+            if (cell->is_locally_owned() &&
+                spaces.geometry.parts[cell->material_id()].body == rotor_body)
             {
-              const double radius = std::hypot(cell->vertex(v)[0], cell->vertex(v)[1]);
-              inner               = std::min(inner, radius);
-              outer               = std::max(outer, radius);
+              volume += cell->measure();
+              for (const unsigned int v : cell->vertex_indices())
+              {
+                const double radius = std::hypot(cell->vertex(v)[0], cell->vertex(v)[1]);
+                inner               = std::min(inner, radius);
+                outer               = std::max(outer, radius);
+              }
+              for (const unsigned int f : cell->face_indices())
+                if (cell->face(f)->at_boundary())
+                {
+                  const auto face = cell->face(f);
+                  surface += cross_product_3d(face->vertex(3) - face->vertex(0),
+                                              face->vertex(2) - face->vertex(1))
+                                 .norm() /
+                             2;
+                }
             }
-          }
         const MPI_Comm comm = common.comm;
-        inner               = Utilities::MPI::min(inner, comm);
-        outer               = Utilities::MPI::max(outer, comm);
-        const double area   = numbers::PI * (outer * outer - inner * inner);
-        return {area, Utilities::MPI::sum(volume, comm) / area};
+        return plate_like(Utilities::MPI::min(inner, comm), Utilities::MPI::max(outer, comm),
+                          Utilities::MPI::sum(surface, comm), Utilities::MPI::sum(volume, comm));
       }
       /// In three dimensions, to which the prediction was fitted, and not of iterative statics
       /// alone.
@@ -360,11 +367,14 @@ namespace squeal
           return;
         const RunSize size = size_of_run();
         const double mib = expected_peak_mib(size), load = expected_memory_load(size, common.comm);
-        report.log.line(formatted("Expected peak memory about %.0f MiB", mib));
-        if (load > 1 && !has_other_way())
+        report.log.line(formatted("Expected peak memory about %.0f MiB", mib) +
+                        (prm.eigenproblem.is_solved()
+                             ? formatted(", with about %.0f modes", size.n_modes)
+                             : ""));
+        if (load > 1 && !has_other_way() && prm.refinement.check_memory)
           throw SolverError("The run needs about " + number(mib / 1024, 3) + " GiB, " +
                                 number(load, 3) + " times what is available.",
-                            {Failure::factors_too_large});
+                            {Failure::factors_too_large, Failure::memory_predicted});
       }
 
       EquationsOfMotion linearise(const SteadyState<dim> &state)
@@ -525,6 +535,7 @@ namespace squeal
         std::string objection = Utilities::MPI::broadcast(
             common.comm, budget.objection(model.spaces().rows.size * growth));
         if (objection.empty() && predicts_memory() && !has_other_way() &&
+            prm.refinement.check_memory &&
             expected_memory_load(size_of_run(growth), common.comm) > 1)
           objection = "No further mesh: it would need about " +
                       number(expected_peak_mib(size_of_run(growth)) / 1024, 3) +

@@ -1,11 +1,22 @@
 #include <squeal/base/memory.h>
 #include <squeal/run/memory_prediction.h>
 
+#include <deal.II/base/numbers.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace squeal
 {
+  using namespace dealii;
+
+  Plate plate_like(const double inner, const double outer, const double surface,
+                   const double volume)
+  {
+    const double area = std::min(numbers::PI * (outer * outer - inner * inner), surface / 2);
+    return {area, volume / area};
+  }
+
   double expected_number_of_modes(const Parameters::All &parameters, const Plate &rotor)
   {
     const Parameters::Eigenproblem &window = parameters.eigenproblem;

@@ -18,6 +18,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
 
 ADAPTIVE_SWEEP = {**st.SMALL_BRAKE, **st.MORTAR, "Discretization/Degree": 1, "Output/Fields": "unstable",
@@ -282,8 +283,32 @@ class Robustness(st.TestCase):
         process = self.start(file, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (size, size)))
         status, out, err = self.finish(process, timeout=100)
         self.assertEqual(status, 3, err)
-        self.assertRegex(err, r"The run needs about .* GiB, .* times what is available")
+        self.assertRegex(err, r"The run needs about .* GiB, .* times what is available.*Refinement/Check memory = false")
         self.assertNotIn("Static equilibrium", out)
+
+    def test_unchecked_memory(self):
+        """Many modes of few unknowns: what is expected is refused, or told only, as the key says."""
+        size = 2 ** 31
+        for check, refused in [("true", True), ("false", False)]:
+            file = self.write(f"{check}.prm", {**BRAKE_OF_SECONDS, "Eigenproblem/Maximum frequency": 1e7,
+                                               "Refinement/Check memory": check})
+            process = self.start(file, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (size, size)))
+            _, out, err = self.finish(process)
+            self.assertRegex(out, r"Expected peak memory about \d+ MiB, with about \d+ modes")
+            self.assertEqual("The run needs about" in err, refused, err)
+            self.assertEqual("Static equilibrium" in out, not refused, out)
+
+    def test_memory_of_a_rotor_beside_the_axis(self):
+        """A plate 1 m beside the axis: not the ring about it, which would have thousands of times as many modes."""
+        mesh = mesh_files.Mesh()
+        mesh.sector("rotor", mesh_files.equal(0.95, 1.15, 16), mesh_files.equal(-0.05, 0.05, 8), [0, 0.005])
+        self.write("plate.msh", mesh_files.msh2(mesh))
+        log = (self.analyse({"Scene": "mesh", "Mesh/File": "plate.msh", "Mesh/Clamped": "rotor.inner", "Stage": "elastic",
+                             "Operation/Angular velocity": 0, "Discretization/Degree": 2,
+                             "Eigenproblem/Maximum frequency": 10000, "Output/Fields": "none"}) / "log.txt").read_text()
+        expected, peak = (float(re.search(pattern, log).group(1)) for pattern in
+                          (r"Expected peak memory about (\d+) MiB", r"Peak memory (\d+) MiB"))
+        self.assertLess(abs(expected / peak - 1), 0.25)
 
     def test_small_address_space(self):
         """Whatever a process may take, down to what its libraries need to be loaded: it ends within seconds, finished or

@@ -20,6 +20,7 @@ namespace squeal
     singular_factors,
     numbers_too_large,
     factors_too_large,
+    memory_predicted,
     pairs_not_refined,
     multigrid_indefinite,
     davidson_too_large,

@@ -259,6 +259,7 @@ namespace squeal
       unsigned int maximum_unknowns = 500000;
       double maximum_time           = 0;
       double maximum_memory         = 0;
+      bool check_memory             = true;
       std::string reference         = "";
 
       /// The number of meshes a run may use.

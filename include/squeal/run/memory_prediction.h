@@ -23,6 +23,11 @@ namespace squeal
     double area, thickness;
   };
 
+  /// The plate with the volume of a rotor between two radii, m, and half of its surface, m^2, or
+  /// the annulus, whichever is less: a rotor beside the axis is no ring, a hat has more surface
+  /// than the ring that it rises from.
+  Plate plate_like(double inner, double outer, double surface, double volume);
+
   /// The number of modes below a frequency, Hz, before there is any model: in proportion to the
   /// bending modes of such a plate.
   double expected_number_of_modes(const Parameters::All &parameters, const Plate &rotor);
