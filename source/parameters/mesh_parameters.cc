@@ -15,7 +15,8 @@ namespace squeal
     {
       prm.add_parameter("Volumes", volumes,
                         "Names of the volume groups that are made of this section's material; "
-                        "empty: the section is not used.");
+                        "empty: the section is not used. A file can have as many sections Part 1, "
+                        "Part 2, ... as it needs, up to 200.");
       add_choice(prm, "Body", body,
                  "What the volumes belong to. parts: bodies that neither turn nor touch the rotor "
                  "and hang on others by Joints.");
@@ -26,8 +27,8 @@ namespace squeal
     {
       const Subsection section(prm, "Mesh");
       prm.add_parameter("File", file,
-                        "Mesh of linear hexahedra: Gmsh (.msh, version 2.2 or 4.1, text) or Abaqus "
-                        "and CalculiX (.inp; C3D8, C3D8R, C3D8I).");
+                        "Mesh of tetrahedra, wedges and hexahedra, linear or of order 2: Gmsh "
+                        "(.msh, version 2.2 or 4.1, text) or Abaqus and CalculiX (.inp).");
       prm.add_parameter("Scale", scale, "Metres per unit of length of the file; 1e-3 for mm.",
                         Patterns::Double(smallest));
       add_choice(prm, "Axis", axis,
@@ -39,7 +40,8 @@ namespace squeal
       add_choice(
           prm, "Curved bodies", curved,
           "Bodies whose cells between the nodes follow circles about the axis. The others have "
-          "straight edges. Transport needs a rotor that does.");
+          "the edges of their elements: straight ones, or through middle nodes. Transport needs a "
+          "rotor that does.");
       prm.add_parameter("Rotor", rotor,
                         "Names of the rotor's volume groups, of the material Rotor/Material.");
       prm.add_parameter("Pads", pads,

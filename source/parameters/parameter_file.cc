@@ -59,6 +59,13 @@ namespace squeal
 
   ParameterFile::ParameterFile() : all(std::make_unique<Parameters::All>())
   {
+    declare();
+  }
+
+  void ParameterFile::declare()
+  {
+    prm.clear();
+    entries.clear();
     all->declare(prm);
 
     // The handler's own JSON is the one public list of its entries.
@@ -111,6 +118,25 @@ namespace squeal
 
   namespace
   {
+    /// The largest number of a section "Part <number>" of a parameter file, or of a path with it,
+    /// as far as numbers are sensible: other ones are unknown keys.
+    std::size_t last_part(const std::string &text)
+    {
+      constexpr std::size_t most_parts = 200;
+      const std::string word           = "Part ";
+      std::size_t last                 = 0;
+      for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+      {
+        const std::size_t begin = at + word.size(),
+                          end = std::min(text.find_first_not_of("0123456789", begin), text.size());
+        if (end > begin && end - begin <= 3 && text[begin] != '0')
+          if (const std::size_t part = std::stoul(text.substr(begin, end - begin));
+              part <= most_parts)
+            last = std::max(last, part);
+      }
+      return last;
+    }
+
     /// The content of a parameter file. Throws InputError.
     std::string text_of_file(const std::string &filename)
     {
@@ -151,6 +177,16 @@ namespace squeal
     original = dealii::Utilities::MPI::broadcast(comm, original);
     if (!error.empty())
       throw InputError(error);
+    // Sections of parts are as many as are used.
+    std::size_t n_parts = last_part(original);
+    for (const std::string &override_text : overrides)
+      n_parts = std::max(n_parts, last_part(override_text));
+    if (n_parts > all->mesh.parts.size())
+    {
+      all = std::make_unique<Parameters::All>();
+      all->mesh.parts.resize(n_parts);
+      declare();
+    }
     parse_text(original, filename);
 
     for (const std::string &override_text : overrides)

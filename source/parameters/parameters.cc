@@ -389,9 +389,11 @@ namespace squeal
 
     MaterialSection &All::material(const std::string &section)
     {
-      return section == "Rotor"  ? rotor.material
-             : section == "Pads" ? pads.material
-                                 : mesh.parts[section.back() - '1'].material;
+      return section == "Rotor" ? rotor.material
+             : section == "Pads"
+                 ? pads.material
+                 : mesh.parts[std::stoul(section.substr(std::string("Mesh/Part ").size())) - 1]
+                       .material;
     }
 
     void All::check_export() const

@@ -123,6 +123,24 @@ class SameAsBrake(st.TestCase):
                 expected = row["d_frequency_hz"] * 1e10
                 self.assertLessEqual(abs(total - expected), 1e-4 * abs(expected), mode)
 
+    def test_many_parts(self):
+        """Sections of parts are as many as a file needs: Part 12 is what Part 1 is, also in a sweep."""
+        mesh = self.write_mesh(pad_cells=(2, 3, 2), plate_layers=1)
+        expected = None
+        for part in ("Part 1", "Part 12"):
+            settings = {**MESH, **mesh, f"Mesh/{part}/Volumes": "upper.plate, lower.plate", "Discretization/Degree": 1}
+            results = self.analyse({**settings, "Output/Sensitivities": "true"})
+            self.assertIn(f"Mesh/{part}/Material/Density", {path for _, path in self.sensitivities(results)})
+            sweep = self.analyse({**settings, "Sweep/Parameter": f"Mesh/{part}/Material/Young modulus",
+                                  "Sweep/Values": "2e11, 2.2e11"})
+            found = [map_eigenvalues(st.read_table(results / "modes.csv")), (sweep / "sweep.csv").read_text()]
+            expected = expected or found
+            self.assertEqual(found, expected)
+        file = self.write("refused.prm", {**MESH, **mesh, "Mesh/Part 201/Volumes": "upper.plate, lower.plate"})
+        result = st.run(file.name, directory=self.directory)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("Mesh/Part 201/Volumes", result.stderr)
+
     def test_straight_pads(self):
         """Curved bodies = rotor gives pads of straight cells: their area is that of trapezoids."""
         results = self.analyse({**MESH, **self.write_mesh(), "Mesh/Curved bodies": "rotor"})

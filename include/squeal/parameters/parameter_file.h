@@ -69,6 +69,8 @@ namespace squeal
       std::string default_value;
     };
 
+    /// Declares the keys of all parameters.
+    void declare();
     const Entry &entry_of(const std::string &path, const std::string &where) const;
     void parse_text(const std::string &text, const std::string &filename);
     void set(const std::string &path, const std::string &value, const std::string &where);

@@ -162,7 +162,7 @@ namespace squeal
       std::string rotor = "rotor", pads = "", contact_pairs = "", pressure_on = "";
       std::string clamped = "", guided = "";
       std::array<std::string, 3> fixed = {{"", "", ""}};
-      std::array<MeshPart, 4> parts;
+      std::vector<MeshPart> parts      = std::vector<MeshPart>(4); ///< Part 1, Part 2, ...
 
       /// Surfaces of pad and rotor that touch. Throws InputError.
       std::vector<std::pair<std::string, std::string>> pairs() const;
