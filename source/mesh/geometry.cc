@@ -394,6 +394,7 @@ namespace squeal
         if (parts[cell->material_id()].curved)
           cell->set_all_manifold_ids(0);
       triangulation.set_manifold(0, CylindricalManifold<3>(2));
+      quadratic.attach(triangulation, 1);
     }
 
     double size = 0;

@@ -263,6 +263,7 @@ namespace squeal
         parts.resize(in.elements.size());
         for (unsigned int e = 0; e < in.elements.size(); ++e)
           divide_element(e);
+        check_neighbours();
         carry_groups();
         return std::move(out);
       }
@@ -301,14 +302,14 @@ namespace squeal
         return (std::uint64_t(std::min(a, b)) << 32) + std::max(a, b);
       }
 
-      /// Edges of triangles and of elements that are bent are halved, and with them all that lie
-      /// across quadrilaterals.
+      /// Edges of triangles are halved, and those of elements whose cells have no shape of their
+      /// own and are bent otherwise; with them all that lie across quadrilaterals.
       void halve_edges()
       {
         std::vector<bool> is_bent(in.elements.size());
         for (unsigned int e = 0; e < in.elements.size(); ++e)
-          is_bent[e] = in.elements[e].is_quadratic() &&
-                       !ElementMap(in.nodes, in.elements[e], follows_circles(e)).is_straight();
+          is_bent[e] = in.elements[e].is_quadratic() && follows_circles(e) &&
+                       !ElementMap(in.nodes, in.elements[e], true).is_straight();
         if (std::all_of(in.elements.begin(), in.elements.end(),
                         [](const auto &element)
                         { return element.shape == ElementShape::hexahedron; }) &&
@@ -458,9 +459,7 @@ namespace squeal
         if (is_new)
           out.nodes.push_back(x);
         else if (out.nodes[shared->second].distance(x) > same_place * map.size)
-          fail(element,
-               "shares an edge or face with another element that is curved otherwise there: "
-               "linear beside quadratic elements need straight edges in between.");
+          fail_beside_another(element);
         return shared->second;
       }
 
@@ -477,26 +476,116 @@ namespace squeal
           return;
         }
         const ElementMap map(in.nodes, element, follows_circles(e));
-        unsigned int inner = ElementFile::none;
+        const bool has_shape = !follows_circles(e) && !map.is_straight();
+        unsigned int inner   = ElementFile::none;
         double low = 1, high = -1;
+        const auto add = [&](const auto &jacobians)
+        {
+          for (const double jacobian : jacobians)
+          {
+            low  = std::min(low, jacobian);
+            high = std::max(high, jacobian);
+          }
+        };
         for (const std::array<Place, 8> &place : places)
         {
           MeshFile::Cell cell{{}, element.number};
           for (unsigned int v = 0; v < 8; ++v)
             cell.nodes[v] = node_at(element, map, place[v], inner);
-          for (const double jacobian : corner_jacobians(out, cell))
-          {
-            low  = std::min(low, jacobian);
-            high = std::max(high, jacobian);
-          }
+          add(corner_jacobians(out, cell));
+          if (has_shape)
+            add(shape_cell(element, cell, place, map).scaled_jacobians());
           parts[e].push_back(out.cells.size());
           out.cells.push_back(cell);
         }
         out.division.n_divided += places.size() > 1;
-        if (places.size() > 1 && !(low > 0 || high < 0))
+        out.division.n_curved += has_shape;
+        // A hexahedron that stays one is looked at with the others, as the file has it.
+        if ((places.size() > 1 || has_shape) && !(low > 0 || high < 0))
           fail(element, text_of("is flat or folded: the hexahedra that it is divided into have "
                                 "scaled Jacobians from ",
                                 low, " to ", high, "; all must be positive."));
+      }
+
+      /// Some corners of a cell by their nodes, ascending.
+      template <std::size_t n>
+      static std::array<unsigned int, n> nodes_of(const MeshFile::Cell &cell,
+                                                  std::array<unsigned int, n> some)
+      {
+        for (unsigned int &corner : some)
+          corner = cell.nodes[corner];
+        std::sort(some.begin(), some.end());
+        return some;
+      }
+
+      /// The point of an element half way between some corners of one of its cells.
+      template <std::size_t n>
+      static Point<3> half_way(const ElementMap &map, const std::array<Place, 8> &corners,
+                               const std::array<unsigned int, n> &some)
+      {
+        Place place{};
+        for (const unsigned int corner : some)
+          for (unsigned int k = 0; k < 4; ++k)
+            place[k] += corners[corner][k] / n;
+        return map.at(place);
+      }
+
+      [[noreturn]] void fail_beside_another(const ElementFile::Element &element) const
+      {
+        fail(element, "shares an edge or face with another element that is curved otherwise there: "
+                      "linear beside quadratic elements need straight edges in between.");
+      }
+
+      /// Gives the next cell the points of the element's polynomial between its corners.
+      QuadraticManifold shape_cell(const ElementFile::Element &element, const MeshFile::Cell &cell,
+                                   const std::array<Place, 8> &corners, const ElementMap &map)
+      {
+        QuadraticCells &shapes = out.quadratic;
+        const auto add         = [&](auto &points, const auto &some)
+        {
+          const Point<3> x            = half_way(map, corners, some);
+          const auto [shared, is_new] = points.emplace(nodes_of(cell, some), x);
+          if (!is_new && shared->second.distance(x) > same_place * map.size)
+            fail_beside_another(element);
+        };
+        for (const auto &edge : ElementFile::edges(ElementShape::hexahedron))
+          add(shapes.edges, edge);
+        for (const auto &face : MeshFile::cell_faces)
+          add(shapes.faces, face);
+        const unsigned int number = out.cells.size();
+        shapes.cells[number] =
+            half_way(map, corners, std::array<unsigned int, 8>{{0, 1, 2, 3, 4, 5, 6, 7}});
+        std::array<Point<3>, 8> places;
+        std::array<unsigned int, 8> vertices{};
+        for (unsigned int v = 0; v < 8; ++v)
+        {
+          vertices[v] = cell.nodes[lexicographic_corners[v]];
+          places[v]   = out.nodes[vertices[v]];
+        }
+        return QuadraticManifold(shapes.points(number, places, vertices));
+      }
+
+      /// Cells without a shape of their own must have the edges that their neighbours give them.
+      void check_neighbours() const
+      {
+        if (out.quadratic.empty())
+          return;
+        for (unsigned int e = 0; e < in.elements.size(); ++e)
+        {
+          if (out.quadratic.cells.count(parts[e][0]) > 0)
+            continue;
+          const ElementFile::Element &element = in.elements[e];
+          const auto places                   = cells_of(element);
+          const ElementMap map(in.nodes, element, follows_circles(e));
+          for (unsigned int k = 0; k < places.size(); ++k)
+            for (const auto &edge : ElementFile::edges(ElementShape::hexahedron))
+            {
+              const auto shared = out.quadratic.edges.find(nodes_of(out.cells[parts[e][k]], edge));
+              if (shared != out.quadratic.edges.end() &&
+                  shared->second.distance(half_way(map, places[k], edge)) > same_place * map.size)
+                fail_beside_another(element);
+            }
+        }
       }
 
       /// The node between corners, or none where no element has been divided there.

@@ -117,7 +117,13 @@ namespace squeal
         return middle;
       };
       SurfaceFace<3> curved;
-      curved.orientation                 = flat.orientation;
+      curved.orientation = flat.orientation;
+      curved.nodes       = mesh.bent_patch(face);
+      if (!curved.nodes.empty())
+      {
+        result.push_back(curved);
+        continue;
+      }
       const std::array<Point<3>, 4> ends = {
           {flat.nodes[0], flat.nodes[1], flat.nodes[2], flat.nodes[3]}};
       const Point<3> left = between(ends[0], ends[2]), right = between(ends[1], ends[3]);

@@ -44,9 +44,27 @@ namespace squeal
         mesh.fail("Contact/Friction/Of pads",
                   "there is no pad '" + of_pad.first + "' written like that.");
     for (const auto &[pad, rotor] : bodies.pairs)
+    {
+      check_middle_nodes(pad);
+      check_middle_nodes(rotor);
       pairs.push_back(check_contact_pair("Mesh/Contact pairs: " + mesh.file.name + ": ", pad,
                                          mesh.patches(pad), rotor, mesh.patches(rotor),
                                          prm.mesh.contact_tolerance));
+    }
+  }
+
+  void ImportedJoints::check_middle_nodes(const std::string &name) const
+  {
+    Box box;
+    for (const ImportedMesh::Face &face : mesh.file.surfaces.at(name))
+      for (const unsigned int node : face)
+        box.add(mesh.file.nodes[node]);
+    const double allowed = plane_tolerance * box.low.distance(box.high);
+    for (const ImportedMesh::Face &face : mesh.file.surfaces.at(name))
+      for (const Point<3> &x : mesh.bent_patch(face))
+        if (x[2] < box.low[2] - allowed || x[2] > box.high[2] + allowed)
+          mesh.fail("Contact pairs", "a middle node bends '" + name + "' at " + text_of(x) +
+                                         "; contact surfaces must be plane, across the axis z.");
   }
 
   void ImportedJoints::check_ties()

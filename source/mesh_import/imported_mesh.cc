@@ -151,6 +151,24 @@ namespace squeal
     return result;
   }
 
+  std::vector<Point<3>> ImportedMesh::bent_patch(const Face &face) const
+  {
+    const auto centre = file.quadratic.faces.find(face);
+    if (centre == file.quadratic.faces.end())
+      return {};
+    const CellFace at = faces.at(face)[0];
+    std::array<unsigned int, 4> nodes; // as in patch()
+    for (unsigned int v = 0; v < 4; ++v)
+      nodes[v] = file.cells[at.cell].nodes[MeshFile::cell_faces[at.face][lexicographic_corners[v]]];
+    const auto corner  = [&](const unsigned int v) { return file.nodes[nodes[v]]; };
+    const auto between = [&](const unsigned int a, const unsigned int b) {
+      return file.quadratic.edges.at(
+          {{std::min(nodes[a], nodes[b]), std::max(nodes[a], nodes[b])}});
+    };
+    return {corner(0),     between(0, 1), corner(1),     between(0, 2), centre->second,
+            between(1, 3), corner(2),     between(2, 3), corner(3)};
+  }
+
   std::vector<SurfaceFace<3>> ImportedMesh::patches(const std::string &name) const
   {
     std::vector<SurfaceFace<3>> result;

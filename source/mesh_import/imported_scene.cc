@@ -86,6 +86,7 @@ namespace squeal
       for (const auto &[face, id] : geometry.named_faces)
         renumbered[renumber(face)] = id;
       geometry.named_faces = std::move(renumbered);
+      geometry.quadratic   = mesh.file.quadratic.renumbered(number);
       for (auto &[name, surface] : mesh.file.surfaces)
         for (ImportedMesh::Face &face : surface)
           face = renumber(face);

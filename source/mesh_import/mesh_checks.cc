@@ -12,8 +12,7 @@ namespace squeal
 
   namespace
   {
-    constexpr double plane_tolerance = 1e-4; ///< of the pad's contact surface's size
-    constexpr double least_cover     = 0.5;  ///< of a pad's face by the rotor
+    constexpr double least_cover = 0.5; ///< of a pad's face by the rotor
 
     Box box_of(const std::vector<SurfaceFace<3>> &surface)
     {

@@ -190,11 +190,16 @@ namespace squeal
     [[noreturn]] void refuse(const Parameters::All &prm, const MeshFacts &facts,
                              const unsigned int cell, const double jacobian)
     {
-      throw InputError("Mesh/Curved bodies = " + name_of(prm.mesh.curved) + ": " + facts.file.name +
-                       ": element " + std::to_string(facts.file.cells[cell].number) +
-                       " has the scaled Jacobian " + digits(jacobian) +
-                       " where its edges follow circles about the axis. It needs a smaller angle "
-                       "or no curvature (none).");
+      const bool by_middle_nodes = facts.file.quadratic.cells.count(cell) > 0;
+      throw InputError(
+          (by_middle_nodes ? "Mesh/File: "
+                           : "Mesh/Curved bodies = " + name_of(prm.mesh.curved) + ": ") +
+          facts.file.name + ": element " + std::to_string(facts.file.cells[cell].number) +
+          " has the scaled Jacobian " + digits(jacobian) +
+          (by_middle_nodes
+               ? " where its edges follow its middle nodes. These must be nearer to the middles."
+               : " where its edges follow circles about the axis. It needs a smaller angle "
+                 "or no curvature (none)."));
     }
 
     /// What became of the elements, unless all were linear hexahedra, and what that costs.
@@ -205,8 +210,8 @@ namespace squeal
       std::string text;
       for (const auto &[type, n] : division.passed_over)
         text += text_of("  Passed over: ", n, " elements of type ", type, "\n");
-      if (division.n_divided == 0 && division.n_elements.count("linear hexahedron") > 0 &&
-          division.n_elements.size() == 1)
+      if (division.n_divided + division.n_curved == 0 &&
+          division.n_elements.count("linear hexahedron") > 0 && division.n_elements.size() == 1)
         return text;
       std::string kinds;
       for (const auto &[kind, n] : division.n_elements)
@@ -214,12 +219,12 @@ namespace squeal
       double smallest = 1;
       for (const CellMeasures &cell : measures.cells)
         smallest = std::min(smallest, cell.jacobian);
-      text +=
-          text_of("  Elements of the file: ", kinds, "; ", 3 * division.n_nodes,
-                  " displacements of their nodes.\n  Of them ", division.n_divided,
-                  " are divided: ", geometry.cells.size(), " hexahedra, ", measures.n_displacements,
-                  " displacements of degree ", prm.discretization.degree,
-                  "; smallest scaled Jacobian ", formatted("%.3f", smallest), ".\n");
+      text += text_of(
+          "  Elements of the file: ", kinds, "; ", 3 * division.n_nodes,
+          " displacements of their nodes.\n  Of them ", division.n_divided, " are divided and ",
+          division.n_curved, " bend their cells: ", geometry.cells.size(), " hexahedra, ",
+          measures.n_displacements, " displacements of degree ", prm.discretization.degree,
+          "; smallest scaled Jacobian ", formatted("%.3f", smallest), ".\n");
       if (prm.discretization.degree == 1 && division.n_divided > 0)
         text += "  Hint: divided elements of degree 1 are much too stiff in bending; "
                 "Discretization/Degree = 2 or more is what they need.\n";

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/mesh/quadratic_cells.h>
 #include <squeal/mesh/superelement.h>
 #include <squeal/parameters/parameters.h>
 
@@ -162,6 +163,8 @@ namespace squeal
     /// The coarse mesh as vertices and cells; ids of the boundaries follow from positions.
     std::vector<dealii::Point<dim>> vertices;
     std::vector<dealii::CellData<dim>> cells;
+    /// The shapes of cells that middle nodes bend (3D).
+    QuadraticCells quadratic;
 
     struct BoundaryRule
     {

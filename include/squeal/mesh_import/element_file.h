@@ -52,12 +52,13 @@ namespace squeal
   };
 
   /// Hexahedra of a file: a tetrahedron becomes four, with the centres of its edges, its faces and
-  /// itself, a wedge three, a hexahedron that its middle nodes bend eight. What shares an edge that
-  /// is halved by that, or lies across a quadrilateral from one, is halved in that direction, too;
-  /// other hexahedra stay whole. New corners lie where the element's polynomial of degree 2 has
-  /// them (theory.md, section 8); in elements for which @p follows_circles, by number, they lie on
-  /// circles about the z axis. Groups become those of the parts. Throws InputError for elements
-  /// that are flat or folded, with number and line.
+  /// itself, a wedge three. What shares an edge that is halved by that, or lies across a
+  /// quadrilateral from one, is halved in that direction, too; other hexahedra stay whole. New
+  /// corners lie where the element's polynomial of degree 2 has them, and cells have its shape
+  /// (theory.md, section 8). In elements for which @p follows_circles, by number, corners lie on
+  /// circles about the z axis, as the cells will, and hexahedra that are bent otherwise become
+  /// eight. Groups become those of the parts. Throws InputError for elements that are flat or
+  /// folded, with number and line.
   MeshFile divide(const ElementFile &elements,
                   const std::function<bool(unsigned int)> &follows_circles);
 } // namespace squeal

@@ -19,8 +19,8 @@ namespace squeal
 
     /// The body of a face of the boundary.
     Body of(const ImportedMesh::Face &face) const;
-    /// The faces of a surface as patches of degree 2, which follow circles about the axis where
-    /// their body does.
+    /// The faces of a surface as patches of degree 2, which follow middle nodes, or circles about
+    /// the axis where their body does.
     std::vector<SurfaceFace<3>> curved_patches(const std::string &surface) const;
 
     ImportedPieces pieces;

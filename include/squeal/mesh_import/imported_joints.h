@@ -22,6 +22,8 @@ namespace squeal
 
   private:
     void check_pairs();
+    /// Middle nodes must not bend a sliding surface; its corners are checked with the pair.
+    void check_middle_nodes(const std::string &name) const;
     void check_ties();
     /// Each pressure belongs to one pair of surfaces.
     void check_contacts();

@@ -48,6 +48,9 @@ namespace squeal
     SurfaceFace<3> patch(const Face &face) const;
     std::vector<SurfaceFace<3>> patches(const std::string &name) const;
 
+    /// The nine points, x first, of a face whose cell middle nodes bend, else none.
+    std::vector<dealii::Point<3>> bent_patch(const Face &face) const;
+
     MeshFile file;
     std::map<Face, std::vector<CellFace>> faces;
     unsigned int n_turned = 0;                ///< cells numbered inside out in the file

@@ -34,6 +34,9 @@ namespace squeal
   /// The area of a plane convex quadrilateral with corners in any order, m^2.
   double area_of(const std::array<dealii::Point<3>, 4> &corners);
 
+  /// By how much a contact surface may miss a plane: of the pad's surface's size.
+  constexpr double plane_tolerance = 1e-4;
+
   /// How two contact surfaces lie to each other.
   struct ContactPairMeasures
   {

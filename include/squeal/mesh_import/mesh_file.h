@@ -1,5 +1,7 @@
 #pragma once
 
+#include <squeal/mesh/quadratic_cells.h>
+
 #include <deal.II/base/point.h>
 
 #include <array>
@@ -18,6 +20,7 @@ namespace squeal
     std::map<std::string, unsigned int> n_elements;  ///< by kind
     unsigned int n_nodes            = 0;             ///< that elements have
     unsigned int n_divided          = 0;             ///< elements of which more than one cell is
+    unsigned int n_curved           = 0;             ///< elements that bend their cells
     unsigned int n_linear_simplices = 0;             ///< tetrahedra and wedges without middle nodes
     std::map<std::string, unsigned int> passed_over; ///< elements by type of the file
   };
@@ -42,6 +45,7 @@ namespace squeal
     /// Nodes by name: these stand for the faces of the boundary all of whose corners are among
     /// them.
     std::map<std::string, std::vector<unsigned int>> node_sets;
+    QuadraticCells quadratic; ///< the shapes of cells that middle nodes bend, by node
     Division division;
 
     /// The faces of a cell: bottom, top, then around; corners in cyclic order, seen from outside

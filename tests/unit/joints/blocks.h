@@ -2,6 +2,8 @@
 
 #include "fields.h"
 
+#include <doctest/doctest.h>
+
 #include <squeal/bodies/body_operators.h>
 
 #include <deal.II/physics/transformations.h>
@@ -84,6 +86,51 @@ namespace squeal::tests
                 }
           }
     return replicate(flags);
+  }
+
+  /// Hanging nodes: every second cell of each body is divided.
+  inline void refine_every_second(FiniteElementSpace<3> &spaces, const std::vector<Body> &bodies)
+  {
+    const unsigned int before = spaces.triangulation.n_global_active_cells();
+    for (const Body body : bodies)
+    {
+      bool is_second = false;
+      refine_where(spaces, [&](const Point<3> &, const types::material_id of_cell)
+                   { return of_cell == body && (is_second = !is_second); });
+    }
+    CHECK(spaces.triangulation.n_global_active_cells() > before);
+  }
+
+  // Patch tests: a linear displacement of steel, whose gradient has all components.
+
+  inline Material patch_material()
+  {
+    Material material;
+    material.young_modulus = 2e11;
+    material.poisson_ratio = 0.3;
+    material.density       = 7850;
+    return material;
+  }
+
+  inline Tensor<2, 3> patch_gradient()
+  {
+    return Tensor<2, 3>({{1e-3, 4e-4, -2e-4}, {7e-4, -5e-4, 3e-4}, {-6e-4, 1e-4, 8e-4}});
+  }
+
+  inline MultiVector patch_displacement(const FiniteElementSpace<3> &spaces,
+                                        const std::vector<Body> &bodies,
+                                        const Tensor<2, 3> &gradient)
+  {
+    return interpolate(spaces, bodies,
+                       [&](const Point<3> &at) { return gradient * Tensor<1, 3>(at); });
+  }
+
+  inline Matrix patch_stiffness(const FiniteElementSpace<3> &spaces,
+                                const std::vector<Body> &bodies)
+  {
+    return std::move(*std::const_pointer_cast<Matrix>(
+        assemble_body(spaces, bodies, patch_material(), BodyMatrixChoice{false, true, false, false})
+            .K));
   }
 
   /// Of the forces of bodies and joint together: the largest sum in a row that no load acts on, and

@@ -10,8 +10,6 @@ namespace squeal::tests::contacts_tests
 
   namespace
   {
-    const Material steel{2e11, 0.3, 7850, 0, 0};
-
     /// A constant stress that passes the contact: of a stick contact any, of a frictionless one
     /// that of a change of volume. K u + N Lambda = 0 with its pressure and tangential tractions at
     /// all nodes that no load acts on.
@@ -27,27 +25,20 @@ namespace squeal::tests::contacts_tests
           {"upper : lower", upper_pad_body, first_side, second_side, 1e-3, kind, along}};
       FiniteElementSpace<3> spaces(geometry, degree, true, MPI_COMM_WORLD);
       spaces.distribute();
+      const std::vector<Body> bodies = {rotor_body, upper_pad_body};
       if (hanging)
-      {
-        bool is_lower = false, is_upper = false;
-        refine_where(spaces, [&](const Point<3> &, const types::material_id body)
-                     { return body == rotor_body && (is_lower = !is_lower); });
-        refine_where(spaces, [&](const Point<3> &, const types::material_id body)
-                     { return body == upper_pad_body && (is_upper = !is_upper); });
-      }
-      const BodyMatrices bodies = assemble_body(spaces, {rotor_body, upper_pad_body}, steel,
-                                                BodyMatrixChoice{false, true, false, false});
+        refine_every_second(spaces, bodies);
+      const Matrix K = patch_stiffness(spaces, bodies);
       Contact<3> contact(spaces, frictionless<3>(true));
-      contact.scale_constraints(bodies.K->infinity_norm());
+      contact.scale_constraints(K.infinity_norm());
       CHECK(contact.n_active_multipliers() == spaces.n_multipliers);
 
-      Tensor<2, 3> gradient({{1e-3, 4e-4, -2e-4}, {7e-4, -5e-4, 3e-4}, {-6e-4, 1e-4, 8e-4}});
+      Tensor<2, 3> gradient = patch_gradient();
       if (kind == ContactKind::frictionless)
         gradient = -1e-3 * Tensor<2, 3>(unit_symmetric_tensor<3>());
-      MultiVector x = interpolate(spaces, {rotor_body, upper_pad_body},
-                                  [&](const Point<3> &at) { return gradient * Tensor<1, 3>(at); });
+      MultiVector x = patch_displacement(spaces, bodies, gradient);
       // On the first side, along the second side's normal, e and b
-      const Tensor<1, 3> traction = stress_of(steel, gradient) * normal, n = -normal,
+      const Tensor<1, 3> traction = stress_of(patch_material(), gradient) * normal, n = -normal,
                          e = direction_in_surface(n, along), b = binormal_of(n, e);
       const auto set = [&](const unsigned int row, const double value)
       { x.data()[row - spaces.rows.begin] = value / contact.pressure_scale(); };
@@ -62,7 +53,7 @@ namespace squeal::tests::contacts_tests
         }
       }
       const Balance balance =
-          balance_of(spaces, multiply(*bodies.K, x), multiply(normal_matrix(contact), x));
+          balance_of(spaces, multiply(K, x), multiply(normal_matrix(contact), x));
       CHECK(balance.n_checked > spaces.n_multipliers + 3);
       CHECK(balance.largest <= 1e-10 * balance.largest_force);
     }

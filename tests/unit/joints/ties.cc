@@ -26,34 +26,18 @@ namespace squeal::tests::ties_tests
     {
       CAPTURE(degree);
       CAPTURE(hanging);
-      Material material;
-      material.young_modulus = 2e11;
-      material.poisson_ratio = 0.3;
-      material.density       = 7850;
       FiniteElementSpace<3> spaces(geometry, degree, true, MPI_COMM_WORLD);
       spaces.distribute();
+      const std::vector<Body> bodies = {rotor_body, upper_pad_body};
       if (hanging)
-      {
-        const unsigned int before = spaces.triangulation.n_global_active_cells();
-        bool is_lower             = false;
-        refine_where(spaces, [&](const Point<3> &, const types::material_id body)
-                     { return body == rotor_body && (is_lower = !is_lower); });
-        bool is_upper = false;
-        refine_where(spaces, [&](const Point<3> &, const types::material_id body)
-                     { return body == upper_pad_body && (is_upper = !is_upper); });
-        CHECK(spaces.triangulation.n_global_active_cells() > before);
-      }
-      const Matrix K  = std::move(*std::const_pointer_cast<Matrix>(
-          assemble_body(spaces, {rotor_body, upper_pad_body}, material,
-                         BodyMatrixChoice{false, true, false, false})
-              .K));
+        refine_every_second(spaces, bodies);
+      const Matrix K  = patch_stiffness(spaces, bodies);
       const Ties ties = assemble_ties(spaces, K.infinity_norm());
       CHECK(ties.n_active == spaces.n_ties);
 
-      const Tensor<2, 3> gradient({{1e-3, 4e-4, -2e-4}, {7e-4, -5e-4, 3e-4}, {-6e-4, 1e-4, 8e-4}});
-      MultiVector x             = interpolate(spaces, {rotor_body, upper_pad_body},
-                                              [&](const Point<3> &at) { return gradient * Tensor<1, 3>(at); });
-      const Tensor<2, 3> stress = stress_of(material, gradient);
+      const Tensor<2, 3> gradient = patch_gradient();
+      MultiVector x               = patch_displacement(spaces, bodies, gradient);
+      const Tensor<2, 3> stress   = stress_of(patch_material(), gradient);
       const Tensor<1, 3> traction =
           stress * normal; // on the first side, whose outward normal it is
       for (const auto node : spaces.nodes.locally_owned_dofs())

@@ -6,6 +6,10 @@
 #include <squeal/mesh_import/element_file.h>
 #include <squeal/mesh_import/mesh_checks.h>
 
+#include <deal.II/base/quadrature_lib.h>
+#include <deal.II/fe/fe_q.h>
+#include <deal.II/fe/fe_values.h>
+#include <deal.II/fe/mapping_q.h>
 #include <deal.II/grid/grid_tools.h>
 
 #include <sstream>
@@ -54,6 +58,13 @@ namespace squeal::tests::element_division_tests
         }
     }
 
+    /// A map of degree 2
+    Point<3> bend(const Point<3> &x)
+    {
+      return Point<3>(x[0] + 0.1 * x[1] * x[1] - 0.05 * x[0] * x[2], x[1] + 0.1 * x[0] * x[2],
+                      x[2] + 0.08 * x[0] * x[0] + 0.06 * x[1] * x[2]);
+    }
+
     const std::vector<Point<3>> corner_tetrahedron = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const std::vector<Point<3>> wedge              = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0},
                                                       {0, 0, 2}, {1, 0, 2}, {0, 1, 2}};
@@ -97,7 +108,7 @@ namespace squeal::tests::element_division_tests
     {
       Geometry<3> geometry;
       geometry.parts = {{rotor_body, 0, false}};
-      std::map<unsigned int, unsigned int> number;
+      std::vector<unsigned int> number(file.nodes.size(), numbers::invalid_unsigned_int);
       for (MeshFile::Cell &cell : file.cells)
       {
         if (corner_jacobians(file, cell)[0] < 0)
@@ -108,12 +119,16 @@ namespace squeal::tests::element_division_tests
         for (unsigned int v = 0; v < 8; ++v)
         {
           const unsigned int node = cell.nodes[lexicographic_corners[v]];
-          if (number.emplace(node, geometry.vertices.size()).second)
+          if (number[node] == numbers::invalid_unsigned_int)
+          {
+            number[node] = geometry.vertices.size();
             geometry.vertices.push_back(file.nodes[node]);
-          data.vertices[v] = number.at(node);
+          }
+          data.vertices[v] = number[node];
         }
         geometry.cells.push_back(data);
       }
+      geometry.quadratic = file.quadratic.renumbered(number);
       GridTools::consistently_order_cells(geometry.cells);
       return geometry;
     }
@@ -123,25 +138,12 @@ namespace squeal::tests::element_division_tests
     {
       CAPTURE(degree);
       CAPTURE(hanging);
-      Material material;
-      material.young_modulus = 2e11;
-      material.poisson_ratio = 0.3;
-      material.density       = 7850;
       FiniteElementSpace<3> spaces(geometry, degree, true, MPI_COMM_WORLD);
       spaces.distribute();
       if (hanging)
-      {
-        bool every_second = false;
-        refine_where(spaces, [&](const Point<3> &, const types::material_id)
-                     { return every_second = !every_second; });
-        CHECK(spaces.triangulation.n_global_active_cells() > geometry.cells.size());
-      }
-      const Matrix K = std::move(*std::const_pointer_cast<Matrix>(
-          assemble_body(spaces, {rotor_body}, material, BodyMatrixChoice{false, true, false, false})
-              .K));
-      const Tensor<2, 3> gradient({{1e-3, 4e-4, -2e-4}, {7e-4, -5e-4, 3e-4}, {-6e-4, 1e-4, 8e-4}});
-      const MultiVector x = interpolate(
-          spaces, {rotor_body}, [&](const Point<3> &at) { return gradient * Tensor<1, 3>(at); });
+        refine_every_second(spaces, {rotor_body});
+      const Matrix K        = patch_stiffness(spaces, {rotor_body});
+      const MultiVector x   = patch_displacement(spaces, {rotor_body}, patch_gradient());
       const Balance balance = balance_of(spaces, multiply(K, x), MultiVector(spaces.rows, 1));
       CHECK(balance.n_checked >= 3);
       CHECK(balance.largest <= 1e-10 * balance.largest_force);
@@ -238,14 +240,9 @@ namespace squeal::tests::element_division_tests
         check_patch(geometry, degree, hanging);
   }
 
-  TEST_CASE("element division: middle nodes place the new corners")
+  TEST_CASE("element division: cells have the shape that middle nodes give an element")
   {
-    // A map of degree 2: elements of degree 2 with straight edges before it have it exactly.
-    const auto bend = [](const Point<3> &x)
-    {
-      return Point<3>(x[0] + 0.1 * x[1] * x[1] - 0.05 * x[0] * x[2], x[1] + 0.1 * x[0] * x[2],
-                      x[2] + 0.08 * x[0] * x[0] + 0.06 * x[1] * x[2]);
-    };
+    // Elements of degree 2 with straight edges before a map of degree 2 have it exactly.
     for (ElementFile file : {element(ElementShape::tetrahedron, corner_tetrahedron),
                              element(ElementShape::wedge, wedge),
                              element(ElementShape::hexahedron, {{0, 0, 0},
@@ -257,32 +254,85 @@ namespace squeal::tests::element_division_tests
                                                                 {1, 1, 1},
                                                                 {0, 1, 1}})})
     {
-      const ElementShape shape = file.elements[0].shape;
       add_middles(file);
-      const MeshFile straight = divided(file);
-      CHECK(straight.cells.size() == (shape == ElementShape::tetrahedron ? 4
-                                      : shape == ElementShape::wedge     ? 3
-                                                                         : 1));
+      const Geometry<3> straight = geometry_of(divided(file));
+      CHECK(straight.quadratic.empty());
       for (Point<3> &x : file.nodes)
         x = bend(x);
-      const MeshFile bent = divided(file);
-      // Bent ones are divided in all directions. Their corners come in the order of the straight
-      // element's only for the tetrahedron; so each must be the image of a place.
-      CHECK(bent.cells.size() == (shape == ElementShape::tetrahedron ? 4
-                                  : shape == ElementShape::wedge     ? 6
-                                                                     : 8));
-      const std::vector<double> thirds = {0, 1. / 3, 0.25, 0.5, 1, 2};
-      for (const MeshFile::Cell &cell : bent.cells)
-        for (const unsigned int node : cell.nodes)
+      const MeshFile divided_file = divided(file);
+      const Geometry<3> bent      = geometry_of(divided_file);
+      REQUIRE(bent.cells.size() == straight.cells.size());
+      CHECK(divided_file.division.n_curved == 1);
+      CHECK(bent.quadratic.cells.size() == bent.cells.size());
+      // Points of the mapping of degree 2, also of cells that are refined, are images of those of
+      // the straight ones.
+      Triangulation<3> before, after;
+      straight.make_coarse_mesh(before);
+      bent.make_coarse_mesh(after);
+      for (unsigned int level = 0; level < 2; ++level)
+      {
+        const FE_Q<3> fe(2);
+        const MappingQ<3> mapping(2);
+        FEValues<3> a(mapping, fe, QGauss<3>(3), update_quadrature_points),
+            b(mapping, fe, QGauss<3>(3), update_quadrature_points);
+        double furthest = 0;
+        auto other      = after.begin_active();
+        for (const auto &cell : before.active_cell_iterators())
         {
-          double distance = 1;
-          for (const double a : thirds)
-            for (const double b : thirds)
-              for (const double c : thirds)
-                distance = std::min(distance, bend(Point<3>(a, b, c)).distance(bent.nodes[node]));
-          CHECK(distance <= 1e-14);
+          a.reinit(cell);
+          b.reinit(other++);
+          for (unsigned int q = 0; q < a.n_quadrature_points; ++q)
+            furthest =
+                std::max(furthest, bend(a.quadrature_point(q)).distance(b.quadrature_point(q)));
         }
-      CHECK(smallest_jacobian(bent) > 0.2);
+        CHECK(furthest <= 1e-14);
+        before.refine_global();
+        after.refine_global();
+      }
+    }
+  }
+
+  TEST_CASE("element division: constant stress in bent cells, with hanging nodes")
+  {
+    // Of cells with the shape of degree 2 the forces of a constant stress are integrated exactly.
+    ElementFile file = mixed();
+    add_middles(file);
+    for (Point<3> &x : file.nodes)
+      x = bend(0.5 * x);
+    const MeshFile bent = divided(file);
+    CHECK(bent.division.n_curved == 5);
+    const Geometry<3> geometry = geometry_of(bent);
+    for (const unsigned int degree : {1u, 2u, 3u})
+      for (const bool hanging : {false, true})
+        check_patch(geometry, degree, hanging);
+  }
+
+  TEST_CASE(
+      "element division: points of bent cells are found, far from the origin and in thin ones")
+  {
+    ElementFile file = element(
+        ElementShape::hexahedron,
+        {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}});
+    add_middles(file);
+    for (Point<3> &x : file.nodes)
+    {
+      x = bend(x);
+      x = Point<3>(1 + 1e-3 * x[0], 2 + 1e-3 * x[1], 3 + 1e-5 * x[2]);
+    }
+    const MeshFile bent = divided(file);
+    std::array<Point<3>, 8> corners;
+    std::array<unsigned int, 8> vertices{};
+    for (unsigned int v = 0; v < 8; ++v)
+    {
+      vertices[v] = bent.cells[0].nodes[lexicographic_corners[v]];
+      corners[v]  = bent.nodes[vertices[v]];
+    }
+    const QuadraticManifold manifold(bent.quadratic.points(0, corners, vertices));
+    for (unsigned int k = 0; k < 125; ++k)
+    {
+      const Point<3> xi(k % 5 / 4., k / 5 % 5 / 4., k / 25 / 4.);
+      // Coordinates of some metres have steps of 4e-16, which is 4e-11 of the thickness.
+      CHECK(manifold.pull_back(manifold.push_forward(xi)).distance(xi) <= 1e-10);
     }
   }
 
@@ -323,6 +373,33 @@ namespace squeal::tests::element_division_tests
     pair.nodes.emplace_back(0.2, -1, 0.2);
     pair.elements.push_back({ElementShape::tetrahedron, {0, 1, 3, 10}, 8, 4});
     CHECK_THROWS_WITH_AS(divided(pair), doctest::Contains("line 4: element 8"), InputError);
+
+    // Hexahedra that stay whole: a linear one above a bent one, before it and after it in the file
+    ElementFile hexahedra = element(
+        ElementShape::hexahedron,
+        {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}});
+    add_middles(hexahedra);
+    hexahedra.nodes[12] += Point<3>(0, -0.1, 0); // of the edge 4, 5
+    for (const double x : {0., 1.})
+      for (const double y : {0., 1.})
+        hexahedra.nodes.emplace_back(x, y, 2);
+    hexahedra.elements.push_back({ElementShape::hexahedron, {4, 5, 6, 7, 20, 22, 23, 21}, 8, 4});
+    for (const bool first : {false, true})
+    {
+      if (first)
+        std::swap(hexahedra.elements[0], hexahedra.elements[1]);
+      CHECK_THROWS_WITH_AS(divided(hexahedra), doctest::Contains("line 4: element 8"), InputError);
+    }
+    hexahedra.nodes[12] -= Point<3>(0, -0.1, 0);
+    CHECK(divided(hexahedra).cells.size() == 2);
+
+    // Middle nodes so far from the middles that the polynomial turns back
+    ElementFile folded = element(
+        ElementShape::hexahedron,
+        {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}});
+    add_middles(folded);
+    folded.nodes[8][0] = 0.8; // beyond 3/4 of the edge 0, 1
+    CHECK_THROWS_WITH_AS(divided(folded), doctest::Contains("flat or folded"), InputError);
   }
 
   TEST_CASE("element division: a deck's parts are those of the flat deck, moved and turned")
