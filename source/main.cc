@@ -1,6 +1,8 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/files.h>
 #include <squeal/base/memory.h>
 #include <squeal/base/signals.h>
+#include <squeal/mesh_import/deck_parameters.h>
 #include <squeal/run/advice.h>
 #include <squeal/run/driver.h>
 #include <squeal/run/report.h>
@@ -133,11 +135,16 @@ namespace
       "                                                   run (in parallel: mpirun -np N squeal "
       "...)\n"
       "  squeal --check FILE.prm                          validate, print what would run\n"
+      "  squeal --from-deck FILE.inp [--rotor NAME] [--overwrite]\n"
+      "                                                   write FILE.prm: what a deck of Abaqus or "
+      "CalculiX says\n"
       "  squeal --print-parameters=prm|json|md            every key with default, unit, allowed "
       "values\n"
       "  squeal --version | --help\n"
       "\n"
-      "--overwrite: the results of another run in the output directory may be replaced.\n"
+      "--overwrite: the results of another run in the output directory, or FILE.prm, may be "
+      "replaced.\n"
+      "--rotor: the section of the deck that turns, where no name is like rotor or disc.\n"
       "Exit status: 0 finished, 2 the input is wrong, 3 a solver failed, 1 anything else.\n";
 
   /// What was to be shown has not arrived: the disk is full, or what reads it has ended.
@@ -155,7 +162,7 @@ namespace
   struct CommandLine
   {
     bool check = false, help = false, version = false, overwrite = false;
-    std::string print_format, filename;
+    std::string print_format, filename, deck, rotor;
     std::vector<std::string> overrides;
   };
 
@@ -180,6 +187,12 @@ namespace
         if (++i == arguments.size())
           throw InputError("--set: expected \"Section/Key=value\" after it.");
         result.overrides.push_back(arguments[i]);
+      }
+      else if (argument == "--from-deck" || argument == "--rotor")
+      {
+        if (++i == arguments.size())
+          throw InputError(argument + ": expected a name after it.");
+        (argument == "--rotor" ? result.rotor : result.deck) = arguments[i];
       }
       else if (argument == print)
         result.print_format = "prm";
@@ -221,6 +234,19 @@ namespace
                 : "");
   }
 
+  /// Writes the parameter file of a deck beside it. Returns what to say.
+  std::string write_parameters_of_deck(const CommandLine &command)
+  {
+    const std::string text = squeal::parameters_of_deck(command.deck, command.rotor),
+                      name = command.deck.substr(0, command.deck.size() - 4) + ".prm";
+    if (!command.overwrite && std::filesystem::exists(name))
+      throw squeal::InputError("--from-deck: " + name +
+                               " exists; with --overwrite it is replaced.");
+    squeal::write_file(name, [&](std::ostream &out) { out << text; });
+    const std::size_t list = text.find("# Passed over:");
+    return "Written: " + name + "\n" + (list == std::string::npos ? "" : text.substr(list));
+  }
+
   /// Prints what needs neither MPI nor PETSc; false if @p command asks for something else.
   bool answer(const CommandLine &command, std::ostream &out)
   {
@@ -229,6 +255,8 @@ namespace
       text << usage;
     else if (command.version)
       text << version();
+    else if (!command.deck.empty())
+      text << write_parameters_of_deck(command);
     else if (!command.print_format.empty())
       squeal::ParameterFile().print_manual(text, command.print_format);
     else
@@ -244,6 +272,8 @@ namespace
     std::ostringstream nowhere;
     std::ostream &out = speaks ? std::cout : nowhere;
 
+    if (!command.deck.empty() && !speaks)
+      return; // one rank writes
     if (answer(command, out))
       return;
     if (command.filename.empty())

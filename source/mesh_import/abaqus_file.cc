@@ -174,7 +174,10 @@ namespace squeal
         else if (name == "*SURFACE")
           begin_surface();
         else if (name == "*SOLID SECTION" && keyword.has("ELSET"))
-          with_section.insert(full_name(element_sets, keyword.value("ELSET")));
+          used.insert(full_name(element_sets, keyword.value("ELSET")));
+        else if (name == "*BOUNDARY")
+          take = [this](const std::vector<std::string> &fields)
+          { used.insert(full_name(node_sets, deck_label(fields[0]))); };
         else if (name == "*PART")
           read_part();
         else if (name == "*INSTANCE")
@@ -521,11 +524,12 @@ namespace squeal
       }
 
       /// Sets of elements become volumes or surfaces. Those that preprocessors make for surfaces
-      /// and picks of their own are left out, unless a section gives them a material.
+      /// and picks of their own are left out, unless a section gives them a material or a support
+      /// holds them.
       void resolve()
       {
         for (const auto &[name, set] : element_sets)
-          if (internal.count(name) == 0 || with_section.count(name) > 0)
+          if (internal.count(name) == 0 || used.count(name) > 0)
             for (const auto &[in, elements] : set)
             {
               const Scope &here = scopes[in];
@@ -535,7 +539,7 @@ namespace squeal
                 file.surfaces[name].push_back(here.faces.at(element));
             }
         for (const auto &[name, set] : node_sets)
-          if (internal.count(name) == 0)
+          if (internal.count(name) == 0 || used.count(name) > 0)
             for (const auto &[in, nodes] : set)
             {
               const Scope &here = scopes[in];
@@ -561,7 +565,7 @@ namespace squeal
       std::vector<long> element; ///< number and nodes so far
       std::map<std::string, Scope> scopes;
       std::map<std::string, ScopedSet> element_sets, node_sets;
-      std::set<std::string> internal, with_section;
+      std::set<std::string> internal, used;
     };
   } // namespace
 

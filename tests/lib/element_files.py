@@ -3,6 +3,8 @@
 Elements are tuples of nodes: corners, then middles of edges in the order of Abaqus.
 """
 
+import math
+
 import mesh_files
 
 # Six tetrahedra of a hexahedron about the diagonal 0 6, two wedges with axes upwards. Cells that are numbered alike
@@ -78,7 +80,14 @@ class Elements:
                 self.elements[e] += (middles[key],)
 
 
-def _lines(numbers):
+def on_circle(a, b):
+    """Half way along the circle about z between two places, as the program's curved bodies have it."""
+    x, y, z = ((p + q) / 2 for p, q in zip(a, b))
+    r, straight = (math.hypot(*a[:2]) + math.hypot(*b[:2])) / 2, math.hypot(x, y)
+    return x * r / straight, y * r / straight, z
+
+
+def lines_of(numbers):
     return [", ".join(map(str, numbers[k:k + 16])) for k in range(0, len(numbers), 16)]
 
 
@@ -101,7 +110,7 @@ def inp(mesh):
     lines = ["*NODE"] + [f"{i + 1}, " + ", ".join(f"{x:.17g}" for x in node) for i, node in enumerate(mesh.nodes)]
     lines += _element_lines(mesh, range(len(mesh.elements)), lambda v: v + 1)
     for name, elements in mesh.volumes.items():
-        lines += [f"*ELSET, ELSET={name}"] + _lines([e + 1 for e in elements])
+        lines += [f"*ELSET, ELSET={name}"] + lines_of([e + 1 for e in elements])
     for name, faces in mesh.surfaces.items():
         lines += [f"*SURFACE, NAME={name}"] + [f"{e + 1}, S{f + 1}" for e, f in faces]
     return "\n".join(lines + [""])
@@ -128,7 +137,7 @@ def assembly(mesh, bodies, include=False):
             lines += rows
         lines += _element_lines(mesh, elements, own.get)
         for volume in volumes:
-            lines += [f"*Elset, elset={volume}"] + _lines([e + 1 for e in mesh.volumes[volume]])
+            lines += [f"*Elset, elset={volume}"] + lines_of([e + 1 for e in mesh.volumes[volume]])
         lines += ["*End Part", "**"]
         instances += [f"*Instance, name={body}-1, part={body}", "1., 2., 3.", "1., 2., 0., 1., 2., 1., 90.",
                       "*End Instance", "**"]
@@ -138,9 +147,70 @@ def assembly(mesh, bodies, include=False):
         for e, f in faces:
             by_side.setdefault((f + 1, of_body[e]), []).append(e + 1)
         for (side, body), elements in by_side.items():
-            lines += [f"*Elset, elset=_{name}_S{side}, internal, instance={body}-1"] + _lines(elements)
+            lines += [f"*Elset, elset=_{name}_S{side}, internal, instance={body}-1"] + lines_of(elements)
         lines += [f"*Surface, type=ELEMENT, name={name}"] + [f"_{name}_S{side}, S{side}" for side, _ in by_side]
     return "\n".join(lines + ["*End Assembly", "*Material, name=steel", "*Elastic", "2.1e11, 0.3", ""]), nodes_file
+
+
+# What a deck of the default brake has beside its mesh, in mm, t, s.
+MODEL = """*Material, name=Iron
+*Density
+ 7.2e-09,
+*Damping, beta=1e-07
+*Elastic
+125000., 0.25
+*Material, name=Lining
+*Elastic
+10000., 0.3
+*Density
+ 2.5e-09,
+*Damping, beta=2e-06
+*Surface Interaction, name=IntProp-1
+1.,
+*Friction, slip tolerance=0.005
+ 0.6,
+*Surface Behavior, pressure-overclosure=HARD
+*Contact Pair, interaction=IntProp-1, small sliding
+upper.low, rotor.high
+** The rotor's side first
+*Contact Pair, interaction=IntProp-1
+rotor.low, lower.high
+*Boundary
+_held, ENCASTRE
+_guided, 1, 2
+*Step, name=Modes, nlgeom=NO
+*Static
+*Motion, rotation, type=VELOCITY
+_held, 20., 0., 0., 0., 0., 0., 1.
+*Dsload
+upper.high, P, 1.
+lower.low, P, 1.
+*Complex Frequency
+20, , 6000.
+*Node Output
+U
+*End Step
+"""
+
+
+def brake_deck(mesh):
+    """(deck, included file) of the default brake with parts, in mm, up to MODEL: sections, sets of its supports."""
+    mesh.nodes = [tuple(1000 * x for x in node) for node in mesh.nodes]
+    bodies = {"rotor": ("Disc", "Iron"), "upper": ("Up", "Lining"), "lower": ("Low", "Lining")}
+    deck, nodes = assembly(mesh, {part: [body] for body, (part, _) in bodies.items()}, True)
+    deck = deck[:deck.index("*Material")]
+    for body, (_, material) in bodies.items():
+        end = deck.index("*End Part", deck.index(f"*Elset, elset={body}\n"))
+        deck = deck[:end] + f"*Solid Section, elset={body}, material={material}\n,\n" + deck[end:]
+    lines = []
+    for name, surfaces in (("_held", ["rotor.inner"]), ("_guided", ["upper.high", "lower.low"])):
+        for surface in surfaces:
+            body = surface.split(".")[0]
+            own = {v: i + 1 for i, v in enumerate(sorted({v for e in mesh.volumes[body] for v in mesh.elements[e]}))}
+            nodes_of = sorted({own[mesh.elements[e][v]] for e, f in mesh.surfaces[surface]
+                               for v in FACES[N_CORNERS[len(mesh.elements[e])]][f]})
+            lines += [f"*Nset, nset={name}, internal, instance={bodies[body][0]}-1", *lines_of(nodes_of)]
+    return deck.replace("*End Assembly", "\n".join([*lines, "*End Assembly"])), nodes
 
 
 def msh2(mesh):

@@ -217,8 +217,10 @@ class BadMesh(st.TestCase):
         self.assertTrue(modes)
 
     def test_no_support(self):
-        self.assertRefused({"Mesh/Guided": "upper.high"}, "Mesh/Clamped", "'lower.high' can move rigidly in 3 ways")
-        self.assertRefused({"Mesh/Clamped": ""}, "'rotor' can move rigidly in 6 ways")
+        self.assertRefused({"Mesh/Guided": "upper.high"}, "Mesh/Clamped",
+                           "'lower.high' can move rigidly in 3 ways (along x, along y, about z)")
+        self.assertRefused({"Mesh/Clamped": ""},
+                           "'rotor' can move rigidly in 6 ways (along x, along y, along z, about x, about y, about z)")
 
     def test_uniform_pressure(self):
         """Half the pads are loaded: the contact pressure is not the applied one."""

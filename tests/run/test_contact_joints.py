@@ -120,7 +120,8 @@ class PlatesInContact(st.TestCase):
                 ({"Joints/Contacts": pairs + ", upper.end : upper.plate.end : stick"}, "share nodes"),
                 ({"Joints/Ties": "upper.high : upper.plate.low"}, "is in a contact and in Joints/Ties too"),
                 ({"Contact/Formulation": "penalty"}, "does not go with Joints/Contacts"),
-                ({"Joints/Contacts": pairs.replace("stick", "frictionless")}, "can move rigidly"),
+                ({"Joints/Contacts": pairs.replace("stick", "frictionless")},
+                 "can move rigidly in 3 ways (along x, along y, about z)"),
                 ({"Static equilibrium/Linear solver": "iterative"}, "has no joints")]:
             with self.subTest(words):
                 self.write("refused.prm", st.parameter_file({**good, **changed}))

@@ -2,6 +2,8 @@
 
 import math
 import pathlib
+import re
+import subprocess
 import sys
 import unittest
 
@@ -18,13 +20,6 @@ BRAKE = {**st.SMALL_BRAKE, **mesh_files.SCENE, "Discretization/Degree": 2, "Mesh
 def pads_of(n_corners):
     """The default brake, whose pads' cells become elements with so many corners."""
     return element_files.Elements(mesh_files.brake(), lambda name: 8 if name == "rotor" else n_corners)
-
-
-def on_circle(a, b):
-    """Half way along the circle about z between two places, as the program's curved bodies have it."""
-    x, y, z = ((p + q) / 2 for p, q in zip(a, b))
-    r, straight = (math.hypot(*a[:2]) + math.hypot(*b[:2])) / 2, math.hypot(x, y)
-    return x * r / straight, y * r / straight, z
 
 
 class Elements(st.TestCase):
@@ -55,9 +50,10 @@ class Elements(st.TestCase):
                 self.assertWithinBars(modes, expected)
                 n = {4: 2 * 6 * 6, 6: 2 * 6 * 2}[n_corners]  # two pads of six cells
                 self.assertIn(f"{n} linear {kind} elements", log)
-                self.assertIn(f"Of them {n} are divided: {54 + n * {4: 4, 6: 3}[n_corners]} hexahedra", log)
+                self.assertIn(f"Of them {n} are divided and 0 bend their cells: "
+                              f"{54 + n * {4: 4, 6: 3}[n_corners]} hexahedra", log)
                 quadratic = pads_of(n_corners)
-                quadratic.make_quadratic({"rotor": on_circle})
+                quadratic.make_quadratic({"rotor": element_files.on_circle})
                 for name, writer, ranks in [("quadratic.inp", element_files.inp, 1),
                                             ("quadratic.msh", element_files.msh2, 2)]:
                     self.assertEqualModes(self.run_mesh(quadratic, name, writer, ranks=ranks)[0], modes, 1e-8)
@@ -67,11 +63,64 @@ class Elements(st.TestCase):
         settings = {"Mesh/Curved bodies": "all", "Discretization/Degree": 1}
         expected, _ = self.run_mesh(pads_of(8), settings=settings)
         quadratic = pads_of(8)
-        quadratic.make_quadratic(dict.fromkeys(quadratic.volumes, on_circle))
+        quadratic.make_quadratic(dict.fromkeys(quadratic.volumes, element_files.on_circle))
         for name, writer in [("quadratic.inp", element_files.inp), ("quadratic.msh", element_files.msh2)]:
             modes, log = self.run_mesh(quadratic, name, writer, settings)
             self.assertEqualModes(modes, expected, 1e-9)
-            self.assertIn("Of them 0 are divided", log)
+            self.assertIn("Of them 0 are divided and 0 bend their cells: 66 hexahedra", log)
+
+    def disc(self, n, shape):
+        """Frequencies of an annular disc at rest of C3D20, n around, whose edges are straight, through middle nodes on
+        circles, or follow circles."""
+        elements = element_files.Elements(mesh_files.brake((1, n, 1), pads=()), lambda name: 8)
+        elements.make_quadratic(None if shape == "straight" else {"rotor": element_files.on_circle})
+        settings = {**dict.fromkeys(["Mesh/Pads", "Mesh/Contact pairs", "Mesh/Guided", "Mesh/Pressure on"], ""),
+                    "Stage": "elastic", "Operation/Angular velocity": 0, "Eigenproblem/Error bars": "false",
+                    "Eigenproblem/Maximum frequency": 4000, "Mesh/Curved bodies": "rotor" if shape == "circles" else "none"}
+        modes, log = self.run_mesh(elements, settings=settings)
+        self.assertIn(f"Of them 0 are divided and {n if shape == 'bent' else 0} bend their cells", log)
+        return [mode["frequency_hz"] for mode in modes][:10]
+
+    def test_middle_nodes_bend_cells(self):
+        """Through two corners and a middle node on a circle go the cells of degree 2 that follow it: the same disc.
+        Straight edges miss the circle by the second power of an element's angle."""
+        errors = []
+        for n in (12, 24):
+            expected = self.disc(n, "circles")
+            straight, bent = ([abs(a / b - 1) for a, b in zip(self.disc(n, shape), expected)]
+                              for shape in ("straight", "bent"))
+            self.assertLessEqual(max(bent), 1e-9)
+            errors.append(max(straight))
+        self.assertGreater(errors[0], 1e-2)
+        self.assertLess(abs(math.log2(errors[0] / errors[1]) - 2), 0.5)
+
+    def test_bent_pads(self):
+        """Pads of C3D10 with middle nodes on circles, refined with hanging nodes: one rank and two have the same modes."""
+        mesh = mesh_files.brake((1, 8, 1), (1, 2, 1))
+        bent = element_files.Elements(mesh, lambda name: 8 if name == "rotor" else 4)
+        bent.make_quadratic(dict.fromkeys(bent.volumes, element_files.on_circle))
+        settings = {"Refinement/Strategy": "adaptive", "Refinement/Cycles": 2, "Refinement/Tolerance": 1e-3,
+                    "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 3000}
+        lists = []
+        for ranks in (1, 2):
+            table, log = self.run_mesh(bent, settings=settings, ranks=ranks)
+            self.assertIn("Of them 24 are divided and 24 bend their cells", log)
+            lists.append([mode for mode in table if mode["cycle"] == 1])
+            self.assertTrue(lists[-1])
+        self.assertEqualModes(*lists, 1e-8)
+
+    def test_bent_contact_surface(self):
+        """Middle nodes off the plane of a contact surface are refused, of divided elements by their corners; in it they
+        are not."""
+        for n_corners, words in ((4, "'UPPER.LOW' reaches from z = "), (8, "a middle node bends 'UPPER.LOW'")):
+            mesh = pads_of(n_corners)
+            mesh.make_quadratic({"rotor": element_files.on_circle, "upper": lambda a, b: (
+                *((p + q) / 2 for p, q in zip(a[:2], b[:2])), (a[2] + b[2]) / 2 + 1e-4 * (a[2] == b[2] == 0.006))})
+            self.write("bent.inp", element_files.inp(mesh))
+            self.write("bent.prm", {**BRAKE, "Mesh/File": "bent.inp"})
+            result = st.run("bent.prm", directory=self.directory, timeout=60)
+            self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+            self.assertIn(words, result.stderr)
 
     def test_locking_is_told(self):
         _, log = self.run_mesh(pads_of(4), settings={"Discretization/Degree": 1})
@@ -88,6 +137,142 @@ class Elements(st.TestCase):
         modes, log = self.run_mesh(mesh, "parts.inp", lambda mesh: deck, parts)
         self.assertEqualModes(modes, expected, 1e-9)
         self.assertNotIn("_UPPER", log)
+
+    def from_deck(self, deck, *options):
+        """Return code and what was said."""
+        self.write("brake.inp", deck)
+        result = subprocess.run([str(st.SQUEAL), "--from-deck", "brake.inp", *options], cwd=self.directory, text=True,
+                                capture_output=True, timeout=60, env=st.ENVIRONMENT)
+        return result.returncode, result.stdout + result.stderr
+
+    def test_from_deck(self):
+        """A deck as preprocessors write it, in mm, with parts, sets of their own for supports, contact pairs in both
+        orders: its parameter file runs and has the eigenvalues of the flat file with the keys written by hand."""
+        settings = {"Discretization/Degree": 2, "Contact/Friction/Coefficient": 0.6, "Operation/Angular velocity": 20,
+                    "Eigenproblem/Maximum frequency": 6000}
+        expected, _ = self.run_mesh(pads_of(4), "flat.inp", settings=settings)
+        deck, nodes = element_files.brake_deck(pads_of(4))
+        self.write("nodes.txt", nodes)
+        status, said = self.from_deck(deck + element_files.MODEL)
+        self.assertEqual(status, 0, said)
+        self.assertRegex(said, r"# Passed over:\n#   brake.inp, line \d+: \*STATIC\n")
+        text = (self.directory / "brake.prm").read_text()
+        for line in ("Contact pairs = UPPER.LOW : ROTOR.HIGH, LOWER.HIGH : ROTOR.LOW", "Clamped = _HELD",
+                     "Scale = 0.001", "Guided = _GUIDED", "Young modulus = 125000000000", "Density = 7200",
+                     "Pressure = 1000000", "Pressure on = LOWER.LOW, UPPER.HIGH", "Coefficient = 0.6", "Angular velocity = 20", "Axis = z"):
+            self.assertIn(line + "\n", re.sub(r" +#.*", "", text))
+        result = st.run("brake.prm", directory=self.directory, timeout=300)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertEqualModes(st.read_table(self.directory / "output" / "brake" / "modes.csv"), expected, 1e-9)
+        # What is there is not replaced unasked.
+        self.assertEqual(self.from_deck(deck + element_files.MODEL)[0], 2)
+        self.assertEqual((self.directory / "brake.prm").read_text(), text)
+        self.assertEqual(self.from_deck(deck + element_files.MODEL, "--overwrite")[0], 0)
+
+    def test_from_deck_refuses(self):
+        deck, nodes = element_files.brake_deck(pads_of(4))
+        self.write("nodes.txt", nodes)
+        for what, changed, *words in [
+                ("no density", element_files.MODEL.replace("*Density\n 7.2e-09,\n", ""), "IRON", "*DENSITY"),
+                ("two systems of units", element_files.MODEL.replace("7.2e-09", "7200."), "densities", "units"),
+                ("no such material", element_files.MODEL.replace("name=Lining", "name=Other"), "LINING"),
+                ("no such surface", element_files.MODEL.replace("upper.low,", "upper.lo,"), "UPPER.LO"),
+                ("an anisotropic law",
+                 element_files.MODEL.replace("*Elastic\n1000", "*Elastic, type=ORTHOTROPIC\n1000"),
+                 "ORTHOTROPIC", "ENGINEERING CONSTANTS"),
+                ("not about the axis",
+                 element_files.MODEL.replace("*Elastic\n10000., 0.3", "*Elastic, type=ENGINEERING CONSTANTS\n"
+                                    "1e4, 2e4, 3e3, 0.2, 0.2, 0.2, 4e3, 1e3\n1e3"), "LINING", "alike")]:
+            with self.subTest(what):
+                status, said = self.from_deck(deck + changed)
+                self.assertEqual(status, 2, said)
+                for word in words:
+                    self.assertIn(word, said)
+                self.assertFalse((self.directory / "brake.prm").exists())
+        # Which turns, where no name says so
+        wheel = (deck + element_files.MODEL).replace("Disc", "Wheel").replace("elset=rotor", "elset=ring")
+        status, said = self.from_deck(wheel)
+        self.assertEqual(status, 2, said)
+        self.assertIn("--rotor NAME, of LOW-1.LOWER, UP-1.UPPER, WHEEL-1.RING", said)
+        self.assertEqual(self.from_deck(wheel, "--rotor", "Wheel-1.ring")[0], 0)
+
+    def test_from_deck_joints(self):
+        """Ties, contact between bodies that do not turn, springs, dashpots and masses at points, a lining softer along
+        the axis, in SI units."""
+        deck = """*NODE
+1, 0, 0, 0
+2, 1, 0, 0
+3, 1, 1, 0
+4, 0, 1, 0
+5, 0, 0, 1
+6, 1, 0, 1
+7, 1, 1, 1
+8, 0, 1, 1
+11, 0, 0, 1
+12, 1, 0, 1
+13, 1, 1, 1
+14, 0, 1, 1
+15, 0, 0, 2
+16, 1, 0, 2
+17, 1, 1, 2
+18, 0, 1, 2
+101, 0.5, 0.5, 3
+102, 0.5, 0.5, 5
+*ELEMENT, TYPE=C3D8, ELSET=ROTOR
+1, 1, 2, 3, 4, 5, 6, 7, 8
+*ELEMENT, TYPE=C3D8, ELSET=BLOCK
+2, 11, 12, 13, 14, 15, 16, 17, 18
+*ELEMENT, TYPE=SPRINGA, ELSET=LINE
+3, 101, 102
+*ELEMENT, TYPE=SPRING1, ELSET=GROUND
+4, 102
+*ELEMENT, TYPE=MASS, ELSET=MASS
+5, 102
+*ELEMENT, TYPE=SPRING1, ELSET=ON_MESH
+6, 17
+*SURFACE, NAME=UP
+1, S2
+*SURFACE, NAME=DOWN
+2, S1
+*SURFACE, NAME=TOP
+2, S2
+*COUPLING, CONSTRAINT NAME=C, REF NODE=101, SURFACE=TOP
+*DISTRIBUTING
+*TIE, NAME=T
+DOWN, UP
+*ORIENTATION, NAME=O
+0, 0, 1, 1, 0, 0
+*MATERIAL, NAME=SOFT
+*ELASTIC, TYPE=ENGINEERING CONSTANTS
+1e9, 8e9, 8e9, 0.05, 0.05, 0.2, 1e9, 1e9
+3333333333.333333
+*DENSITY
+2600
+*SOLID SECTION, ELSET=ROTOR, MATERIAL=SOFT, ORIENTATION=O
+*SOLID SECTION, ELSET=BLOCK, MATERIAL=SOFT, ORIENTATION=O
+*SPRING, ELSET=LINE
+
+1000.
+*SPRING, ELSET=GROUND
+3
+2000.
+*SPRING, ELSET=ON_MESH
+1
+1.
+*MASS, ELSET=MASS
+0.5
+"""
+        status, said = self.from_deck(deck)
+        self.assertEqual(status, 0, said)
+        text = (self.directory / "brake.prm").read_text()
+        # nu_tn = nu_nt E_t / E_n
+        for line in ("Ties = DOWN : UP", "Points = P101 : TOP, P102 : 0 0 5", "Masses = P102 : 0.5",
+                     "Springs = P101 : P102 : 1000 0 0 : 0 0 1, P102 : ground : 0 0 2000 0 0 0",
+                     "Law = transversely_isotropic", "Young modulus = 8000000000", "Axial Young modulus = 1000000000",
+                     "Poisson ratio = 0.2", "Axial Poisson ratio = 0.4", "Axial shear modulus = 1000000000",
+                     "Scale = 1"):
+            self.assertIn(line + "\n", text)
+        self.assertRegex(said, r"\*SPRING, at a node of the mesh")
 
     def assertRefused(self, deck, *words):
         self.write("bad.inp", deck)
