@@ -41,9 +41,9 @@ namespace squeal
     if (size.solver == ModeSolver::block_davidson)
       return libraries + 85 * of_vector * size.n_modes;
 
-    double with_bars = libraries + 38.7 * of_vector * size.n_modes + 2.77 * of_cells;
+    double with_bars = libraries + 34.8 * of_vector * size.n_modes + 2.77 * of_cells;
     if (size.error_bars)
-      with_bars += 0.095 * size.n_cells + 2.73 * mib * size.n_cells * size.n_modes * n_bars;
+      with_bars += 0.038 * size.n_cells + 1.09 * mib * size.n_cells * size.n_modes * n_bars;
     // Nested dissection in three dimensions.
     const double factors = (1e-4 + 0.48e-4 * size.degree) *
                            std::pow(size.n_unknowns / (size.is_halved ? 2 : 1), 4. / 3);
