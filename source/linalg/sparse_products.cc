@@ -14,8 +14,8 @@ namespace squeal
     using Chunk                  = std::array<double, width>;
 
     /// Columns first ... first + width of a block, row by row; zeros beyond the last.
-    std::vector<Chunk> gather(const double *data, const unsigned int n_rows,
-                              const unsigned int n_columns, const unsigned int first)
+    std::vector<Chunk> gather_chunks(const double *data, const unsigned int n_rows,
+                                     const unsigned int n_columns, const unsigned int first)
     {
       std::vector<Chunk> rows(n_rows, Chunk{});
       for (unsigned int c = 0; c < width && first + c < n_columns; ++c)
@@ -195,7 +195,7 @@ namespace squeal
           coupling ? std::make_unique<GhostRows>(block.row_range(), ghosts, n_ghosts) : nullptr;
       for (unsigned int first = 0; first < n_columns; first += width)
       {
-        const std::vector<Chunk> x = gather(block.data(), n_rows, n_columns, first);
+        const std::vector<Chunk> x = gather_chunks(block.data(), n_rows, n_columns, first);
         std::vector<Chunk> y(n_rows, Chunk{});
         if (transposed)
         {

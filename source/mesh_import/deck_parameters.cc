@@ -2,8 +2,10 @@
 #include <squeal/base/files.h>
 #include <squeal/base/text.h>
 #include <squeal/mesh_import/deck_lines.h>
+#include <squeal/mesh_import/deck_model.h>
 #include <squeal/mesh_import/deck_parameters.h>
 #include <squeal/mesh_import/element_file.h>
+#include <squeal/mesh_import/mesh_checks.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +15,8 @@
 #include <sstream>
 #include <tuple>
 
-// First the deck is read once more beside its mesh: keywords with their data become the values of a
-// DeckModel, which knows no parameters of squeal. Then DeckWriter decides what turns, where the
-// axis is and which units the deck has, and writes what follows as a parameter file.
+// What the deck says beside its mesh (deck_model.h) becomes a parameter file: DeckWriter decides
+// what turns, where the axis is and which units the deck has, and writes what follows.
 
 namespace squeal
 {
@@ -23,352 +24,6 @@ namespace squeal
 
   namespace
   {
-    struct DeckMaterial
-    {
-      std::vector<double> elastic; ///< E, nu or the nine engineering constants
-      double density = 0, mass_damping = 0, stiffness_damping = 0;
-    };
-
-    struct DeckSection
-    {
-      std::string volume, material, orientation;
-    };
-
-    /// The first direction, and a vector in the plane of the first and the second one.
-    struct DeckOrientation
-    {
-      Tensor<1, 3> first, in_plane;
-    };
-
-    struct DeckContact
-    {
-      std::string first, second, interaction;
-    };
-
-    /// Some components of the displacement of a node set or a node.
-    struct DeckSupport
-    {
-      std::string nodes;
-      std::set<unsigned int> components;
-      std::string where; ///< file and line
-    };
-
-    /// Springs, dashpots or masses of the elements of a set.
-    struct DeckLumped
-    {
-      std::string kind, elements;
-      std::vector<std::vector<std::string>> data;
-      std::string where;
-    };
-
-    struct DeckLumpedElement
-    {
-      std::string type;
-      std::vector<std::string> nodes;
-    };
-
-    struct DeckModel
-    {
-      std::map<std::string, DeckMaterial> materials;
-      std::vector<DeckSection> sections;
-      std::map<std::string, DeckOrientation> orientations;
-      std::vector<std::pair<std::string, std::string>> ties;
-      std::vector<DeckContact> contacts;
-      std::map<std::string, double> friction; ///< by interaction
-      std::vector<DeckSupport> supports;
-      std::vector<std::pair<std::string, double>> pressures;
-      std::map<std::string, std::vector<DeckLumpedElement>> lumped_elements; ///< by set
-      std::vector<DeckLumped> lumped;
-      std::map<std::string, std::string> surface_of_node; ///< couplings: reference node, surface
-      std::map<std::string, std::string> node_of_set;     ///< sets of one node, outside of parts
-      std::map<std::string, Point<3>> nodes;              ///< outside of parts, by number
-      double speed = 0, frequency = 0;
-      std::vector<double> axis; ///< two points
-      std::vector<std::string> passed_over;
-    };
-
-    /// Keywords with their data, parts and instances included.
-    class DeckModelReader
-    {
-    public:
-      DeckModelReader(std::istream &in, const std::string &filename) : lines(in, filename) {}
-
-      DeckModel read()
-      {
-        std::string line;
-        bool has_line = lines.next(line);
-        while (has_line)
-        {
-          if (line.empty() || line[0] != '*' || line.rfind("**", 0) == 0)
-          {
-            has_line = lines.next(line);
-            continue;
-          }
-          keyword = squeal::read_keyword(lines, line);
-          where   = place();
-          if (keyword.name == "*INCLUDE")
-          {
-            lines.include(keyword.raw["INPUT"]);
-            has_line = lines.next(line);
-            continue;
-          }
-          if ((keyword.name == "*NODE" || keyword.name == "*ELEMENT") && keyword.has("INPUT"))
-            lines.include(keyword.raw["INPUT"]);
-          data.clear();
-          const bool is_mesh = keyword.name == "*ELEMENT" &&
-                               keyword.value("TYPE").rfind("C3D", 0) == 0; // large, and known
-          while ((has_line = lines.next(line)) && (line.rfind("**", 0) == 0 || line[0] != '*'))
-            if (line.rfind("**", 0) != 0 && !is_mesh &&
-                !(keyword.name == "*NODE" && !scope.empty()))
-              data.push_back(deck_fields(line));
-          take();
-        }
-        return std::move(model);
-      }
-
-    private:
-      std::string place() const
-      {
-        return text_of(lines.current().file, ", line ", lines.line_number());
-      }
-
-      void pass_over(const std::string &why = "")
-      {
-        model.passed_over.push_back(where + ": " + keyword.name + (why.empty() ? "" : ", ") + why);
-      }
-
-      double number(const std::size_t row, const std::size_t column) const
-      {
-        if (row >= data.size() || column >= data[row].size())
-          throw InputError("--from-deck: " + where + ": " + keyword.name + " has too few data.");
-        return lines.real(data[row][column]);
-      }
-
-      std::string option(const std::string &name) const
-      {
-        if (keyword.value(name).empty())
-          throw InputError("--from-deck: " + where + ": " + keyword.name + " needs " + name + "=.");
-        return keyword.value(name);
-      }
-
-      void take()
-      {
-        const std::string &name                 = keyword.name;
-        static const std::set<std::string> mesh = {
-            "*HEADING",        "*ELSET",           "*SURFACE",
-            "*ASSEMBLY",       "*END ASSEMBLY",    "*STEP",
-            "*END STEP",       "*END INSTANCE",    "*PREPRINT",
-            "*OUTPUT",         "*NODE OUTPUT",     "*EL FILE",
-            "*ELEMENT OUTPUT", "*NODE FILE",       "*CONTACT OUTPUT",
-            "*ENERGY OUTPUT",  "*NODE PRINT",      "*EL PRINT",
-            "*CONTACT FILE",   "*CONTACT PRINT",   "*RESTART",
-            "*MONITOR",        "*SYSTEM",          "*FILE FORMAT",
-            "*DISTRIBUTING",   "*SURFACE BEHAVIOR"};
-        if (mesh.count(name) > 0)
-          return;
-        if (name == "*PART")
-          scope = "part " + option("NAME");
-        else if (name == "*END PART")
-          scope.clear();
-        else if (name == "*INSTANCE")
-          for (DeckSection section : sections_of_part["part " + option("PART")])
-          {
-            section.volume = option("NAME") + "." + section.volume;
-            model.sections.push_back(section);
-          }
-        else if (name == "*SOLID SECTION")
-          (scope.empty() ? model.sections : sections_of_part[scope])
-              .push_back({option("ELSET"), option("MATERIAL"), keyword.value("ORIENTATION")});
-        else if (name == "*NODE" || name == "*NSET" || name == "*ELEMENT")
-          take_mesh();
-        else if (name == "*MATERIAL")
-          material = &model.materials[option("NAME")];
-        else if (name == "*ELASTIC" || name == "*DENSITY" || name == "*DAMPING")
-          take_material();
-        else if (name == "*ORIENTATION")
-          take_orientation();
-        else if (name == "*TIE")
-        {
-          for (const std::vector<std::string> &fields : data)
-            if (fields.size() > 1)
-              model.ties.emplace_back(deck_label(fields[0]), deck_label(fields[1]));
-        }
-        else if (name == "*CONTACT PAIR")
-        {
-          for (const std::vector<std::string> &fields : data)
-            if (fields.size() > 1)
-              model.contacts.push_back(
-                  {deck_label(fields[0]), deck_label(fields[1]), keyword.value("INTERACTION")});
-        }
-        else if (name == "*SURFACE INTERACTION")
-          interaction = option("NAME");
-        else if (name == "*FRICTION" && !data.empty())
-          model.friction[interaction] = number(0, 0);
-        else if (name == "*BOUNDARY")
-          take_supports();
-        else if (name == "*DSLOAD")
-        {
-          for (std::size_t row = 0; row < data.size(); ++row)
-            if (data[row].size() > 2 && deck_label(data[row][1]) == "P")
-              model.pressures.emplace_back(deck_label(data[row][0]), number(row, 2));
-            else
-              pass_over("load of another type than P");
-        }
-        else if (name == "*SPRING" || name == "*DASHPOT" || name == "*MASS")
-          model.lumped.push_back({name, option("ELSET"), data, where});
-        else if (name == "*COUPLING")
-          model.surface_of_node[keyword.value("REF NODE")] = option("SURFACE");
-        else if (name == "*KINEMATIC")
-          pass_over("the coupling is taken as *DISTRIBUTING, the mean motion of the surface");
-        else if ((name == "*COMPLEX FREQUENCY" || name == "*FREQUENCY") && !data.empty())
-        {
-          if (data[0].size() > 2 && !data[0][2].empty())
-            model.frequency = number(0, 2);
-        }
-        else if (name == "*MOTION" && keyword.has("ROTATION") && !data.empty())
-        {
-          model.speed = number(0, 1);
-          for (std::size_t k = 2; k < std::min<std::size_t>(8, data[0].size()); ++k)
-            model.axis.push_back(number(0, k));
-        }
-        else
-          pass_over();
-      }
-
-      /// Nodes, sets of one node and elements that are no solids, outside of parts.
-      void take_mesh()
-      {
-        if (!scope.empty())
-          return;
-        if (keyword.name == "*NODE")
-        {
-          for (std::size_t row = 0; row < data.size(); ++row)
-            if (data[row].size() > 3)
-            {
-              const std::string node = deck_label(data[row][0]);
-              model.nodes[node]      = Point<3>(number(row, 1), number(row, 2), number(row, 3));
-              if (keyword.has("NSET"))
-                model.node_of_set[keyword.value("NSET")] = node;
-            }
-        }
-        else if (keyword.name == "*NSET")
-        {
-          if (data.size() == 1 && !data[0].empty() && (data[0].size() == 1 || data[0][1].empty()) &&
-              !keyword.has("INSTANCE"))
-            model.node_of_set[option("NSET")] = deck_label(data[0][0]);
-        }
-        else
-          for (const std::vector<std::string> &fields : data)
-          {
-            DeckLumpedElement element{keyword.value("TYPE"), {}};
-            for (std::size_t k = 1; k < fields.size(); ++k)
-              element.nodes.push_back(deck_label(fields[k]));
-            if (!keyword.value("ELSET").empty())
-              model.lumped_elements[keyword.value("ELSET")].push_back(element);
-          }
-      }
-
-      void take_material()
-      {
-        if (!material)
-          throw InputError("--from-deck: " + where + ": " + keyword.name +
-                           " stands behind no *MATERIAL.");
-        if (keyword.name == "*DENSITY")
-          material->density = number(0, 0);
-        else if (keyword.name == "*DAMPING")
-        {
-          const auto value = [&](const std::string &name)
-          { return keyword.value(name).empty() ? 0. : lines.real(keyword.value(name)); };
-          material->mass_damping      = value("ALPHA");
-          material->stiffness_damping = value("BETA");
-          if (value("STRUCTURAL") != 0)
-            pass_over("STRUCTURAL: a loss factor; Stiffness proportional damping is that over the "
-                      "circular frequency");
-        }
-        else
-        {
-          const std::string type = keyword.value("TYPE");
-          if (!type.empty() && type != "ISOTROPIC" && type != "ISO" &&
-              type != "ENGINEERING CONSTANTS")
-            throw InputError("--from-deck: " + where + ": *ELASTIC, TYPE=" + type +
-                             "; allowed are ISOTROPIC and ENGINEERING CONSTANTS.");
-          std::vector<double> values;
-          for (std::size_t row = 0; row < data.size(); ++row)
-            for (std::size_t k = 0; k < data[row].size(); ++k)
-              if (!data[row][k].empty())
-                values.push_back(number(row, k));
-          const std::size_t n = type == "ENGINEERING CONSTANTS" ? 9 : 2;
-          if (values.size() < n)
-            throw InputError("--from-deck: " + where + ": *ELASTIC needs " + std::to_string(n) +
-                             " numbers.");
-          if (data.size() > (n == 9 ? 2 : 1))
-            pass_over("values at other temperatures than the first");
-          values.resize(n);
-          material->elastic = values;
-        }
-      }
-
-      void take_orientation()
-      {
-        if ((!keyword.value("SYSTEM").empty() && keyword.value("SYSTEM") != "RECTANGULAR") ||
-            data.empty() || data[0].size() < 6)
-        {
-          pass_over("only SYSTEM=RECTANGULAR by coordinates");
-          return;
-        }
-        DeckOrientation &orientation = model.orientations[option("NAME")];
-        for (unsigned int d = 0; d < 3; ++d)
-        {
-          orientation.first[d]    = number(0, d);
-          orientation.in_plane[d] = number(0, 3 + d);
-        }
-        if (data.size() > 1)
-          pass_over("a further rotation of " + option("NAME"));
-      }
-
-      void take_supports()
-      {
-        static const std::map<std::string, std::set<unsigned int>> by_name = {
-            {"ENCASTRE", {0, 1, 2}},
-            {"PINNED", {0, 1, 2}},
-            {"XSYMM", {0}},
-            {"YSYMM", {1}},
-            {"ZSYMM", {2}}};
-        for (std::size_t row = 0; row < data.size(); ++row)
-        {
-          const std::vector<std::string> &fields = data[row];
-          if (fields.size() < 2)
-            continue;
-          DeckSupport support{deck_label(fields[0]), {}, where};
-          if (const auto named = by_name.find(deck_label(fields[1])); named != by_name.end())
-            support.components = named->second;
-          else
-          {
-            const bool has_last = fields.size() > 2 && !fields[2].empty();
-            const long first    = lines.integer(fields[1]),
-                       last     = has_last ? lines.integer(fields[2]) : first;
-            for (long d = std::max(1l, first); d <= std::min(3l, last); ++d)
-              support.components.insert(d - 1);
-            if (fields.size() > 3 && !fields[3].empty() && number(row, 3) != 0)
-            {
-              pass_over("a prescribed displacement of " + support.nodes);
-              continue;
-            }
-          }
-          if (!support.components.empty())
-            model.supports.push_back(support);
-        }
-      }
-
-      DeckLines lines;
-      DeckKeyword keyword;
-      std::vector<std::vector<std::string>> data;
-      std::string where, scope, interaction;
-      DeckMaterial *material = nullptr;
-      std::map<std::string, std::vector<DeckSection>> sections_of_part;
-      DeckModel model;
-    };
-
     /// The law of a section's material as lines of a parameter file.
     struct DeckLaw
     {
@@ -460,11 +115,16 @@ namespace squeal
         out << "end\n";
       }
 
+      static void append(std::string &list, const std::string &item)
+      {
+        list += (list.empty() ? "" : ", ") + item;
+      }
+
       static std::string list_of(const std::set<std::string> &names)
       {
         std::string list;
         for (const std::string &name : names)
-          list += (list.empty() ? "" : ", ") + name;
+          append(list, name);
         return list;
       }
 
@@ -612,20 +272,16 @@ namespace squeal
           return;
         // Of the origin of the file where that is about in the middle, which of a coarse mesh no
         // box is.
-        Point<3> low(1e300, 1e300, 1e300), high(-1e300, -1e300, -1e300);
+        Box box;
         for (const std::string &volume : rotor)
           for (const unsigned int e : mesh.volumes.at(volume))
             for (const unsigned int node : mesh.elements[e].nodes)
-              for (unsigned int d = 0; d < 3; ++d)
-              {
-                low[d]  = std::min(low[d], mesh.nodes[node][d]);
-                high[d] = std::max(high[d], mesh.nodes[node][d]);
-              }
+              box.add(mesh.nodes[node]);
         for (unsigned int d = 0; d < 3; ++d)
           if (d != axis)
           {
-            const double middle = (low[d] + high[d]) / 2;
-            origin[d]           = std::abs(middle) < 0.05 * (high[d] - low[d]) ? 0 : middle;
+            const double middle = (box.low[d] + box.high[d]) / 2;
+            origin[d]           = std::abs(middle) < 0.05 * (box.high[d] - box.low[d]) ? 0 : middle;
           }
       }
 
@@ -673,7 +329,7 @@ namespace squeal
         add(of_others, "", "parts");
         std::string list;
         for (const DeckContact &pair : pairs)
-          list += (list.empty() ? "" : ", ") + pair.first + " : " + pair.second;
+          append(list, pair.first + " : " + pair.second);
         line("Contact pairs", list);
       }
 
@@ -831,17 +487,18 @@ namespace squeal
         {
           faces_of(first);
           faces_of(second);
-          ties += (ties.empty() ? "" : ", ") + first + " : " + second;
+          append(ties, first + " : " + second);
         }
         for (const DeckContact &contact : joints)
-          contacts += (contacts.empty() ? "" : ", ") + contact.first + " : " + contact.second +
-                      (friction_of(contact) > 0 ? " : stick " + digits(friction_of(contact))
-                                                : " : frictionless");
+          append(contacts,
+                 contact.first + " : " + contact.second +
+                     (friction_of(contact) > 0 ? " : stick " + digits(friction_of(contact))
+                                               : " : frictionless"));
         for (const DeckLumped &lumped : deck.lumped)
           add_lumped(lumped);
         std::string points;
         for (const auto &[name, place] : points_used)
-          points += (points.empty() ? "" : ", ") + name + " : " + place;
+          append(points, name + " : " + place);
         if (ties.empty() && contacts.empty() && points.empty())
           return;
         section("Joints", {{"Ties", ties},
@@ -889,22 +546,8 @@ namespace squeal
       {
         const auto pass_over = [&](const std::string &why)
         { deck.passed_over.push_back(lumped.where + ": " + lumped.kind + ", " + why); };
-        std::vector<double> numbers;
-        std::vector<std::vector<double>> rows;
-        for (const std::vector<std::string> &fields : lumped.data)
-        {
-          rows.emplace_back();
-          for (const std::string &field : fields)
-            if (!field.empty())
-            {
-              std::istringstream in(field);
-              double value = 0;
-              if (!(in >> value))
-                fail(lumped.where + ": '" + field.substr(0, 60) + "' is not a number.");
-              rows.back().push_back(value);
-            }
-        }
-        const auto elements = deck.lumped_elements.find(lumped.elements);
+        const std::vector<std::vector<double>> &rows = lumped.rows;
+        const auto elements                          = deck.lumped_elements.find(lumped.elements);
         if (elements == deck.lumped_elements.end())
           return pass_over("the set " + lumped.elements + " has no elements outside of parts");
         const double mass_unit = length == 1 ? 1 : 1e3;
@@ -921,9 +564,8 @@ namespace squeal
             pass_over("at a node of the mesh or a part; a *COUPLING to a surface makes it a point");
             continue;
           }
-          const std::string separator = list.empty() ? "" : ", ";
           if (lumped.kind == "*MASS" && !rows.empty() && !rows[0].empty())
-            list += separator + names[0] + " : " + digits(mass_unit * rows[0][0]);
+            append(list, names[0] + " : " + digits(mass_unit * rows[0][0]));
           else if (element.type == "SPRINGA" || element.type == "DASHPOTA")
           {
             // Its first data line is empty.
@@ -937,8 +579,8 @@ namespace squeal
             std::array<double, 3> along{};
             for (unsigned int d = 0; d < 3; ++d)
               along[placed(d)] = direction[d] / direction.norm();
-            list += separator + names[0] + " : " + names[1] + " : " + digits(value / length) +
-                    " 0 0 : " + digits(along[0]) + " " + digits(along[1]) + " " + digits(along[2]);
+            append(list, names[0] + " : " + names[1] + " : " + digits(value / length) + " 0 0 : " +
+                             digits(along[0]) + " " + digits(along[1]) + " " + digits(along[2]));
           }
           else if (rows.size() >= 2 && !rows[0].empty() && !rows[1].empty())
           {
@@ -953,7 +595,7 @@ namespace squeal
             // N mm per radian
             values[of > 3 ? 3 + placed(of - 4) : placed(of - 1)] =
                 rows[1][0] * (of > 3 ? length : 1 / length);
-            list += separator + names[0] + " : " + (names.size() == 2 ? names[1] : "ground") + " :";
+            append(list, names[0] + " : " + (names.size() == 2 ? names[1] : "ground") + " :");
             for (const double value : values)
               list += " " + digits(value);
           }
@@ -969,8 +611,7 @@ namespace squeal
         std::string of_pads;
         for (const DeckContact &pair : pairs)
           if (friction_of(pair) != friction_of(pairs[0]))
-            of_pads += (of_pads.empty() ? "" : ", ") + pair.first + " : Coefficient " +
-                       digits(friction_of(pair));
+            append(of_pads, pair.first + " : Coefficient " + digits(friction_of(pair)));
         out << "\nsubsection Contact\n  subsection Friction\n    set Coefficient = "
             << digits(friction_of(pairs[0])) << "\n"
             << (of_pads.empty() ? "" : "    set Of pads = " + of_pads + "\n") << "  end\nend\n";
@@ -1004,6 +645,6 @@ namespace squeal
       throw InputError("--from-deck " + filename + ": a deck (.inp) is expected.");
     const ElementFile mesh = read_mesh_file(filename);
     std::ifstream in       = open_regular_file(filename);
-    return DeckWriter(mesh, DeckModelReader(in, filename).read(), rotor).write();
+    return DeckWriter(mesh, read_deck_model(in, filename), rotor).write();
   }
 } // namespace squeal

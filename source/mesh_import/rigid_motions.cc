@@ -12,7 +12,7 @@ namespace squeal
 
   namespace
   {
-    constexpr double rounding = 1e-9;
+    constexpr double relative_rounding = 1e-9;
 
     /// The displacement along, or the rotation about, an axis at x is this times (t, o) of
     /// u = t + o x x: e.u = e.t + (x x e).o.
@@ -78,7 +78,7 @@ namespace squeal
     const std::vector<double> eigenvalues = symmetric_eigen(vectors);
     DenseMatrix result(6, 6);
     for (unsigned int k = 0; k < eigenvalues.size(); ++k)
-      if (eigenvalues[k] <= rounding * eigenvalues.back())
+      if (eigenvalues[k] <= relative_rounding * eigenvalues.back())
         for (unsigned int i = 0; i < 6; ++i)
           for (unsigned int j = 0; j < 6; ++j)
             result(i, j) += vectors(6 * body + i, k) * vectors(6 * body + j, k);

@@ -21,18 +21,18 @@ namespace squeal
 
   namespace
   {
-    constexpr unsigned int none = -1;
+    constexpr unsigned int left_out = -1;
 
     /// Which rows are written, and their numbers in the files.
     struct Selection
     {
       RowRange rows;
-      std::vector<unsigned int> number; ///< by global row; none: left out
+      std::vector<unsigned int> number; ///< by global row; or left_out
       unsigned int size = 0;
 
       bool has(const unsigned int row) const
       {
-        return number[row] != none;
+        return number[row] != left_out;
       }
     };
 
@@ -40,7 +40,7 @@ namespace squeal
     Selection select_rows(const EquationsOfMotion &equations, const Matrix &Q)
     {
       const RowRange &rows = equations.rows;
-      Selection result{rows, std::vector<unsigned int>(rows.size, none), 0};
+      Selection result{rows, std::vector<unsigned int>(rows.size, left_out), 0};
       std::vector<bool> is_coupled(rows.n_local(), false);
       for_entries(Q,
                   [&](const unsigned int row, const unsigned int column, double)
@@ -192,14 +192,14 @@ namespace squeal
                            : std::string("multiplier,tangential ") + "eb"[c - first_stick];
             for (const WeightedNode &parent : spaces.expand(node))
               if (const unsigned int row = spaces.field_equation(parent.node, c);
-                  row != none && kept.has(row))
+                  row != left_out && kept.has(row))
               {
                 expansion.rows.push_back(n_fields * node + c);
                 expansion.columns.push_back(kept.number[row]);
                 expansion.values.push_back(parent.weight * scale);
               }
             if (const unsigned int row = spaces.field_equation(node, c);
-                row != none && kept.has(row))
+                row != left_out && kept.has(row))
               lines[row - spaces.rows.begin] =
                   std::to_string(kept.number[row]) + "," +
                   bodies.first[bodies.second[row - spaces.rows.begin]] + "," + kind + "," +

@@ -73,7 +73,7 @@ namespace squeal
   void flag_cells(Mesh<dim> &mesh, const std::vector<double> &by_cell)
   {
     constexpr double bulk = 0.7;
-    Vector<float> criteria(mesh.n_active_cells());
+    dealii::Vector<float> criteria(mesh.n_active_cells());
     unsigned int number = 0;
     for (const auto &cell : mesh.active_cell_iterators())
       if (cell->is_locally_owned())

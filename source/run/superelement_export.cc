@@ -17,7 +17,7 @@ namespace squeal
 
   namespace
   {
-    constexpr unsigned int none = -1;
+    constexpr unsigned int without_number = -1;
 
     struct InterfaceNode
     {
@@ -76,7 +76,7 @@ namespace squeal
           for_entries(*term.matrix,
                       [&](const unsigned int row, const unsigned int column, const double value)
                       {
-                        if (number[row] == none || number[column] == none)
+                        if (number[row] == without_number || number[column] == without_number)
                           return;
                         places.push_back(number[row]);
                         places.push_back(number[column]);
@@ -123,7 +123,7 @@ namespace squeal
     const auto &[names_of_bodies, body_of_row] = model.bodies_of_rows();
 
     // The interface first, node by node, then the inside of the part
-    std::vector<unsigned int> own, number(rows.size, none);
+    std::vector<unsigned int> own, number(rows.size, without_number);
     for (unsigned int i = 0; i < rows.n_local(); ++i)
       if (names_of_bodies[body_of_row[i]] == name)
         own.push_back(rows.begin + i);
@@ -133,7 +133,7 @@ namespace squeal
       for (const unsigned int row : node.second.rows)
         number[row] = n++;
     for (const unsigned int row : own)
-      if (number[row] == none)
+      if (number[row] == without_number)
         number[row] = n++;
     const RowRange part = small_rows(n);
     const Matrix K      = part_of(equations, 0, Origin::elasticity, number, part),
