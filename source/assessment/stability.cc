@@ -106,16 +106,45 @@ namespace squeal
           matrices.push_back(term.matrix.get());
         terms.push_back(&term);
       }
+    for (const RelaxationTerm &term : model.relaxation())
+      if (std::find(result.origins.begin(), result.origins.end(), term.origin) ==
+          result.origins.end())
+        result.origins.push_back(term.origin);
     result.parts.resize(result.origins.size() * n_bodies * n_modes);
 
     std::vector<Complex> forms(n_bodies * n_modes); // of a matrix: by body, by mode
-    for (const Matrix *matrix : matrices)
+    const auto make_forms = [&](const Matrix &matrix)
     {
-      const ComplexMultiVector a = multiply(*matrix, modes.right);
+      const ComplexMultiVector a = multiply(matrix, modes.right);
       std::fill(forms.begin(), forms.end(), 0.);
       for (unsigned int j = 0; j < n_modes; ++j)
         for (unsigned int i = 0; i < a.n_local(); ++i)
           forms[body_of_row[i] * n_modes + j] += std::conj(modes.right(i, j)) * a(i, j);
+    };
+    for (const RelaxationTerm &term : model.relaxation())
+    {
+      make_forms(*term.matrix);
+      const unsigned int o = std::find(result.origins.begin(), result.origins.end(), term.origin) -
+                             result.origins.begin();
+      for (unsigned int b = 0; b < n_bodies; ++b)
+        for (unsigned int j = 0; j < n_modes; ++j)
+        {
+          // (f - 1) c a = (p + i q) a is (p - rho q / w) a + l (q / w) a with l = rho + i w: a
+          // stiffness and a damping of this l, as other terms have them.
+          const Complex l = modes.lambda[j], f = term.coefficient * (term.factor(l) - 1.);
+          const double damping         = l.imag() == 0 ? 0 : f.imag() / l.imag(),
+                       stiffness       = f.real() - l.real() * damping;
+          const Complex form           = forms[b * n_modes + j];
+          std::array<double, 4> &parts = result.at(o, b, j);
+          parts[0] += damping * form.real();
+          parts[1] += damping * form.imag();
+          parts[2] += stiffness * form.real();
+          parts[3] += stiffness * form.imag();
+        }
+    }
+    for (const Matrix *matrix : matrices)
+    {
+      make_forms(*matrix);
       for (const Term *term : terms_of[matrix])
       {
         const unsigned int o = std::find(result.origins.begin(), result.origins.end(),

@@ -12,6 +12,8 @@ namespace squeal
       : problem(problem), norm_m(problem.M.infinity_norm()), norm_p(problem.P.infinity_norm()),
         norm_q(problem.Q.infinity_norm())
   {
+    for (const FrozenTerm &term : problem.frozen)
+      norms_of_frozen.push_back(term.matrix.infinity_norm());
   }
 
   ComplexMultiVector BackwardError::residuals(const EigenPairs &pairs) const
@@ -24,6 +26,16 @@ namespace squeal
       const Complex l = pairs.lambda[j], l2 = l * l;
       for (unsigned int i = 0; i < result.n_local(); ++i)
         result.set(i, j, l2 * m_x(i, j) + l * p_x(i, j) + result(i, j));
+    }
+    for (const FrozenTerm &term : problem.frozen)
+    {
+      const ComplexMultiVector a_x = multiply(term.matrix, pairs.right);
+      for (unsigned int j = 0; j < pairs.size(); ++j)
+      {
+        const Complex h = term.h(pairs.lambda[j]);
+        for (unsigned int i = 0; i < result.n_local(); ++i)
+          result.set(i, j, result(i, j) + h * a_x(i, j));
+      }
     }
     return result;
   }
@@ -47,8 +59,10 @@ namespace squeal
                   problem.rows.comm);
     for (unsigned int j = 0; j < n; ++j)
     {
-      const Complex l    = pairs.lambda[j];
-      const double size  = std::norm(l) * norm_m + std::abs(l) * norm_p + norm_q;
+      const Complex l = pairs.lambda[j];
+      double size     = std::norm(l) * norm_m + std::abs(l) * norm_p + norm_q;
+      for (unsigned int b = 0; b < problem.frozen.size(); ++b)
+        size += std::abs(problem.frozen[b].h(l)) * norms_of_frozen[b];
       const double error = largest[2 * j] / (size * largest[2 * j + 1]);
       result.push_back(std::isfinite(error) && std::isfinite(size) ? error : infinity);
     }

@@ -89,6 +89,13 @@ namespace squeal
     for (std::size_t j = 0, k = 0; j < of_right.size(); ++j)
       for (std::size_t i = 0; i < of_left.size(); ++i, ++k)
         form[k] = (of_left.lambda[i] + of_right.lambda[j]) * form[k] + of_p[k];
+    for (const FrozenTerm &term : problem.frozen)
+    {
+      const std::vector<Complex> of_a = sesquilinear_form(z, term.matrix, x);
+      for (std::size_t j = 0, k = 0; j < of_right.size(); ++j)
+        for (std::size_t i = 0; i < of_left.size(); ++i, ++k)
+          form[k] += term.quotient(of_left.lambda[i], of_right.lambda[j]) * of_a[k];
+    }
     return form;
   }
 
@@ -152,6 +159,12 @@ namespace squeal
       }
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2 * sums.size(), MPI_DOUBLE, MPI_SUM,
                   problem.rows.comm);
+    for (const FrozenTerm &term : problem.frozen)
+    {
+      const std::vector<Complex> of_a = diagonal_form(modes.left, term.matrix, modes.right);
+      for (unsigned int k = 0; k < n; ++k)
+        sums[3 * k + 2] += term.derivative(modes.lambda[k]) * of_a[k];
+    }
     modes.condition.clear();
     for (unsigned int k = 0; k < n; ++k)
     {

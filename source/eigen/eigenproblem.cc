@@ -2,7 +2,9 @@
 #include <squeal/linalg/compressed_rows.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <stdexcept>
 #include <string>
 
 namespace squeal
@@ -16,11 +18,47 @@ namespace squeal
 
   } // namespace
 
+  namespace
+  {
+    /// Re f(i w).
+    double storage(const StiffnessFactor &factor, const double frequency)
+    {
+      return factor(std::complex<double>(0, frequency)).real();
+    }
+  } // namespace
+
+  std::complex<double> FrozenTerm::h(const std::complex<double> l) const
+  {
+    return coefficient * (factor(l) - storage(factor, frequency));
+  }
+
+  std::complex<double> FrozenTerm::derivative(const std::complex<double> l) const
+  {
+    return coefficient * factor.derivative(l);
+  }
+
+  std::complex<double> FrozenTerm::quotient(const std::complex<double> l,
+                                            const std::complex<double> m) const
+  {
+    return coefficient * factor.quotient(l, m);
+  }
+
   std::vector<Term> terms_of_order(const std::vector<Term> &terms, const unsigned int order)
   {
     std::vector<Term> result;
     std::copy_if(terms.begin(), terms.end(), std::back_inserter(result),
                  [&](const Term &term) { return term.order == order && !is_zero(term); });
+    return result;
+  }
+
+  EquationsOfMotion EquationsOfMotion::frozen(const double frequency) const
+  {
+    EquationsOfMotion result = *this;
+    for (const RelaxationTerm &term : relaxation)
+      result.terms.push_back({Origin::elasticity, 0,
+                              term.coefficient * (storage(term.factor, frequency) - 1),
+                              term.matrix});
+    result.frozen_at = frequency;
     return result;
   }
 
@@ -55,6 +93,8 @@ namespace squeal
 
   QuadraticEigenproblem EquationsOfMotion::without_matrices() const
   {
+    if (!relaxation.empty() && frozen_at == 0)
+      throw std::logic_error("Equations with relaxation make no quadratic problem.");
     QuadraticEigenproblem problem;
     problem.rows                = rows;
     problem.n_constraints       = n_constraints;
@@ -79,6 +119,9 @@ namespace squeal
     problem.M                     = sum_of_terms(rows, equations.of_order(2));
     problem.P                     = sum_of_terms(rows, equations.of_order(1));
     problem.Q                     = sum_of_terms(rows, equations.of_order(0));
+    for (const RelaxationTerm &term : equations.relaxation)
+      problem.frozen.push_back(
+          {term.coefficient, term.matrix->view(false), term.factor, equations.frozen_at});
     if (equations.reference == EquationsOfMotion::Reference::symmetric_part)
       problem.reference = symmetric_part(rows, problem.Q);
     else if (!equations.reference_terms().empty())

@@ -9,6 +9,7 @@
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/eigen/ritz.h>
 #include <squeal/eigen/slepc_pep.h>
+#include <squeal/eigen/window.h>
 #include <squeal/linalg/compressed_rows.h>
 
 #include <algorithm>
@@ -20,6 +21,28 @@
 namespace squeal
 {
   using Complex = std::complex<double>;
+
+  bool is_wanted(const EigensolverOptions &options, const Complex &l)
+  {
+    return l.imag() >= options.min_imaginary * (1 - rounding_of_window) &&
+           l.imag() <= options.max_imaginary * (1 + rounding_of_window);
+  }
+
+  void restrict_to_window(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
+                          EigenSolution &solution)
+  {
+    const std::vector<Complex> &lambda = solution.modes.lambda;
+    std::vector<unsigned int> inside;
+    unsigned int n_zero = 0;
+    for (const unsigned int j : order_of_modes(lambda))
+      if (std::abs(lambda[j]) <= rigid_body_limit(options.max_imaginary))
+        ++n_zero;
+      else if (is_wanted(options, lambda[j]) && !is_overdamped(lambda[j]))
+        inside.push_back(j); // real eigenvalues only if they diverge
+    solution.proof.n_rigid_body_modes += n_zero / 2;
+    solution.modes = solution.modes.select(inside);
+    normalise(problem, solution.modes);
+  }
 
   namespace
   {
@@ -51,29 +74,6 @@ namespace squeal
     {
       const double margin = 1 + 0.05 * widening;
       return SearchRegion::between(options.min_imaginary / margin, options.max_imaginary * margin);
-    }
-
-    bool is_wanted(const EigensolverOptions &options, const Complex &l)
-    {
-      return l.imag() >= options.min_imaginary * (1 - rounding_of_window) &&
-             l.imag() <= options.max_imaginary * (1 + rounding_of_window);
-    }
-
-    /// Leaves the modes of the window, sorted and normalised; zero eigenvalues are counted.
-    void restrict_to_window(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
-                            EigenSolution &solution)
-    {
-      const std::vector<Complex> &lambda = solution.modes.lambda;
-      std::vector<unsigned int> inside;
-      unsigned int n_zero = 0;
-      for (const unsigned int j : order_of_modes(lambda))
-        if (std::abs(lambda[j]) <= rigid_body_limit(options.max_imaginary))
-          ++n_zero;
-        else if (is_wanted(options, lambda[j]) && !is_overdamped(lambda[j]))
-          inside.push_back(j); // real eigenvalues only if they diverge
-      solution.proof.n_rigid_body_modes += n_zero / 2;
-      solution.modes = solution.modes.select(inside);
-      normalise(problem, solution.modes);
     }
 
     /// One real factorisation at a real shift, and a search with it; the completeness check and the

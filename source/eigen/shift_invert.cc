@@ -25,6 +25,20 @@ namespace squeal
         right.column(2 * j + 1)[i] = r.imag();
       }
     }
+    for (const FrozenTerm &term : problem.frozen)
+    {
+      const ComplexMultiVector a_x = multiply(term.matrix, pairs.right);
+      for (unsigned int j = 0; j < n_pairs; ++j)
+      {
+        const Complex h = term.h(pairs.lambda[j]);
+        for (unsigned int i = 0; i < n; ++i)
+        {
+          const Complex r = h * a_x(i, j);
+          right.column(2 * j)[i] -= r.real();
+          right.column(2 * j + 1)[i] -= r.imag();
+        }
+      }
+    }
     const MultiVector x = shift_invert.solve(right);
     for (unsigned int j = 0; j < n_pairs; ++j)
     {

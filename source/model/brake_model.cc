@@ -195,6 +195,7 @@ namespace squeal
     PhaseTimer::Scope scope(timer, "assembly");
     const std::vector<Parameters::BodyMaterial> materials = prm.materials();
     bodies.resize(materials.size());
+    relaxation_.clear();
     for (unsigned int m = 0; m < materials.size(); ++m)
     {
       if (geometry.bodies_of(m).empty())
@@ -225,6 +226,8 @@ namespace squeal
         terms_.push_back({term.origin, term.order,
                           term.coefficient * (term.matrix == BodyTerm::Kind::K ? E : rho),
                           by_kind[static_cast<unsigned int>(term.matrix)]});
+      if (with_motion && prm.terms().material_damping && material.stiffness_factor.is_active())
+        relaxation_.push_back({Origin::material_damping, E, matrices.K, material.stiffness_factor});
     }
     add_joints(with_motion);
   }
@@ -463,6 +466,7 @@ namespace squeal
     EquationsOfMotion equations;
     equations.rows          = spaces_.rows;
     equations.terms         = terms_;
+    equations.relaxation    = relaxation_;
     equations.n_constraints = (steady.contact ? steady.contact->n_active_multipliers() : 0) +
                               ties_.n_active + points_.n_active + superelements_.n_active;
     equations.n_local_constraints = spaces_.rows.end - spaces_.first_local_multiplier;

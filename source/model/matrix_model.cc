@@ -70,6 +70,9 @@ namespace squeal
     velocity    = read(names.velocity, "Matrices/Velocity");
     stiffness   = read(names.stiffness, "Matrices/Stiffness");
     circulatory = read(names.circulatory, "Matrices/Circulatory");
+    for (unsigned int k = 0; k < names.viscoelastic.size(); ++k)
+      viscoelastic.push_back(read(names.viscoelastic[k].stiffness,
+                                  "Matrices/Viscoelastic " + std::to_string(k + 1) + "/Stiffness"));
   }
 
   void MatrixModel::assemble(const Parameters::All &parameters, const LinearOperator &)
@@ -80,6 +83,17 @@ namespace squeal
                           {Origin::velocity, 1, velocity_factor, velocity},
                           {Origin::elasticity, 0, 1., stiffness},
                           {Origin::friction, 0, circulatory_factor, circulatory}};
+    relaxation_.clear();
+    for (unsigned int k = 0; k < viscoelastic.size(); ++k)
+    {
+      const auto &[file, factor, stiffness_factor] = parameters.matrices.viscoelastic[k];
+      if (!viscoelastic[k])
+        continue;
+      terms_.push_back({Origin::elasticity, 0, factor, viscoelastic[k]});
+      if (stiffness_factor.is_active())
+        relaxation_.push_back(
+            {Origin::material_damping, factor, viscoelastic[k], stiffness_factor});
+    }
     terms_.erase(
         std::remove_if(terms_.begin(), terms_.end(), [](const Term &term) { return !term.matrix; }),
         terms_.end());
@@ -90,6 +104,7 @@ namespace squeal
     EquationsOfMotion equations;
     equations.rows           = rows;
     equations.terms          = terms_;
+    equations.relaxation     = relaxation_;
     equations.reference      = EquationsOfMotion::Reference::symmetric_part;
     equations.reference_name = "the symmetric part of the position matrix, without velocity terms,";
     return equations;

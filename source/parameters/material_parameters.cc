@@ -1,12 +1,90 @@
 #include <squeal/parameters/declare.h>
 #include <squeal/parameters/parameters.h>
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 namespace squeal
 {
   namespace Parameters
   {
+    namespace
+    {
+      using dealii::Utilities::split_string_list;
+      using dealii::Utilities::string_to_double;
+
+      /// The numbers of "a : b : ...", as often as the pattern asks for.
+      std::vector<double> numbers_of(const std::string &text)
+      {
+        return string_to_double(split_string_list(text, ':'));
+      }
+    } // namespace
+
+    void declare(ParameterHandler &prm, StiffnessFactor &factor)
+    {
+      prm.add_parameter("Loss factor", factor.loss_factor,
+                        "eta of a stiffness (1 + i eta) K, -: hysteresis, whatever the frequency. "
+                        "Used in the stage full, as the two keys below; all of them add up.",
+                        Patterns::Double());
+      const Patterns::Double number;
+      prm.declare_entry(
+          "Prony series", "", Patterns::List(Patterns::List(number, 2, 2, ":"), 0, 20, ","),
+          "Pairs g : tau, g : tau of the factor 1 + sum g l tau / (1 + l tau), by which the "
+          "stiffness of motions exp(l t) exceeds the relaxed one, that of the moduli given; g is "
+          "a part of it, -, tau a time, s.");
+      prm.add_action("Prony series",
+                     [&factor](const std::string &text)
+                     {
+                       factor.prony.clear();
+                       for (const std::string &pair : split_string_list(text, ','))
+                       {
+                         const std::vector<double> numbers = numbers_of(pair);
+                         factor.prony.push_back({numbers[0], numbers[1]});
+                       }
+                     });
+      prm.declare_entry("Fractional Zener", "", Patterns::List(number, 0, 3, ":"),
+                        "c : tau : a of the factor (1 + c z) / (1 + z), z = (l tau)^a, for motions "
+                        "exp(l t): c is the glassy stiffness relative to the relaxed one, that of "
+                        "the moduli given, -, tau a time, s, and 0 < a <= 1. Empty: none.");
+      prm.add_action("Fractional Zener",
+                     [&factor](const std::string &text)
+                     {
+                       std::vector<double> numbers = numbers_of(text);
+                       factor.zener                = {};
+                       if (numbers.empty())
+                         return;
+                       numbers.resize(3); // a missing one is zero, which check() refuses
+                       factor.zener = {numbers[0], numbers[1], numbers[2]};
+                     });
+    }
+
+    void check(const std::string &section, const StiffnessFactor &factor)
+    {
+      if (factor.loss_factor < 0)
+        fail(section + "/Loss factor", factor.loss_factor,
+             "it would feed energy into every motion; allowed are 0 and positive ones, -.");
+      // Glassy and relaxed stiffness are positive, and every element takes energy.
+      for (const StiffnessFactor::Relaxation &element : factor.prony)
+      {
+        if (element.strength <= 0)
+          fail(section + "/Prony series", element.strength,
+               "a part g of the stiffness that relaxes must be positive, -: the moduli are the "
+               "relaxed ones, the lowest.");
+        if (element.time <= 0)
+          fail(section + "/Prony series", element.time, "a time tau must be positive, s.");
+      }
+      const StiffnessFactor::FractionalZener &zener = factor.zener;
+      if (zener.ratio == 1 && zener.time == 0) // none
+        return;
+      if (zener.ratio < 1)
+        fail(section + "/Fractional Zener", zener.ratio,
+             "c must be at least 1, -: the moduli are the relaxed ones, the lowest.");
+      if (zener.time <= 0)
+        fail(section + "/Fractional Zener", zener.time, "tau must be positive, s.");
+      if (zener.order <= 0 || zener.order > 1)
+        fail(section + "/Fractional Zener", zener.order, "the order a must be in 0 < a <= 1, -.");
+    }
 
     void MaterialSection::declare(ParameterHandler &prm)
     {
@@ -48,10 +126,12 @@ namespace squeal
       prm.add_parameter("Stiffness proportional damping", stiffness_damping,
                         "Rayleigh damping beta in D = alpha M + beta K, s. Used in the stage full.",
                         not_negative());
+      Parameters::declare(prm, stiffness_factor);
     }
 
     void MaterialSection::check(const std::string &section) const
     {
+      Parameters::check(section + "/Material", stiffness_factor);
       if (is_positive_definite())
         return;
       const std::string start = section + "/Material/";

@@ -305,6 +305,15 @@ namespace squeal
                         "Matrix Market file of N in K + p N; empty: zero.");
       prm.add_parameter("Circulatory factor", circulatory_factor, "The factor p in K + p N, -.");
       prm.add_parameter("Velocity factor", velocity_factor, "A factor of P, -.");
+      for (unsigned int k = 0; k < viscoelastic.size(); ++k)
+      {
+        const Subsection of_one(prm, "Viscoelastic " + std::to_string(k + 1));
+        prm.add_parameter("Stiffness", viscoelastic[k].stiffness,
+                          "Matrix Market file of A in K + f(l) c A, a relaxed stiffness; empty: "
+                          "there is none.");
+        prm.add_parameter("Factor", viscoelastic[k].factor, "The factor c of A.");
+        Parameters::declare(prm, viscoelastic[k].stiffness_factor);
+      }
     }
 
     void Matrices::check() const
@@ -314,6 +323,13 @@ namespace squeal
       if (stiffness.empty())
         throw InputError("Matrices/Stiffness: the scene matrices needs the file of the stiffness "
                          "matrix.");
+      for (unsigned int k = 0; k < viscoelastic.size(); ++k)
+      {
+        const std::string section = "Matrices/Viscoelastic " + std::to_string(k + 1);
+        Parameters::check(section, viscoelastic[k].stiffness_factor);
+        if (viscoelastic[k].stiffness.empty() && viscoelastic[k].stiffness_factor.is_active())
+          throw InputError(section + "/Stiffness: its damping needs the file of a matrix.");
+      }
     }
 
     void Output::declare(ParameterHandler &prm)
@@ -394,6 +410,50 @@ namespace squeal
                  ? pads.material
                  : mesh.parts[std::stoul(section.substr(std::string("Mesh/Part ").size())) - 1]
                        .material;
+    }
+
+    bool All::has_relaxation() const
+    {
+      if (scene == Scene::matrices)
+        return std::any_of(matrices.viscoelastic.begin(), matrices.viscoelastic.end(),
+                           [](const Matrices::Viscoelastic &matrix)
+                           { return matrix.stiffness_factor.is_active(); });
+      const std::vector<BodyMaterial> all = materials();
+      return (stage == Stage::full || stage == Stage::ladder) &&
+             std::any_of(all.begin(), all.end(),
+                         [this](const BodyMaterial &body)
+                         {
+                           return (body.of_rotor || n_pads() > 0 || joints.active()) &&
+                                  body.material.stiffness_factor.is_active();
+                         });
+    }
+
+    void All::check_relaxation() const
+    {
+      const auto refuse = [](const bool given, const std::string &what)
+      {
+        if (given)
+          throw InputError("Loss factor, Prony series, Fractional Zener: " + what);
+      };
+      refuse(sweep.active(), "Sweep/Parameter = " + sweep.parameter +
+                                 ": sweeps and maps do not follow modes with them; run the values "
+                                 "one by one.");
+      refuse(eigenproblem.solver == ModeSolver::krylov || eigenproblem.is_matrix_free(),
+             "Eigenproblem/Solver = " + name_of(eigenproblem.solver) +
+                 " finds no modes with them; allowed are block_krylov and dense.");
+      refuse(eigenproblem.solver == ModeSolver::block_krylov &&
+                 eigenproblem.minimum_frequency > 0 &&
+                 eigenproblem.minimum_frequency >= 0.75 * eigenproblem.maximum_frequency,
+             text_of("Eigenproblem/Minimum frequency = ", eigenproblem.minimum_frequency,
+                     ": with them allowed are those below 0.75 Maximum frequency."));
+      refuse(output.sensitivities,
+             "Output/Sensitivities = true: derivatives do not know them; allowed is false.");
+      refuse(output.matrices || !output.superelement.empty(),
+             "Output/Matrices and Output/Superelement: files do not hold them; allowed are false "
+             "and none.");
+      refuse(refinement.strategy == Strategy::adaptive,
+             "Refinement/Strategy = adaptive: there are no error bars with them; allowed are none "
+             "and uniform.");
     }
 
     void All::check_export() const
@@ -491,6 +551,8 @@ namespace squeal
       if (joints.active() || !joints.masses.empty() || !joints.springs.empty() ||
           !joints.dashpots.empty() || !joints.links.empty())
         check_joints();
+      if (has_relaxation())
+        check_relaxation();
       if (scene == Scene::matrices)
       {
         matrices.check();

@@ -3,7 +3,7 @@
 #include <squeal/contact/contact_fields.h>
 #include <squeal/continuation/stability_map.h>
 #include <squeal/continuation/sweep.h>
-#include <squeal/eigen/eigensolvers.h>
+#include <squeal/eigen/nonlinear_eigensolver.h>
 #include <squeal/mesh/fields.h>
 #include <squeal/mesh_import/imported_scene.h>
 #include <squeal/model/brake_model.h>
@@ -85,8 +85,13 @@ namespace squeal
       EigenSolution find_modes(const Model &model, const EquationsOfMotion &equations)
       {
         PhaseTimer::Scope scope(report.timer, "eigenproblem");
-        return solve_by_symmetry(*make_eigensolver(prm.eigenproblem.solver), equations,
-                                 options_of(prm.eigenproblem, report.log), model.sectors());
+        const EigensolverOptions options    = options_of(prm.eigenproblem, report.log);
+        std::unique_ptr<Eigensolver> solver = make_eigensolver(prm.eigenproblem.solver);
+        if (equations.relaxation.empty())
+          return solve_by_symmetry(*solver, equations, options, model.sectors());
+        // Frozen at the window's end, below which modes are counted.
+        return solve_by_symmetry(NonlinearEigensolver(std::move(solver)),
+                                 equations.frozen(options.max_imaginary), options, model.sectors());
       }
 
       ModeTable assess_stability(const Model &model, const EigenPairs &modes,
@@ -415,6 +420,12 @@ namespace squeal
       {
         if (!prm.eigenproblem.error_bars || !prm.eigenproblem.is_solved())
           return {};
+        if (!model.relaxation().empty())
+        {
+          report.log.line("Error bars: none, the estimate does not know moduli that depend on the "
+                          "frequency or have a loss factor.");
+          return {};
+        }
         PhaseTimer::Scope scope(report.timer, "estimate");
         report.log.progress("  error bars");
         EigenvalueErrors errors = squeal::estimate_errors(model, modes);

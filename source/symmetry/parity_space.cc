@@ -399,6 +399,10 @@ namespace squeal
                             const EquationsOfMotion &equations, Counting *const counting)
   {
     std::vector<std::vector<Term>> sums = sums_of(equations);
+    const unsigned int first_relaxing   = sums.size();
+    for (const RelaxationTerm &term : equations.relaxation)
+      sums.push_back({{term.origin, 0, 1., term.matrix}});
+    const unsigned int number_of_reference = sums.size();
     const bool reference_is_symmetric_part =
         equations.reference == EquationsOfMotion::Reference::symmetric_part;
     // A group cannot make it when it wants it: the other ranks do something else then.
@@ -430,10 +434,14 @@ namespace squeal
       half.M                     = std::move(matrices[h][0]);
       half.P                     = std::move(matrices[h][1]);
       half.Q                     = std::move(matrices[h][2]);
+      for (unsigned int k = 0; k < equations.relaxation.size(); ++k)
+        half.frozen.push_back({equations.relaxation[k].coefficient,
+                               std::move(matrices[h][first_relaxing + k]),
+                               equations.relaxation[k].factor, equations.frozen_at});
       if (reference_is_symmetric_part && space.is_here())
         half.reference = symmetric_part(space.rows, half.Q);
       else if (with_reference)
-        half.reference = std::move(matrices[h][3]);
+        half.reference = std::move(matrices[h][number_of_reference]);
       else if (counting)
         half.make_shifted_reference = [](double) -> Matrix
         { throw std::logic_error("The reference problem is elsewhere."); };

@@ -6,7 +6,8 @@ namespace squeal
 {
   /// The normwise backward error of approximate eigenpairs (Tisseur, 2000) in the infinity norm,
   ///     |Q(l) x| / ((|l|^2 |M| + |l| |P| + |Q|) |x|),
-  /// the one measure for all solvers.
+  /// the one measure for all solvers; with frozen terms |h(l)| |A| of each is added below, and the
+  /// residual is the exact one.
   class BackwardError
   {
   public:
@@ -25,5 +26,6 @@ namespace squeal
   private:
     const QuadraticEigenproblem &problem;
     double norm_m, norm_p, norm_q;
+    std::vector<double> norms_of_frozen;
   };
 } // namespace squeal

@@ -136,7 +136,8 @@ namespace squeal
 
   /// Z^H [(l_i + l'_j) M + P] X of the left vectors of some pairs and the right ones of others, the
   /// form in which those of different eigenvalues are orthogonal: z_i^H Q(l_i) = 0 and Q(l'_j) x_j
-  /// = 0 give (l_i - l'_j) z_i^H [...] x_j = 0. On the diagonal it is z^H Q'(l) x. Column-major.
+  /// = 0 give (l_i - l'_j) z_i^H [...] x_j = 0. On the diagonal it is z^H Q'(l) x. Frozen terms add
+  /// their difference quotients. Column-major.
   std::vector<std::complex<double>> biorthogonality(const QuadraticEigenproblem &problem,
                                                     const EigenPairs &of_left,
                                                     const EigenPairs &of_right);

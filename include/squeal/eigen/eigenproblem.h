@@ -2,7 +2,9 @@
 
 #include <squeal/base/names.h>
 #include <squeal/linalg/multi_vector.h>
+#include <squeal/parameters/stiffness_factor.h>
 
+#include <complex>
 #include <functional>
 #include <memory>
 #include <string>
@@ -58,6 +60,32 @@ namespace squeal
     std::shared_ptr<const Matrix> matrix;
   };
 
+  /// What the stiffness c A, a term of order zero and itself relaxed, becomes by f beyond itself:
+  /// (f(l) - 1) c A.
+  struct RelaxationTerm
+  {
+    Origin origin;
+    double coefficient;
+    std::shared_ptr<const Matrix> matrix;
+    StiffnessFactor factor;
+  };
+
+  /// What is left of (f(l) - 1) c A once it is frozen at a frequency w, which makes a quadratic
+  /// problem of the rest: h(l) A with
+  ///     h(l) = c (f(l) - Re f(i w) - l Im f(i w) / w).
+  struct FrozenTerm
+  {
+    double coefficient;
+    Matrix matrix; ///< A
+    StiffnessFactor factor;
+    double frequency; ///< w, 1/s
+
+    std::complex<double> h(std::complex<double> l) const;
+    std::complex<double> derivative(std::complex<double> l) const;
+    /// (h(l) - h(m)) / (l - m).
+    std::complex<double> quotient(std::complex<double> l, std::complex<double> m) const;
+  };
+
   /// The terms of one order that are not zero.
   std::vector<Term> terms_of_order(const std::vector<Term> &terms, unsigned int order);
 
@@ -67,6 +95,9 @@ namespace squeal
   {
     RowRange rows;
     Matrix M, P, Q; ///< P may be empty
+    /// If there are any: the problem is (l^2 M + l P + Q + sum h(l) A) x = 0, and the quadratic one
+    /// is where its solution begins.
+    std::vector<FrozenTerm> frozen;
     /// Rows of contact pressures and of tractions of joints: M and P vanish there.
     unsigned int n_constraints       = 0;
     unsigned int n_local_constraints = 0; ///< of this rank; they are its last rows
@@ -112,6 +143,13 @@ namespace squeal
     std::string reference_name; ///< as the other members of QuadraticEigenproblem
     unsigned int n_constraints = 0, n_local_constraints = 0;
     bool compliant = false, may_move_rigidly = true;
+
+    std::vector<RelaxationTerm> relaxation;
+    double frozen_at = 0; ///< 1/s; 0: not frozen
+
+    /// The terms with the frozen part of the relaxation: of each (f(l) - 1) c A
+    ///     (Re f(i w) - 1) c A   as stiffness   and   Im f(i w) / w c A   as damping.
+    EquationsOfMotion frozen(double frequency) const;
 
     /// The terms of one order that are not zero.
     std::vector<Term> of_order(unsigned int order) const;

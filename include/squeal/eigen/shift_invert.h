@@ -42,7 +42,8 @@ namespace squeal
   };
 
   /// One step of inverse iteration of the right vectors with the factorisation F at the shift s:
-  ///     x := -F^{-1} ((l^2 - s^2) M + (l - s) P) x  =  x - F^{-1} Q(l) x.
+  ///     x := -F^{-1} ((l^2 - s^2) M + (l - s) P + sum h(l) A) x  =  x - F^{-1} Q(l) x,
+  /// with the frozen terms, if there are any.
   /// It damps what is far outside of the window, and gives multipliers that belong to the
   /// displacements.
   void inverse_iteration(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,

@@ -4,7 +4,8 @@
 
 namespace squeal
 {
-  /// Matrix Market files instead of bodies: M q'' + c P q' + (K + p N) q = 0.
+  /// Matrix Market files instead of bodies: M q'' + c P q' + (K + p N) q = 0, and stiffness
+  /// f(l) c A that depends on how fast it is strained.
   class MatrixModel : public Model
   {
   public:
@@ -29,6 +30,7 @@ namespace squeal
   private:
     RowRange rows;
     std::shared_ptr<const Matrix> mass, velocity, stiffness, circulatory;
+    std::vector<std::shared_ptr<const Matrix>> viscoelastic; ///< null where there is none
     double circulatory_factor = 1, velocity_factor = 1;
   };
 } // namespace squeal

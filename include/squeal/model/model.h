@@ -42,6 +42,12 @@ namespace squeal
       return terms_;
     }
 
+    /// What relaxes or has hysteresis, beside the terms.
+    const std::vector<RelaxationTerm> &relaxation() const
+    {
+      return relaxation_;
+    }
+
     /// The terms, and what is known of the problem that they make.
     virtual EquationsOfMotion equations() const = 0;
 
@@ -77,6 +83,7 @@ namespace squeal
             {origin, order, coefficient, std::make_shared<const Matrix>(std::move(matrix))});
     }
     std::vector<Term> terms_;
+    std::vector<RelaxationTerm> relaxation_;
   };
 
   /// Makes a model with a mesh of its own, where a parameter changes the mesh.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <squeal/parameters/stiffness_factor.h>
+
 #include <array>
 #include <cmath>
 #include <string>
@@ -7,7 +9,8 @@
 
 namespace squeal
 {
-  /// Linear elastic material with the damping D = alpha M + beta K. SI units.
+  /// Linear elastic material with the damping D = alpha M + beta K, and a stiffness that may depend
+  /// on how fast it is strained: f(l) K. SI units.
   ///
   /// Isotropic, or transversely isotropic about the last coordinate axis n (the normal of the
   /// pads), with t any direction of the plane across it:
@@ -26,6 +29,8 @@ namespace squeal
     double axial_young_modulus  = 0; ///< E_n, Pa
     double axial_poisson_ratio  = 0; ///< nu_tn
     double axial_shear_modulus  = 0; ///< G_tn, Pa
+
+    StiffnessFactor stiffness_factor = {}; ///< f; Young's moduli are relaxed ones
 
     /// The factors of D = alpha M + beta K.
     struct Damping

@@ -31,6 +31,10 @@ namespace squeal
     // that no pattern of a single key can express. check() throws InputError with the path of the
     // key.
 
+    /// The keys of a StiffnessFactor.
+    void declare(dealii::ParameterHandler &prm, StiffnessFactor &factor);
+    void check(const std::string &section, const StiffnessFactor &factor);
+
     struct MaterialSection : Material
     {
       explicit MaterialSection(const Material &defaults) : Material(defaults) {}
@@ -355,6 +359,15 @@ namespace squeal
       double circulatory_factor = 1;
       double velocity_factor    = 1;
 
+      /// f(l) c A, a stiffness that depends on how fast it is strained.
+      struct Viscoelastic
+      {
+        std::string stiffness; ///< file of A; empty: there is none
+        double factor = 1;     ///< c
+        StiffnessFactor stiffness_factor;
+      };
+      std::array<Viscoelastic, 4> viscoelastic;
+
       void declare(dealii::ParameterHandler &prm);
       void check() const;
     };
@@ -436,6 +449,9 @@ namespace squeal
                                        : pads.n_pads();
       }
 
+      /// Whether a stiffness depends on how fast it is strained: the eigenproblem is not quadratic.
+      bool has_relaxation() const;
+
       /// Makes every member an entry of @p prm; parsing @p prm then fills the members.
       void declare(dealii::ParameterHandler &prm);
 
@@ -447,6 +463,7 @@ namespace squeal
       void check_export() const;
       void check_edge_levels() const;
       void check_joints() const;
+      void check_relaxation() const;
     };
   } // namespace Parameters
 } // namespace squeal

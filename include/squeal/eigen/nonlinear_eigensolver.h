@@ -1,0 +1,48 @@
+#pragma once
+
+#include <squeal/eigen/eigensolvers.h>
+
+#include <memory>
+
+namespace squeal
+{
+  /// Finds the modes of a problem with frozen terms,
+  ///     T(l) x = (l^2 M + l P + Q + sum h(l) A) x = 0,
+  /// from those of the quadratic one, h = 0, which another solver finds and counts:
+  ///
+  /// 1. Rayleigh-Ritz on the real span U of the quadratic problem's vectors, of all modes of its
+  ///    disc: each mode is followed from h = 0 to h (follow_to_exact()).
+  /// 2. Inverse iteration with the quadratic problem's real factors F,
+  ///        x := x - F^{-1} T(l) x,
+  ///    whose result enlarges U: block Davidson in real arithmetic, until the backward errors of
+  ///    the exact problem are below the tolerance. In the larger U the pairs are corrected, or
+  ///    followed once more where they would move too far.
+  /// 3. Left vectors likewise, of the transposed problem.
+  ///
+  /// What is proven: the number of the quadratic problem's modes in the disc, as its solver proves
+  /// it; and that there is one mode, no two the same, of the exact problem for each of them.
+  /// Eigenvalues of relaxation, which are real or nearly so, are no modes and not searched.
+  class NonlinearEigensolver : public Eigensolver
+  {
+  public:
+    /// @p quadratic is block_krylov or dense.
+    explicit NonlinearEigensolver(std::unique_ptr<Eigensolver> quadratic)
+        : quadratic(std::move(quadratic))
+    {
+    }
+    EigenSolution solve(const QuadraticEigenproblem &problem,
+                        const EigensolverOptions &options) const override;
+    bool counts_in_disc(const EigensolverOptions &options) const override
+    {
+      return quadratic->counts_in_disc(options);
+    }
+    std::vector<double> counted_frequencies(const EigensolverOptions &options,
+                                            const bool may_move_rigidly) const override
+    {
+      return quadratic->counted_frequencies(options, may_move_rigidly);
+    }
+
+  private:
+    std::unique_ptr<Eigensolver> quadratic;
+  };
+} // namespace squeal

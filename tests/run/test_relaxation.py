@@ -1,0 +1,228 @@
+"""Loss factors, Prony series and fractional Zener elements: small problems with known solutions, the published sandwich
+beam, brakes, and what is refused."""
+
+import cmath
+import math
+import pathlib
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import squeal_testing as st  # noqa: E402
+
+
+# Of the pads in table T11: relaxation at 500 and 4000 Hz.
+PRONY_T11 = f"0.2 : {1 / (2 * math.pi * 500)!r}, 0.3 : {1 / (2 * math.pi * 4000)!r}"
+
+
+def diagonal(*values):
+    entries = [f"{i} {i} {value!r}\n" for i, value in enumerate(values, 1)]
+    return f"%%MatrixMarket matrix coordinate real general\n{len(values)} {len(values)} {len(values)}\n" + "".join(entries)
+
+
+def newton(function, slope, l):
+    """The root near l."""
+    for _ in range(50):
+        l -= function(l) / slope(l)
+    return l
+
+
+class Oscillators(st.TestCase):
+    """Masses on springs: m l^2 + k + c f(l) = 0 each by itself."""
+
+    MASSES, STIFF, SOFT = (1.0, 2.0, 0.5), (3.0, 1.0, 2.0), (5.0, 6.0, 1.5)
+
+    def case(self, **law):
+        for name, values in [("mass", self.MASSES), ("stiffness", self.STIFF), ("soft", self.SOFT)]:
+            self.write(name + ".mtx", diagonal(*values))
+        return {"Scene": "matrices", "Matrices/Mass": "mass.mtx", "Matrices/Stiffness": "stiffness.mtx",
+                "Matrices/Viscoelastic 1/Stiffness": "soft.mtx", "Eigenproblem/Maximum frequency": 1,
+                **{f"Matrices/Viscoelastic 1/{key}".replace("_", " "): value for key, value in law.items()}}
+
+    def check(self, f, slope, **law):
+        expected = [newton(lambda l: m * l * l + k + c * f(l), lambda l: 2 * m * l + c * slope(l),
+                           1j * cmath.sqrt((k + c * f(1j * math.sqrt((k + c) / m))) / m))
+                    for m, k, c in zip(self.MASSES, self.STIFF, self.SOFT)]
+        case = self.case(**law)
+        for solver in ["block_krylov", "dense"]:
+            self.assertSameModes(self.eigenvalues({**case, "Eigenproblem/Solver": solver}), expected, 1e-11)
+        self.assertSameModes(self.eigenvalues(case, ranks=2), expected, 1e-11)
+        for l in expected:
+            self.assertLess(l.real, -1e-3)
+
+    def test_loss_factor(self):
+        self.check(lambda l: 1 + 0.3j, lambda l: 0, Loss_factor=0.3)
+
+    def test_prony(self):
+        # m l^2 (1 + l tau) + (k + c)(1 + l tau) + c g l tau = 0: a cubic.
+        g, tau = 0.7, 0.4
+        self.check(lambda l: 1 + g * l * tau / (1 + l * tau), lambda l: g * tau / (1 + l * tau) ** 2,
+                   Prony_series=f"{g} : {tau}")
+
+    def test_zener(self):
+        c, tau, a = 12, 0.05, 0.6
+
+        def slope(l):
+            z = (l * tau) ** a
+            return (c - 1) * a * z / (l * (1 + z) ** 2)
+
+        self.check(lambda l: (1 + c * (l * tau) ** a) / (1 + (l * tau) ** a), slope,
+                   Fractional_Zener=f"{c} : {tau} : {a}")
+
+    def test_all_together(self):
+        self.check(lambda l: 1 + 0.1j + 0.5 * l / (1 + l) + 0.2 * 0.3 * l / (1 + 0.3 * l),
+                   lambda l: 0.5 / (1 + l) ** 2 + 0.2 * 0.3 / (1 + 0.3 * l) ** 2,
+                   Loss_factor=0.1, Prony_series="0.5 : 1, 0.2 : 0.3")
+
+    def test_causes(self):
+        """The growth rate is the sum of its causes, and the Rayleigh equation holds with f(l)."""
+        results = self.analyse(self.case(Loss_factor=0.3, Prony_series="0.7 : 0.4"))
+        modes = st.read_table(results / "modes.csv")
+        contributions = st.read_table(results / "contributions.csv")
+        for mode in modes:
+            causes = [row for row in contributions if row["mode"] == mode["mode"]]
+            self.assertAlmostEqual(sum(row["growth_rate_1_per_s"] for row in causes), mode["growth_rate_1_per_s"],
+                                   delta=1e-9)
+            damping = sum(row["growth_rate_1_per_s"] for row in causes if row["origin"] == "material damping")
+            self.assertAlmostEqual(damping, mode["growth_rate_1_per_s"], delta=1e-9)
+
+
+# Eigenvalues w = -i l of the sandwich beams of NLEVP with 200 < Re w < 30000 1/s: ../shared/data/nlevp/README.md.
+SANDWICH_EIGENVALUES = {
+    168: [723.371625807 + 82.9404466355j, 1920.74307086 + 298.487991779j, 3580.01805848 + 657.775670719j,
+          5674.92278772 + 1132.72844153j, 8183.20848881 + 1701.46777699j, 11096.7328425 + 2342.3463467j,
+          14414.9831364 + 3039.04657552j, 18141.0599482 + 3779.26424714j, 22280.1896929 + 4553.57980325j,
+          26838.9287109 + 5354.62401711j],
+    840: [723.18647754 + 82.975328831j, 1919.71921161 + 298.751718678j, 3576.71045045 + 658.95874537j,
+          5666.58424857 + 1136.49490518j, 8164.9368854 + 1710.85699047j, 11060.5426842 + 2361.95796221j,
+          14348.8876276 + 3075.11914007j, 18028.1694576 + 3839.69296203j, 22097.8185911 + 4647.90993163j,
+          26557.6867988 + 5494.03173294j],
+    # Rounding moves the lowest in the sixth digit.
+    3360: [723.18 + 82.977j, 1919.679 + 298.7619j, 3576.582 + 659.0046j, 5666.2615 + 1136.64133j,
+           8164.2327 + 1711.22302j, 11059.1541 + 2362.72478j, 14346.3632 + 3076.53422j, 18023.8772 + 3842.07248j,
+           22090.9158 + 4651.64032j, 26547.0909 + 5499.5715j],
+}
+
+
+def sandwich_beam(n):
+    """The settings of the sandwich beam with n unknowns."""
+    data = st.SHARED / "data" / "nlevp"
+    relaxed, glassy = 350.4e3, 3.062e9
+    core = "Matrices/Viscoelastic 1/"
+    return {"Scene": "matrices", "Matrices/Mass": data / f"sandwich_beam_{n}_M.mtx",
+            "Matrices/Stiffness": data / f"sandwich_beam_{n}_Ke.mtx",
+            core + "Stiffness": data / f"sandwich_beam_{n}_Kv.mtx", core + "Factor": relaxed,
+            core + "Fractional Zener": f"{glassy / relaxed!r} : 8.230e-9 : 0.675",
+            "Eigenproblem/Minimum frequency": 200 / (2 * math.pi),
+            "Eigenproblem/Maximum frequency": 30000 / (2 * math.pi), "Eigenproblem/Tolerance": 1e-12}
+
+
+@unittest.skipUnless((st.SHARED / "data/nlevp").exists(), "the matrices are not there")
+class Sandwich(st.TestCase):
+    def compare(self, n):
+        modes = self.modes(sandwich_beam(n))
+        self.assertSameModes([st.eigenvalue(mode) for mode in modes], [1j * w for w in SANDWICH_EIGENVALUES[n]], 1e-9)
+        for mode in modes:
+            self.assertLessEqual(mode["backward_error"], 1e-12)
+
+    def test_168(self):
+        self.compare(168)
+
+    def test_840(self):
+        self.compare(840)
+
+
+class Brake(st.TestCase):
+    BRAKE = {**st.REFERENCE_BRAKE, **st.PENALTY, **st.TINY_BRAKE, "Rotor/Material/Stiffness proportional damping": 0,
+             "Pads/Material/Stiffness proportional damping": 0}
+    PADS, ROTOR = "Pads/Material/", "Rotor/Material/"
+
+    def test_small_loss_factor(self):
+        """To first order the loss factor eta of the pads moves l by -i eta z^H K x / z^H Q'(l) x, as beta = eta / w does by
+        -beta l z^H K x / ..., with w = |Im l| of each mode and little growth; the remainder falls like eta^2."""
+        without = {l: l for l in self.eigenvalues(self.BRAKE)}
+        plain = list(without)
+
+        def changes(settings):
+            return [l - before for l, before in self.pairs(self.eigenvalues({**self.BRAKE, **settings}), plain)]
+
+        beta = 1e-9
+        first_order = [(change / beta) / before * 1j for change, before in
+                       zip(changes({self.PADS + "Stiffness proportional damping": beta}), plain)]
+        remainders = []
+        for eta in [4e-4, 2e-4]:
+            remainders.append([abs(change / eta - one) for change, one in
+                               zip(changes({self.PADS + "Loss factor": eta}), first_order)])
+        for before, one, larger, smaller in zip(plain, first_order, *remainders):
+            # change / eta is right to the first order in eta, and beta's own second order.
+            self.assertLess(larger, 2e-2 * abs(before))
+            self.assertLess(smaller, 0.6 * larger + 1e-4 * abs(before), f"mode {before}")
+
+    def test_ways_to_solve(self):
+        """Halves, the whole, solvers and ranks agree, and causes sum up to the growth rate."""
+        case = {**self.BRAKE, self.ROTOR + "Loss factor": 0.004, self.PADS + "Loss factor": 0.06,
+                self.PADS + "Prony series": "0.2 : 3e-4, 0.3 : 4e-5", self.PADS + "Fractional Zener": "1.5 : 1e-5 : 0.7"}
+        results = self.analyse(case)
+        modes = st.read_table(results / "modes.csv")
+        eigenvalues = [st.eigenvalue(mode) for mode in modes]
+        self.assertGreater(len(modes), 15)
+        self.assertTrue(all(mode["backward_error"] <= 1e-9 for mode in modes))
+        for settings, ranks in [({"Eigenproblem/Mirror symmetry": False}, 1), ({"Eigenproblem/Solver": "dense"}, 1),
+                                ({}, 2), ({"Contact/Steady pressure": "uniform"}, 4)]:
+            self.assertSameModes(self.eigenvalues({**case, **settings}, ranks=ranks), eigenvalues, 1e-8)
+        contributions = st.read_table(results / "contributions.csv")
+        for mode in modes:
+            total = sum(row["growth_rate_1_per_s"] for row in contributions if row["mode"] == mode["mode"])
+            self.assertAlmostEqual(total, mode["growth_rate_1_per_s"], delta=1e-6 * 2 * math.pi * mode["frequency_hz"])
+            self.assertIsNone(mode["growth_rate_error_1_per_s"])
+
+    def test_mortar(self):
+        """Multipliers are no part of the spaces in which modes are found."""
+        case = {**self.BRAKE, **st.MORTAR, self.PADS + "Loss factor": 0.06}
+        self.assertSameModes(self.eigenvalues({**case, "Eigenproblem/Solver": "dense"}), self.eigenvalues(case), 1e-8)
+
+    def test_other_stages(self):
+        """Damping is of the stage full."""
+        case = {**self.BRAKE, "Stage": "friction_damping"}
+        self.assertSameModes(self.eigenvalues({**case, self.PADS + "Loss factor": 0.06}), self.eigenvalues(case), 1e-12)
+
+
+class Refused(st.TestCase):
+    def assertRefused(self, settings, *words):
+        self.write("bad.prm", {**st.TINY_BRAKE, **settings})
+        result = st.run("bad.prm", directory=self.directory, timeout=60)
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        for word in words:
+            self.assertIn(word, result.stderr)
+
+    def test_values(self):
+        for section in ["Pads/Material", "Rotor/Material"]:
+            for key, value, word in [("Loss factor", -0.01, "feed energy"), ("Prony series", "-0.2 : 1e-3", "positive"),
+                                     ("Prony series", "0.2 : -1e-3", "positive"), ("Prony series", "0.2 : 0", "positive"),
+                                     ("Fractional Zener", "0.5 : 1e-3 : 0.5", "at least 1"),
+                                     ("Fractional Zener", "5 : -1 : 0.5", "positive"),
+                                     ("Fractional Zener", "5 : 1", "0 < a <= 1"),
+                                     ("Fractional Zener", "5 : 1 : 1.1", "0 < a <= 1")]:
+                self.assertRefused({f"{section}/{key}": value}, f"{section}/{key}", word)
+        for text in ["0.2", "0.2 : 1 : 2", "a : b", "0.2 : 1e-3 0.3 : 1e-4"]:
+            self.assertRefused({"Pads/Material/Prony series": text}, "Prony series")
+
+    def test_combinations(self):
+        damped = {"Pads/Material/Loss factor": 0.06}
+        for settings, word in [
+                ({"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0, 0.1"}, "Sweep/Parameter"),
+                ({"Eigenproblem/Solver": "krylov"}, "krylov"), ({"Eigenproblem/Solver": "block_davidson"}, "block_davidson"),
+                ({"Eigenproblem/Minimum frequency": 5900}, "Minimum frequency"),
+                ({"Output/Sensitivities": True}, "Sensitivities"), ({"Output/Matrices": True}, "Matrices"),
+                ({"Refinement/Strategy": "adaptive", "Refinement/Cycles": 2}, "adaptive")]:
+            self.assertRefused({**damped, **settings}, word)
+
+    def test_damping_without_a_matrix(self):
+        self.write("m.mtx", diagonal(1.0))
+        self.assertRefused({"Scene": "matrices", "Matrices/Mass": "m.mtx", "Matrices/Stiffness": "m.mtx",
+                            "Matrices/Viscoelastic 2/Loss factor": 0.1}, "Matrices/Viscoelastic 2/Stiffness")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
