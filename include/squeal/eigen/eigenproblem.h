@@ -72,7 +72,7 @@ namespace squeal
 
   /// What is left of (f(l) - 1) c A once it is frozen at a frequency w, which makes a quadratic
   /// problem of the rest: h(l) A with
-  ///     h(l) = c (f(l) - Re f(i w) - l Im f(i w) / w).
+  ///     h(l) = c (f(l) - Re f(i w)).
   struct FrozenTerm
   {
     double coefficient;
@@ -148,7 +148,7 @@ namespace squeal
     double frozen_at = 0; ///< 1/s; 0: not frozen
 
     /// The terms with the frozen part of the relaxation: of each (f(l) - 1) c A
-    ///     (Re f(i w) - 1) c A   as stiffness   and   Im f(i w) / w c A   as damping.
+    ///     (Re f(i w) - 1) c A   as stiffness; all of the damping is left to FrozenTerm.
     EquationsOfMotion frozen(double frequency) const;
 
     /// The terms of one order that are not zero.
