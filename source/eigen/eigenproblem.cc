@@ -16,10 +16,6 @@ namespace squeal
       return !term.matrix || !*term.matrix || term.coefficient == 0;
     }
 
-  } // namespace
-
-  namespace
-  {
     /// Re f(i w).
     double storage(const StiffnessFactor &factor, const double frequency)
     {
@@ -122,6 +118,8 @@ namespace squeal
     for (const RelaxationTerm &term : equations.relaxation)
       problem.frozen.push_back(
           {term.coefficient, term.matrix->view(false), term.factor, equations.frozen_at});
+    if (equations.matrices_are_given && !equations.relaxation.empty())
+      problem.given = std::make_shared<const EquationsOfMotion>(equations);
     if (equations.reference == EquationsOfMotion::Reference::symmetric_part)
       problem.reference = symmetric_part(rows, problem.Q);
     else if (!equations.reference_terms().empty())

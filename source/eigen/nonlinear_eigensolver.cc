@@ -1,6 +1,8 @@
 #include <squeal/base/stopwatch.h>
+#include <squeal/base/subcommunicator.h>
 #include <squeal/base/text.h>
 #include <squeal/eigen/backward_error.h>
+#include <squeal/eigen/given_matrices.h>
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/eigen/nonlinear_eigensolver.h>
 #include <squeal/eigen/projected_nonlinear.h>
@@ -71,6 +73,10 @@ namespace squeal
       void expand(MultiVector block);
       /// Follows the modes in the present space.
       void follow();
+      /// Corrects the pairs in the enlarged space, or follows them where they would move too far;
+      /// the first time follows them. The first rank does it for all: dense results differ by
+      /// rounding from rank to rank, and the way that is taken with them.
+      void update(bool first_time);
       /// The vectors of the present pairs, and one step of inverse iteration of them.
       EigenPairs iterate();
       double bound(const Complex &l) const
@@ -161,6 +167,39 @@ namespace squeal
       n_steps = follow_to_exact(projected, pairs);
     }
 
+    void Search::update(const bool first_time)
+    {
+      const MPI_Comm comm = problem.rows.comm;
+      int rank            = 0;
+      MPI_Comm_rank(comm, &rank);
+      work_apart(comm,
+                 [&]
+                 {
+                   if (rank == 0 && (first_time || !correct_exact(projected, pairs)))
+                     follow();
+                 });
+      const unsigned int size = space.n_columns();
+      std::vector<Complex> numbers;
+      for (const ProjectedPair &pair : pairs)
+      {
+        numbers.push_back(pair.lambda);
+        numbers.insert(numbers.end(), pair.right.begin(), pair.right.end());
+        numbers.insert(numbers.end(), pair.left.begin(), pair.left.end());
+      }
+      numbers.resize((1 + 2 * std::size_t(size)) * quadratic.size());
+      MPI_Bcast(numbers.data(), 2 * numbers.size(), MPI_DOUBLE, 0, comm);
+      MPI_Bcast(&n_steps, 1, MPI_UNSIGNED, 0, comm);
+      pairs.resize(quadratic.size());
+      auto next = numbers.cbegin();
+      for (ProjectedPair &pair : pairs)
+      {
+        pair.lambda = *next++;
+        pair.right.assign(next, next + size);
+        pair.left.assign(next + size, next + 2 * size);
+        next += 2 * size;
+      }
+    }
+
     EigenPairs Search::iterate()
     {
       EigenPairs result;
@@ -186,15 +225,13 @@ namespace squeal
     {
       quadratic = eigenvalues;
       expand(std::move(start));
-      follow();
       constexpr unsigned int most_steps = 30;
       EigenPairs modes;
       std::vector<Complex> previous;
       std::vector<double> changes;
       const auto correct = [&](const unsigned int step) -> std::optional<MultiVector>
       {
-        if (step > 0 && !correct_exact(projected, pairs))
-          follow();
+        update(step == 0);
         modes = iterate();
         changes.resize(modes.size(), 1);
         std::vector<unsigned int> inaccurate;
@@ -230,6 +267,24 @@ namespace squeal
                     " after ", most_steps, " corrections."),
             {Failure::pairs_not_refined});
       return modes;
+    }
+    /// The quadratic problem's modes were searched up to the rim of the disc. Those at the window's
+    /// end show how much deeper exact frequencies lie: the rim must be twice as far as that.
+    void check_that_none_comes_in(const std::vector<Complex> &quadratic,
+                                  const std::vector<Complex> &exact, const double max_imaginary)
+    {
+      constexpr double at_the_end = 0.9;
+      double ratio                = 1;
+      for (unsigned int j = 0; j < exact.size(); ++j)
+        if (exact[j].imag() >= at_the_end * max_imaginary)
+          ratio = std::max(ratio, quadratic[j].imag() / exact[j].imag());
+      if (1 + 2 * (ratio - 1) > search_radius(1))
+        throw SolverError(
+            text_of("Modes may be missing: with exact moduli frequencies at the window's end are ",
+                    100 * (ratio - 1), " % lower than with those frozen at 2 pi ",
+                    max_imaginary / (2 * M_PI), " Hz, and these were searched up to ",
+                    100 * (search_radius(1) - 1), " % beyond the end only."),
+            {Failure::modes_may_come_in});
     }
   } // namespace
 
@@ -291,6 +346,7 @@ namespace squeal
         transposed(*start.factorization, start.shift, true);
     Search right(problem, shift_invert, options);
     modes = right.run(std::move(start.right), start.lambda);
+    check_that_none_comes_in(start.lambda, modes.lambda, options.max_imaginary);
     solution.cost.seconds.right += watch.lap();
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
     Search left(adjoint, transposed, options);
@@ -298,6 +354,8 @@ namespace squeal
     attach_left_vectors(
         problem, transposed_pairs.select(nearest_partners(modes.lambda, transposed_pairs.lambda)),
         modes);
+    if (problem.given)
+      use_given_matrices(problem, modes);
     solution.cost.seconds.left += watch.lap();
     solution.cost.n_solves += right.n_solves + left.n_solves;
     solution.proof.completeness += text_of(

@@ -45,7 +45,7 @@ namespace squeal
     using Pairs = std::vector<ProjectedPair>;
 
     /// Eigenvalues this close, relatively, are corrected together.
-    constexpr double close = 2e-3;
+    constexpr double close_neighbours = 2e-3;
 
     /// The numbers of pairs whose eigenvalues hang together by close neighbours.
     std::vector<std::vector<unsigned int>> clusters_of(const Pairs &pairs)
@@ -61,7 +61,7 @@ namespace squeal
         for (unsigned int k = 0; k < cluster.size(); ++k)
           for (unsigned int j = 0; j < pairs.size(); ++j)
             if (const Complex l = pairs[cluster[k]].lambda;
-                !taken[j] && std::abs(pairs[j].lambda - l) <= close * std::abs(l))
+                !taken[j] && std::abs(pairs[j].lambda - l) <= close_neighbours * std::abs(l))
             {
               taken[j] = true;
               cluster.push_back(j);

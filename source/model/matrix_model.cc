@@ -102,10 +102,11 @@ namespace squeal
   EquationsOfMotion MatrixModel::equations() const
   {
     EquationsOfMotion equations;
-    equations.rows           = rows;
-    equations.terms          = terms_;
-    equations.relaxation     = relaxation_;
-    equations.reference      = EquationsOfMotion::Reference::symmetric_part;
+    equations.rows               = rows;
+    equations.terms              = terms_;
+    equations.relaxation         = relaxation_;
+    equations.matrices_are_given = true;
+    equations.reference          = EquationsOfMotion::Reference::symmetric_part;
     equations.reference_name = "the symmetric part of the position matrix, without velocity terms,";
     return equations;
   }
@@ -121,6 +122,25 @@ namespace squeal
     if (velocity)
       all.push_back(
           {"Matrices/Velocity factor", velocity_factor, {{Origin::velocity, 1, 1., velocity}}});
+    for (const RelaxationTerm &term : relaxation_)
+    {
+      const auto section =
+          "Matrices/Viscoelastic " +
+          std::to_string(1 + (std::find(viscoelastic.begin(), viscoelastic.end(), term.matrix) -
+                              viscoelastic.begin())) +
+          "/";
+      all.push_back({section + "Factor",
+                     term.coefficient,
+                     {{Origin::elasticity, 0, 1., term.matrix}},
+                     {{1., term.matrix, [factor = term.factor](const std::complex<double> l) {
+                         return factor(l) - 1.;
+                       }}}});
+      for (const StiffnessFactor::Constant &constant : term.factor.constants())
+        all.push_back({section + constant.name,
+                       constant.value,
+                       {},
+                       {{term.coefficient, term.matrix, constant.derivative}}});
+    }
     all.erase(std::remove_if(all.begin(), all.end(),
                              [&](const ParameterDerivative &d)
                              { return !only.empty() && d.parameter != only; }),

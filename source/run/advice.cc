@@ -42,6 +42,8 @@ namespace squeal
       case Failure::modes_missing:
         return " Try a smaller Eigenproblem/Tolerance, or Eigenproblem/Solver = dense for a small "
                "problem.";
+      case Failure::modes_may_come_in:
+        return " Set a larger Eigenproblem/Maximum frequency.";
       case Failure::modes_inaccurate:
         return " Try a larger Eigenproblem/Tolerance, or Eigenproblem/Solver = krylov.";
       case Failure::left_vectors_missing:

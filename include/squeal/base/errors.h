@@ -30,6 +30,7 @@ namespace squeal
     window_too_wide,
     krylov_space_full,
     modes_missing,
+    modes_may_come_in,
     modes_inaccurate,
     left_vectors_missing,
     interval_stalled,

@@ -89,6 +89,8 @@ namespace squeal
   /// The terms of one order that are not zero.
   std::vector<Term> terms_of_order(const std::vector<Term> &terms, unsigned int order);
 
+  struct EquationsOfMotion;
+
   /// (l^2 M + l P + Q) x = 0 with real matrices, M symmetric positive semi-definite. No mesh, no
   /// dimension.
   struct QuadraticEigenproblem
@@ -98,6 +100,9 @@ namespace squeal
     /// If there are any: the problem is (l^2 M + l P + Q + sum h(l) A) x = 0, and the quadratic one
     /// is where its solution begins.
     std::vector<FrozenTerm> frozen;
+    /// If the matrices are given and frozen terms are there: the equations, whose matrices have not
+    /// been rounded by sums. One frozen term for each of relaxation.
+    std::shared_ptr<const EquationsOfMotion> given;
     /// Rows of contact pressures and of tractions of joints: M and P vanish there.
     unsigned int n_constraints       = 0;
     unsigned int n_local_constraints = 0; ///< of this rank; they are its last rows
@@ -146,6 +151,8 @@ namespace squeal
 
     std::vector<RelaxationTerm> relaxation;
     double frozen_at = 0; ///< 1/s; 0: not frozen
+    /// Whether the matrices are given to the last digit (not integrals, which are rounded anyway).
+    bool matrices_are_given = false;
 
     /// The terms with the frozen part of the relaxation: of each (f(l) - 1) c A
     ///     (Re f(i w) - 1) c A   as stiffness; all of the damping is left to FrozenTerm.

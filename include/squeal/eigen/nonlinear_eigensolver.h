@@ -18,10 +18,13 @@ namespace squeal
   ///    the exact problem are below the tolerance. In the larger U the pairs are corrected, or
   ///    followed once more where they would move too far.
   /// 3. Left vectors likewise, of the transposed problem.
+  /// 4. Eigenvalues of given matrices by their own digits (use_given_matrices()).
   ///
   /// What is proven: the number of the quadratic problem's modes in the disc, as its solver proves
-  /// it; and that there is one mode, no two the same, of the exact problem for each of them.
-  /// Eigenvalues of relaxation, which are real or nearly so, are no modes and not searched.
+  /// it; and that there is one mode, no two the same, of the exact problem for each of them. That
+  /// none comes into the window from outside of the disc is concluded from those near its end, an
+  /// error where they move far. Eigenvalues of relaxation, which are real or nearly so, are no
+  /// modes and not searched.
   class NonlinearEigensolver : public Eigensolver
   {
   public:
