@@ -20,13 +20,16 @@ namespace squeal
 
   namespace
   {
-    /// Sums of body terms at the eigenvalue l: sum c l^order for each kind of matrix. The static
-    /// stress has one, if there is any.
-    OperatorFactors factors_at(const std::vector<BodyTerm> &terms, const Complex l,
-                               const bool has_stress)
+    /// Sums of a body's terms at the eigenvalue l: sum c l^order for each kind of matrix, and what
+    /// f(l) makes of the stiffness. The static stress has one, if there is any.
+    OperatorFactors factors_at(const Parameters::All &prm, const Parameters::BodyMaterial &material,
+                               const Complex l, const bool has_stress)
     {
       std::array<Complex, 4> sums{};
-      for (const BodyTerm &term : terms)
+      if (prm.terms().material_damping)
+        sums[static_cast<unsigned int>(BodyTerm::Kind::K)] =
+            material.material.stiffness_factor(l) - 1.;
+      for (const BodyTerm &term : body_terms(prm, material))
         sums[static_cast<unsigned int>(term.matrix)] +=
             term.coefficient * (term.order == 0   ? 1.
                                 : term.order == 1 ? l
@@ -128,9 +131,9 @@ namespace squeal
                         (material.of_rotor && long_cells));
         factors.emplace_back();
         for (const Complex &l : modes.lambda)
-          factors.back().push_back(factors_at(body_terms(prm, material), l, is_stressed(material)));
+          factors.back().push_back(factors_at(prm, material, l, is_stressed(material)));
         if (with_state)
-          factors.back().push_back(factors_at(body_terms(prm, material), 0, false));
+          factors.back().push_back(factors_at(prm, material, 0, false));
       }
     }
 

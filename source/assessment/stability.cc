@@ -247,6 +247,12 @@ namespace squeal
       for (unsigned int j = 0; j < n_modes; ++j)
         sums[j] += term.coefficient * std::pow(modes.lambda[j], int(term.order)) * form[j];
     }
+    for (const ParameterDerivative::OfModulus &term : derivative.moduli)
+    {
+      const auto form = diagonal_form(modes.left, *term.matrix, modes.right);
+      for (unsigned int j = 0; j < n_modes; ++j)
+        sums[j] += term.coefficient * term.factor(modes.lambda[j]) * form[j];
+    }
     for (unsigned int j = 0; j < n_modes; ++j)
       sums[j] /= -2. * modes.lambda[j];
     return sums;

@@ -11,6 +11,12 @@ namespace squeal
 {
   namespace
   {
+    /// f(l) - 1.
+    auto beyond_relaxed(const StiffnessFactor &factor)
+    {
+      return [factor](const std::complex<double> l) { return factor(l) - 1.; };
+    }
+
     /// Gives a constant of the material of a section another value.
     auto setter(const std::string &section, double Material::*constant)
     {
@@ -46,6 +52,9 @@ namespace squeal
         const auto K = assemble_body(spaces, geometry.bodies_of(m), material, false).K;
         parameter.terms.push_back({Origin::elasticity, 0, sign / (2 * h), K});
         parameter.terms.push_back({Origin::material_damping, 1, beta * sign / (2 * h), K});
+        if (prm.terms().material_damping && material.stiffness_factor.is_active())
+          parameter.moduli.push_back(
+              {sign / (2 * h), K, beyond_relaxed(material.stiffness_factor)});
       }
       parameters.push_back(std::move(parameter));
     }
@@ -100,6 +109,18 @@ namespace squeal
                           {{Origin::elasticity, 0, per_E, matrices.K},
                            {Origin::material_damping, 1, damping.beta * per_E, matrices.K}},
                           setter(materials[m].section, &Material::young_modulus)});
+      const StiffnessFactor &factor = material.stiffness_factor;
+      if (stage.material_damping && factor.is_active())
+      {
+        if (!material.transversely_isotropic)
+          result.back().moduli.push_back({per_E, matrices.K, beyond_relaxed(factor)});
+        for (const StiffnessFactor::Constant &constant : factor.constants())
+          result.push_back({section + constant.name,
+                            constant.value,
+                            {},
+                            {},
+                            {{E, matrices.K, constant.derivative}}});
+      }
       result.push_back(density);
       if (stage.material_damping)
         for (const Material::Constant &constant : material.damping_constants())
@@ -246,6 +267,7 @@ namespace squeal
       for (const Term &term : parameter.terms)
         if (term.matrix && term.coefficient != 0)
           derivative.terms.push_back(term);
+      derivative.moduli = parameter.moduli;
 
       // Contact and prestress: central differences of their matrices, state and parameter together.
       const double h = parameter.step();

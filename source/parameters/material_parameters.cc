@@ -27,9 +27,11 @@ namespace squeal
                         "eta of a stiffness (1 + i eta) K, -: hysteresis, whatever the frequency. "
                         "Used in the stage full, as the two keys below; all of them add up.",
                         Patterns::Double());
+      // No list of lists: ParameterHandler makes patterns of their descriptions, and that of an
+      // inner list ends the outer one's.
       const Patterns::Double number;
       prm.declare_entry(
-          "Prony series", "", Patterns::List(Patterns::List(number, 2, 2, ":"), 0, 20, ","),
+          "Prony series", "", Patterns::Map(number, number, 0, 20),
           "Pairs g : tau, g : tau of the factor 1 + sum g l tau / (1 + l tau), by which the "
           "stiffness of motions exp(l t) exceeds the relaxed one, that of the moduli given; g is "
           "a part of it, -, tau a time, s.");

@@ -446,14 +446,9 @@ namespace squeal
                  eigenproblem.minimum_frequency >= 0.75 * eigenproblem.maximum_frequency,
              text_of("Eigenproblem/Minimum frequency = ", eigenproblem.minimum_frequency,
                      ": with them allowed are those below 0.75 Maximum frequency."));
-      refuse(output.sensitivities,
-             "Output/Sensitivities = true: derivatives do not know them; allowed is false.");
       refuse(output.matrices || !output.superelement.empty(),
              "Output/Matrices and Output/Superelement: files do not hold them; allowed are false "
              "and none.");
-      refuse(refinement.strategy == Strategy::adaptive,
-             "Refinement/Strategy = adaptive: there are no error bars with them; allowed are none "
-             "and uniform.");
     }
 
     void All::check_export() const

@@ -40,6 +40,41 @@ namespace squeal
     return slope;
   }
 
+  std::vector<StiffnessFactor::Constant> StiffnessFactor::constants() const
+  {
+    std::vector<Constant> result;
+    if (loss_factor != 0)
+      result.push_back({"Loss factor", loss_factor,
+                        [](const Complex l) { return Complex(0, l.imag() > 0 ? 1 : 0); }});
+    for (unsigned int k = 0; k < prony.size(); ++k)
+    {
+      const auto [g, tau]      = prony[k];
+      const std::string number = " " + std::to_string(k + 1);
+      result.push_back({"Prony series/g" + number, g,
+                        [tau = tau](const Complex l) { return l * tau / (1. + l * tau); }});
+      result.push_back({"Prony series/tau" + number, tau, [g = g, tau = tau](const Complex l) {
+                          return g * l / ((1. + l * tau) * (1. + l * tau));
+                        }});
+    }
+    if (zener.ratio != 1)
+    {
+      const auto [c, tau, a] = zener;
+      const auto z           = [tau = tau, a = a](const Complex l) { return std::pow(l * tau, a); };
+      // df/dz
+      const auto slope = [c = c, z](const Complex l)
+      { return (c - 1) / ((1. + z(l)) * (1. + z(l))); };
+      result.push_back(
+          {"Fractional Zener/c", c, [z](const Complex l) { return z(l) / (1. + z(l)); }});
+      result.push_back({"Fractional Zener/tau", tau, [z, slope, tau = tau, a = a](const Complex l) {
+                          return slope(l) * z(l) * a / tau;
+                        }});
+      result.push_back({"Fractional Zener/a", a, [z, slope, tau = tau](const Complex l) {
+                          return slope(l) * z(l) * std::log(l * tau);
+                        }});
+    }
+    return result;
+  }
+
   Complex StiffnessFactor::quotient(const Complex l, const Complex m) const
   {
     // The quotient loses the digits that both have in common; the slope half way is right to the

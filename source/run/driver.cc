@@ -420,12 +420,6 @@ namespace squeal
       {
         if (!prm.eigenproblem.error_bars || !prm.eigenproblem.is_solved())
           return {};
-        if (!model.relaxation().empty())
-        {
-          report.log.line("Error bars: none, the estimate does not know moduli that depend on the "
-                          "frequency or have a loss factor.");
-          return {};
-        }
         PhaseTimer::Scope scope(report.timer, "estimate");
         report.log.progress("  error bars");
         EigenvalueErrors errors = squeal::estimate_errors(model, modes);

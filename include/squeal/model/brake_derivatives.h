@@ -31,6 +31,7 @@ namespace squeal
       std::vector<Term> terms; ///< d/dp of the bodies' terms
       /// Gives it another value, if contact, loads or prestress depend on it.
       std::function<void(Parameters::All &, double)> set;
+      std::vector<ParameterDerivative::OfModulus> moduli = {}; ///< d/dp of what relaxes
 
       /// The step of central differences; what is differentiated is linear or nearly so.
       double step() const

@@ -5,6 +5,7 @@
 #include <squeal/parameters/parameters.h>
 #include <squeal/symmetry/sector.h>
 
+#include <complex>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -20,6 +21,15 @@ namespace squeal
     std::string parameter; ///< path of the key
     double value;          ///< present value, in the unit of the key
     std::vector<Term> terms;
+
+    /// A term coefficient * factor(l) * matrix, of moduli that depend on l.
+    struct OfModulus
+    {
+      double coefficient;
+      std::shared_ptr<const Matrix> matrix;
+      std::function<std::complex<double>(std::complex<double>)> factor;
+    };
+    std::vector<OfModulus> moduli = {};
   };
 
   /// The equations of motion of a scene as a list of terms: what sweeps, sensitivities and the

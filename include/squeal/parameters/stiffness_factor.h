@@ -1,6 +1,8 @@
 #pragma once
 
 #include <complex>
+#include <functional>
+#include <string>
 #include <vector>
 
 namespace squeal
@@ -38,6 +40,14 @@ namespace squeal
     std::complex<double> operator()(std::complex<double> l) const;
     /// f'(l).
     std::complex<double> derivative(std::complex<double> l) const;
+    /// One of its constants, as the keys name them, and the derivative of f by it, for Im l >= 0.
+    struct Constant
+    {
+      std::string name;
+      double value;
+      std::function<std::complex<double>(std::complex<double>)> derivative;
+    };
+    std::vector<Constant> constants() const;
     /// (f(l) - f(m)) / (l - m), f'(l) where both are equal to rounding.
     std::complex<double> quotient(std::complex<double> l, std::complex<double> m) const;
   };
