@@ -5,7 +5,7 @@
 
 brakes: tables T10 (loss factors) and T11 (Prony series) of the independent method, on the mesh of
 tests/run/test_brake_reference.py: largest relative error of a frequency, and of a growth rate relative to the largest growth
-rate, with T6 (Rayleigh damping) beside them. sandwich: the sandwich beams of NLEVP (../shared/data/nlevp). cost: prm/brake.prm with
+rate, with T6 (Rayleigh damping) beside them, and the error bars. sandwich: the sandwich beams of NLEVP (../shared/data/nlevp). cost: prm/brake.prm with
 Rayleigh damping, with a loss factor of the pads and with Prony series of the pads, processor seconds beside each other.
 """
 
@@ -20,8 +20,8 @@ import runs
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "run"))
 
+import error_statistics as es  # noqa: E402
 import squeal_testing as st  # noqa: E402
-import test_brake_reference as reference  # noqa: E402
 import test_relaxation as relaxation  # noqa: E402
 
 
@@ -46,16 +46,17 @@ def solve(settings, program):
 
 
 def brakes(program):
-    print(f"{'table':6s} {'modes':>5s} {'of':>3s} {'frequency':>10s} {'growth':>8s} {'backward':>9s} {'CPU s':>7s}")
-    for table, settings in reference.TABLES_OF_DAMPING.items():
-        modes, cycle, _ = solve({**st.REFERENCE_BRAKE, **reference.MESH, **st.PENALTY, **settings}, program)
+    print(f"{'table':5s} {'modes':>5s} {'of':>3s} {'frequency':>10s} {'growth':>8s} {'backward':>9s} {'CPU s':>7s}")
+    comparisons = []
+    for name in ["T6", "T10", "T11"]:
+        table, settings = es.TABLES[name]
+        modes, cycle, _ = solve({**st.REFERENCE_BRAKE, **relaxation.MESH, **st.PENALTY, **settings}, program)
         expected = st.reference_eigenvalues(table)
-        pairs = Runner().pairs([st.eigenvalue(mode) for mode in modes], expected)
-        largest = max(abs(l.real) for l in expected)
-        frequency = max(abs(a.imag - b.imag) / b.imag for a, b in pairs)
-        growth = max(abs(a.real - b.real) for a, b in pairs) / largest
-        print(f"{table.split('_')[1]:6s} {len(modes):5d} {len(expected):3d} {frequency:10.1e} {growth:8.1e} "
-              f"{max(mode['backward_error'] for mode in modes):9.1e} {cycle['processor_seconds']:7.1f}")
+        frequency, growth = relaxation.errors([st.eigenvalue(mode) for mode in modes], expected)
+        comparisons += es.compare(name, modes)
+        print(f"{name:5s} {len(modes):5d} {len(expected):3d} {frequency:10.1e} {growth:8.1e} "
+              f"{max(mode['backward_error'] for mode in modes):9.1e} {cycle['processor_seconds']:7.1f}", flush=True)
+    print(es.table(comparisons))
 
 
 def sandwich(program):
@@ -76,7 +77,7 @@ def cost(program):
                            "loss factor of pads": {**off, "Rotor/Material/Stiffness proportional damping": 1e-7,
                                                    "Pads/Material/Loss factor": 0.06},
                            "Prony series of pads": {**off, "Rotor/Material/Stiffness proportional damping": 1e-7,
-                                                    "Pads/Material/Prony series": relaxation.PRONY_T11}}.items():
+                                                    "Pads/Material/Prony series": es.PRONY_T11}}.items():
         brake = {"Discretization/Degree": 3, "Output/Fields": "none", "Eigenproblem/Error bars": False}
         modes, cycle, _ = solve({**brake, **settings}, program)
         seconds = cycle["processor_seconds"]

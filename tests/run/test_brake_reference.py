@@ -33,18 +33,6 @@ CLUSTERS = {
 SEPARATE = 0.01
 ABSOLUTE = 0.02  # 1/s
 
-# Damping of theory.md, section 12, in the stage full: 25 modes below 6350 Hz.
-WITHOUT_RAYLEIGH = {"Rotor/Material/Stiffness proportional damping": 0, "Pads/Material/Stiffness proportional damping": 0,
-                    "Eigenproblem/Maximum frequency": 6350}
-TABLES_OF_DAMPING = {
-    "brake_T6_full_k1e12.csv": {},
-    "brake_T10_loss_factor_k1e12.csv": {**WITHOUT_RAYLEIGH, "Rotor/Material/Loss factor": 0.004,
-                                        "Pads/Material/Loss factor": 0.06},
-    "brake_T11_prony_k1e12.csv": {**WITHOUT_RAYLEIGH, "Rotor/Material/Stiffness proportional damping": 1e-7,
-                                  "Pads/Material/Prony series": f"0.2 : {1 / (2 * math.pi * 500)!r}, "
-                                                                f"0.3 : {1 / (2 * math.pi * 4000)!r}"},
-}
-
 
 class Brake(st.TestCase):
     def compare(self, table, settings, hopeless=()):

@@ -9,11 +9,9 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import error_statistics as es  # noqa: E402
 import squeal_testing as st  # noqa: E402
-
-
-# Of the pads in table T11: relaxation at 500 and 4000 Hz.
-PRONY_T11 = f"0.2 : {1 / (2 * math.pi * 500)!r}, 0.3 : {1 / (2 * math.pi * 4000)!r}"
+from test_brake_reference import MESH  # noqa: E402
 
 
 def diagonal(*values):
@@ -88,20 +86,23 @@ class Oscillators(st.TestCase):
             self.assertAlmostEqual(damping, mode["growth_rate_1_per_s"], delta=1e-9)
 
 
-# Eigenvalues w = -i l of the sandwich beams of NLEVP with 200 < Re w < 30000 1/s: ../shared/data/nlevp/README.md.
+# Eigenvalues w = -i l of the sandwich beams of NLEVP with 200 < Re w < 30000 1/s. Those published with the matrices
+# (../shared/data/nlevp/README.md) are right to 5e-9 for N = 840 and 4e-6 for N = 3360: there |Ke| is up to 1e9 |w^2 M|, and the
+# rounding of w^2 M + Ke itself moves the lowest. These are by inverse iteration with factors of the band matrices as the files
+# have them in numbers of 113 bits.
 SANDWICH_EIGENVALUES = {
-    168: [723.371625807 + 82.9404466355j, 1920.74307086 + 298.487991779j, 3580.01805848 + 657.775670719j,
-          5674.92278772 + 1132.72844153j, 8183.20848881 + 1701.46777699j, 11096.7328425 + 2342.3463467j,
-          14414.9831364 + 3039.04657552j, 18141.0599482 + 3779.26424714j, 22280.1896929 + 4553.57980325j,
-          26838.9287109 + 5354.62401711j],
-    840: [723.18647754 + 82.975328831j, 1919.71921161 + 298.751718678j, 3576.71045045 + 658.95874537j,
-          5666.58424857 + 1136.49490518j, 8164.9368854 + 1710.85699047j, 11060.5426842 + 2361.95796221j,
-          14348.8876276 + 3075.11914007j, 18028.1694576 + 3839.69296203j, 22097.8185911 + 4647.90993163j,
-          26557.6867988 + 5494.03173294j],
-    # Rounding moves the lowest in the sixth digit.
-    3360: [723.18 + 82.977j, 1919.679 + 298.7619j, 3576.582 + 659.0046j, 5666.2615 + 1136.64133j,
-           8164.2327 + 1711.22302j, 11059.1541 + 2362.72478j, 14346.3632 + 3076.53422j, 18023.8772 + 3842.07248j,
-           22090.9158 + 4651.64032j, 26547.0909 + 5499.5715j],
+    168: [723.3716258074 + 82.94044663757j, 1920.743070863 + 298.4879917799j, 3580.018058478 + 657.77567072j,
+          5674.922787724 + 1132.728441534j, 8183.208488811 + 1701.46777699j, 11096.73284254 + 2342.346346699j,
+          14414.98313637 + 3039.046575517j, 18141.05994818 + 3779.264247144j, 22280.1896929 + 4553.579803252j,
+          26838.92871089 + 5354.624017111j],
+    840: [723.1864736062 + 82.97532939802j, 1919.719213672 + 298.7517184241j, 3576.710451288 + 658.9587450965j,
+          5666.584248967 + 1136.494905235j, 8164.936885536 + 1710.856990401j, 11060.54268443 + 2361.957962213j,
+          14348.88762761 + 3075.119140059j, 18028.16945765 + 3839.69296207j, 22097.81859121 + 4647.909931646j,
+          26557.6867988 + 5494.031732993j],
+    3360: [723.1792392765 + 82.976682826j, 1919.679282616 + 298.7619313181j, 3576.581863667 + 659.0046307237j,
+           5666.261411725 + 1136.641345396j, 8164.232658874 + 1711.223020316j, 11059.1541908 + 2362.724753292j,
+           14346.3632038 + 3076.534224416j, 18023.87710948 + 3842.072474759j, 22090.91580435 + 4651.640325692j,
+           26547.09095417 + 5499.571492261j],
 }
 
 
@@ -131,6 +132,42 @@ class Sandwich(st.TestCase):
 
     def test_840(self):
         self.compare(840)
+
+    def test_840_on_ranks(self):
+        self.assertSameModes(self.eigenvalues(sandwich_beam(840), ranks=3), [1j * w for w in SANDWICH_EIGENVALUES[840]], 1e-9)
+
+
+def errors(computed, expected):
+    """The largest relative error of a frequency, and of a growth rate relative to the largest one."""
+    pairs = st.TestCase().pairs(computed, expected)
+    return (max(abs(a.imag - b.imag) / b.imag for a, b in pairs),
+            max(abs(a.real - b.real) for a, b in pairs) / max(abs(b.real) for b in expected))
+
+
+class Tables(st.TestCase):
+    """Loss factors (T10) and Prony series of the pads (T11) against the independent method, with error bars."""
+
+    def compare(self, name):
+        table, settings = es.TABLES[name]
+        modes = self.modes({**st.REFERENCE_BRAKE, **MESH, **st.PENALTY, **settings}, timeout=900)
+        frequency, growth = errors([st.eigenvalue(mode) for mode in modes], st.reference_eigenvalues(table))
+        self.assertLess(frequency, 3e-4)
+        self.assertLess(growth, 0.02)
+        self.assertTrue(all(mode["backward_error"] <= 1e-9 for mode in modes))
+        # As for the quadratic problems of test_error_bars.py.
+        comparisons = es.compare(name, modes)
+        print(es.table(comparisons), flush=True)
+        statistics = es.statistics(comparisons)
+        for quantity in ["frequency", "growth"]:
+            self.assertGreaterEqual(statistics.covered[quantity], 0.95 * statistics.modes, quantity)
+        self.assertGreaterEqual(statistics.improved, 0.9 * statistics.modes)
+        self.assertEqual(statistics.contradicted, 0)
+
+    def test_loss_factors(self):
+        self.compare("T10")
+
+    def test_prony(self):
+        self.compare("T11")
 
 
 class Brake(st.TestCase):
@@ -175,7 +212,39 @@ class Brake(st.TestCase):
         for mode in modes:
             total = sum(row["growth_rate_1_per_s"] for row in contributions if row["mode"] == mode["mode"])
             self.assertAlmostEqual(total, mode["growth_rate_1_per_s"], delta=1e-6 * 2 * math.pi * mode["frequency_hz"])
-            self.assertIsNone(mode["growth_rate_error_1_per_s"])
+            self.assertGreater(mode["growth_rate_error_1_per_s"], 0)
+
+    def check_sensitivities(self, case, steps, tolerance):
+        """Against central differences of two runs: steps has for each name in sensitivities.csv what to set for a relative
+        change of it."""
+        results = self.analyse({**case, "Output/Sensitivities": True})
+        plain = [st.eigenvalue(mode) for mode in st.read_table(results / "modes.csv")]
+        rows = st.read_table(results / "sensitivities.csv")
+        h = 1e-3
+        for name, settings in steps.items():
+            derivatives = [complex(row["relative_d_growth_rate_1_per_s"], 2 * math.pi * row["relative_d_frequency_hz"])
+                           for row in rows if row["parameter"] == name]
+            self.assertEqual(len(derivatives), len(plain), name)
+            plus, minus = ([l for l, _ in self.pairs(self.eigenvalues({**case, **settings(1 + sign * h)}), plain)]
+                           for sign in (1, -1))
+            for l, derivative, a, b in zip(plain, derivatives, plus, minus):
+                self.assertLess(abs((a - b) / (2 * h) - derivative), tolerance * abs(derivative) + 1e-6 * abs(l),
+                                f"{name}, eigenvalue {l}")
+
+    def test_sensitivities(self):
+        pads = self.PADS
+        case = {**self.BRAKE, pads + "Loss factor": 0.06, pads + "Prony series": "0.2 : 3e-4, 0.3 : 4e-5",
+                pads + "Fractional Zener": "1.5 : 1e-5 : 0.7", "Eigenproblem/Maximum frequency": 4000,
+                "Eigenproblem/Error bars": False}
+        self.check_sensitivities(case, {
+            pads + "Loss factor": lambda f: {pads + "Loss factor": 0.06 * f},
+            pads + "Prony series/g 1": lambda f: {pads + "Prony series": f"{0.2 * f!r} : 3e-4, 0.3 : 4e-5"},
+            pads + "Prony series/tau 2": lambda f: {pads + "Prony series": f"0.2 : 3e-4, 0.3 : {4e-5 * f!r}"},
+            pads + "Fractional Zener/c": lambda f: {pads + "Fractional Zener": f"{1.5 * f!r} : 1e-5 : 0.7"},
+            pads + "Fractional Zener/tau": lambda f: {pads + "Fractional Zener": f"1.5 : {1e-5 * f!r} : 0.7"},
+            pads + "Fractional Zener/a": lambda f: {pads + "Fractional Zener": f"1.5 : 1e-5 : {0.7 * f!r}"},
+            pads + "Young modulus": lambda f: {pads + "Young modulus": 1e10 * f},
+            "Contact/Friction/Coefficient": lambda f: {"Contact/Friction/Coefficient": 0.4 * f}}, 1e-4)
 
     def test_mortar(self):
         """Multipliers are no part of the spaces in which modes are found."""
@@ -214,8 +283,7 @@ class Refused(st.TestCase):
                 ({"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0, 0.1"}, "Sweep/Parameter"),
                 ({"Eigenproblem/Solver": "krylov"}, "krylov"), ({"Eigenproblem/Solver": "block_davidson"}, "block_davidson"),
                 ({"Eigenproblem/Minimum frequency": 5900}, "Minimum frequency"),
-                ({"Output/Sensitivities": True}, "Sensitivities"), ({"Output/Matrices": True}, "Matrices"),
-                ({"Refinement/Strategy": "adaptive", "Refinement/Cycles": 2}, "adaptive")]:
+                ({"Output/Matrices": True}, "Matrices")]:
             self.assertRefused({**damped, **settings}, word)
 
     def test_damping_without_a_matrix(self):
