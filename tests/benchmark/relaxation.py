@@ -78,7 +78,7 @@ def cost(program):
                                                    "Pads/Material/Loss factor": 0.06},
                            "Prony series of pads": {**off, "Rotor/Material/Stiffness proportional damping": 1e-7,
                                                     "Pads/Material/Prony series": es.PRONY_T11}}.items():
-        brake = {"Discretization/Degree": 3, "Output/Fields": "none", "Eigenproblem/Error bars": False}
+        brake = {"Discretization/Degree": 3, "Output/Fields": "none", "Eigenproblem/Error bars": "false"}
         modes, cycle, _ = solve({**brake, **settings}, program)
         seconds = cycle["processor_seconds"]
         first = first or seconds
