@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -145,6 +146,8 @@ namespace
       "--overwrite: the results of another run in the output directory, or FILE.prm, may be "
       "replaced.\n"
       "--rotor: the section of the deck that turns, where no name is like rotor or disc.\n"
+      "Open MPI refuses mpirun by root (containers): set OMPI_ALLOW_RUN_AS_ROOT=1 and\n"
+      "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1, or use RANKS=N scripts/run.sh, which does.\n"
       "Exit status: 0 finished, 2 the input is wrong, 3 a solver failed, 1 anything else.\n";
 
   /// What was to be shown has not arrived: the disk is full, or what reads it has ended.
@@ -247,6 +250,27 @@ namespace
     return "Written: " + name + "\n" + (list == std::string::npos ? "" : text.substr(list));
   }
 
+  /// The command, the time, the machine and the revision, for the log: what a page about the run
+  /// tells, and what an author who finds an old directory wants to know.
+  std::string how_called(const CommandLine &command)
+  {
+    const auto quoted = [](const std::string &word) {
+      return word.find_first_of(" '\"*$&;<>()|") == std::string::npos ? word : "\"" + word + "\"";
+    };
+    std::string text = "Command: squeal " + quoted(command.filename);
+    for (const std::string &override_text : command.overrides)
+      text += " --set " + quoted(override_text);
+    if (command.overwrite)
+      text += " --overwrite";
+    const std::time_t now = std::time(nullptr);
+    char moment[40], host[256] = "";
+    std::strftime(moment, sizeof(moment), "%Y-%m-%d %H:%M:%S UTC", std::gmtime(&now));
+    gethostname(host, sizeof(host) - 1);
+    const std::string revision = squeal_revision;
+    return text + "\nStarted: " + moment + " on " + host +
+           (revision.empty() ? "" : ", revision " + revision) + "\n";
+  }
+
   /// Prints what needs neither MPI nor PETSc; false if @p command asks for something else.
   bool answer(const CommandLine &command, std::ostream &out)
   {
@@ -286,7 +310,7 @@ namespace
     if (command.check)
       out << command.filename << ": valid\n" << squeal::describe(file.parameters(), directory);
     else
-      squeal::run(file, directory, comm, {command.overwrite, version()});
+      squeal::run(file, directory, comm, {command.overwrite, version(), how_called(command)});
     finish_output(out, command.check ? "" : " The results in " + directory + " are complete.");
   }
 

@@ -23,10 +23,16 @@ namespace squeal
       return at == point.branches.end() ? -1 : int(at - point.branches.begin());
     }
 
+    /// Branches are counted as modes are, from 1: at the first value both numbers are the same.
+    unsigned int number_of(const unsigned int branch)
+    {
+      return branch + 1;
+    }
+
     Fields sweep_fields(const double value, const unsigned int branch, const ModeRow &row,
                         const double overlap)
     {
-      return Fields{{"parameter", value}, {"branch", branch}} + modes_fields(row) +
+      return Fields{{"parameter", value}, {"branch", number_of(branch)}} + modes_fields(row) +
              Fields{{"overlap", overlap > 0 ? number(overlap) : ""}};
     }
   } // namespace
@@ -175,7 +181,7 @@ namespace squeal
       {
         const Complex a = from.modes.lambda[i], b = to.modes.lambda[at];
         if (!study.is_marginal(a) && !study.is_marginal(b) && a.real() * b.real() < 0)
-          log.line("  The growth rate of branch " + std::to_string(from.branches[i]) +
+          log.line("  The growth rate of branch " + std::to_string(number_of(from.branches[i])) +
                    " changes its sign between " + number(from.value) + " and " + number(value) +
                    ".");
       }
@@ -339,18 +345,20 @@ namespace squeal
             {"accuracy", critical.accuracy},
             {"frequency_hz", std::abs(critical.lambda.imag()) / (2 * M_PI)},
             {"growth_rate_1_per_s", critical.lambda.real()},
-            {"branch", std::to_string(critical.branch)},
-            {"other_branch", critical.other < 0 ? "" : std::to_string(critical.other)},
+            {"branch", number_of(critical.branch)},
+            {"other_branch", critical.other < 0 ? "" : std::to_string(number_of(critical.other))},
             {"iterations", critical.iterations}};
   }
 
   void Sweep::report(const Critical &critical)
   {
     critical_csv->add(critical_fields(critical));
-    log.line("  Critical: " + critical.kind + " of branch " + std::to_string(critical.branch) +
-             (critical.other < 0 ? "" : " with branch " + std::to_string(critical.other)) + " at " +
-             parameter + " = " + number(critical.value) + " (+- " + number(critical.accuracy) +
-             "), " + number(std::abs(critical.lambda.imag()) / (2 * M_PI)) + " Hz");
+    log.line(
+        "  Critical: " + critical.kind + " of branch " +
+        std::to_string(number_of(critical.branch)) +
+        (critical.other < 0 ? "" : " with branch " + std::to_string(number_of(critical.other))) +
+        " at " + parameter + " = " + number(critical.value) + " (+- " + number(critical.accuracy) +
+        "), " + number(std::abs(critical.lambda.imag()) / (2 * M_PI)) + " Hz");
   }
 
   void Sweep::find_critical_values(const BranchPoint &from, const BranchPoint &to)

@@ -311,7 +311,8 @@ namespace squeal
       start = span_of(found);
       std::ostringstream text;
       if (task.region.is_disc())
-        text << n_found << " modes with |l| <= 2 pi " << task.region.upper() / (2 * M_PI) << " Hz";
+        text << n_found << " modes with |lambda| <= 2 pi " << task.region.upper() / (2 * M_PI)
+             << " Hz";
       else
         text << n_found << " modes around the window, " << task.region.lower() / (2 * M_PI)
              << " to " << task.region.upper() / (2 * M_PI) << " Hz";
@@ -517,7 +518,7 @@ namespace squeal
                               {Failure::dense_inaccurate});
         solution.proof.n_rigid_body_modes = n_rigid;
         solution.proof.completeness =
-            text_of("all eigenvalues were computed; listed are those with |l| <= 2 pi ",
+            text_of("all eigenvalues were computed; listed are those with |lambda| <= 2 pi ",
                     radius / (2 * M_PI), " Hz and all that grow");
         if (n_decaying_beyond > 0)
           solution.proof.completeness +=

@@ -497,6 +497,11 @@ namespace squeal
           const std::string face = fields.size() > 1 ? deck_label(fields[1]) : "";
           if (face.size() != 2 || face[0] != 'S' || face[1] < '1' || face[1] > '6')
             lines.fail("expected an element or a set and one of its faces S1 to S6.");
+          // _SURF_S3, by which a preprocessor collects the elements of one face of SURF, and which
+          // not all of them mark as internal.
+          if (const std::string set = deck_label(fields[0]);
+              set.size() > 3 && set[0] == '_' && set.substr(set.size() - 3) == "_" + face)
+            internal.insert(full_name(element_sets, set));
           for (const auto &[in, elements] : members(element_sets, fields[0]))
           {
             const Scope &here = scope(in);

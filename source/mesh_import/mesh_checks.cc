@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/text.h>
 #include <squeal/mesh_import/mesh_checks.h>
 
 #include <algorithm>
@@ -112,8 +113,9 @@ namespace squeal
       message << pair << " do not lie in a common plane: z = " << pad.low[2] << " and "
               << rotor.low[2] << " m, " << (gap > 0 ? "a gap of " : "an overlap of ")
               << std::abs(gap) << " m, allowed " << allowed_gap
-              << " m. Mesh/Contact tolerance closes a larger one; a gap that the load closes is "
-                 "Contact/Initial gap.";
+              << " m. Mesh/Contact tolerance = " << formatted("%.2g", 1.1 * std::abs(gap))
+              << " takes them as touching, without moving nodes. A gap that the load is to close "
+                 "belongs into Contact/Initial gap, on surfaces that touch in the mesh.";
       fail();
     }
     for (const SurfaceFace<3> &face : pad_faces)

@@ -168,9 +168,9 @@ namespace squeal
         if (row.pair)
         {
           std::snprintf(line, sizeof(line),
-                        "  Contact pair %s: gap %.3g m, common area %.6g cm^2, %.2f %% of the "
+                        "  Contact pair %s: gap %.3g mm, common area %.6g cm^2, %.2f %% of the "
                         "pad's %.6g cm^2\n",
-                        row.name.c_str(), row.pair->gap, 1e4 * row.pair->overlap,
+                        row.name.c_str(), 1e3 * row.pair->gap + 0., 1e4 * row.pair->overlap,
                         100 * row.pair->overlap / row.pair->pad_area, 1e4 * row.pair->pad_area);
           text += line;
         }
@@ -335,9 +335,9 @@ namespace squeal
     }
     std::string joints;
     for (const JointMeasures &joint : facts.joints)
-      joints += text_of("  ", joint.kind, " ", joint.name, ": gap ", joint.gap, " m of ",
-                        joint.distance, " m that are allowed, ", 100 * joint.overlap / joint.area,
-                        " % of ", 1e4 * joint.area, " cm^2\n");
+      joints += text_of("  ", joint.kind, " ", joint.name, ": gap ", 1e3 * joint.gap, " mm of ",
+                        1e3 * joint.distance, " mm that are allowed, ",
+                        100 * joint.overlap / joint.area, " % of ", 1e4 * joint.area, " cm^2\n");
     for (const std::string &point : facts.points)
       joints += "  Point " + point + "\n";
     for (const std::string &superelement : facts.superelements)

@@ -9,9 +9,10 @@ namespace squeal
     void Eigenproblem::declare(ParameterHandler &prm)
     {
       const Subsection section(prm, "Eigenproblem");
-      prm.add_parameter("Maximum frequency", maximum_frequency,
-                        "Every mode with 0 < |Im l|/(2 pi) up to this frequency is wanted, Hz.",
-                        Patterns::Double(smallest));
+      prm.add_parameter(
+          "Maximum frequency", maximum_frequency,
+          "Every mode with 0 < |Im lambda|/(2 pi) up to this frequency is wanted, Hz.",
+          Patterns::Double(smallest));
       prm.add_parameter("Minimum frequency", minimum_frequency,
                         "0, or the lower end of the window: only modes from this frequency up to "
                         "Maximum frequency are wanted, Hz. A window far from zero, from 3/4 of "

@@ -283,17 +283,58 @@ namespace squeal
         throw InputError(where + ": unknown key '" + path.substr(0, longest) + "...' of " +
                          std::to_string(path.size()) +
                          " characters. All keys: squeal --print-parameters=md");
-      // A key that exists elsewhere is more likely meant than one that is spelt alike.
-      const std::string key = path.substr(path.rfind('/') + 1);
-      const auto distance   = [&](const Entry &e)
-      { return std::min(2 * edit_distance(e.path, path), 2 * edit_distance(e.key, key) + 1); };
-      const auto nearest = std::min_element(entries.begin(), entries.end(),
-                                            [&](const Entry &a, const Entry &b)
-                                            { return distance(a) < distance(b); });
-      throw InputError(where + ": unknown key '" + path + "'. The nearest known key is '" +
-                       nearest->path + "'. All keys: squeal --print-parameters=md");
+      throw InputError(where + ": unknown key '" + path + "'." + suggestion(path) +
+                       " All keys: squeal --print-parameters=md");
     }
     return *entry;
+  }
+
+  std::string ParameterFile::suggestion(const std::string &path) const
+  {
+    const auto split = [](const std::string &whole)
+    {
+      const std::size_t slash = whole.rfind('/');
+      return slash == std::string::npos
+                 ? std::make_pair(std::string(), whole)
+                 : std::make_pair(whole.substr(0, slash), whole.substr(slash + 1));
+    };
+    const auto [section, key] = split(path);
+    const auto alike          = [](const std::string &a, const std::string &b, const unsigned int n)
+    { return n * edit_distance(a, b) <= std::max(a.size(), b.size()); };
+    // Spelt alike in the same section; the same key elsewhere; a path spelt alike; a key spelt
+    // alike elsewhere. What is only nearest of all says nothing.
+    const Entry *best = nullptr;
+    std::pair<unsigned int, unsigned int> least{4, 0};
+    std::string there;
+    for (const Entry &e : entries)
+    {
+      const std::string own      = split(e.path).first;
+      const unsigned int of_path = edit_distance(e.path, path), of_key = edit_distance(e.key, key);
+      const bool same_section = edit_distance(own, section) == 0;
+      std::pair<unsigned int, unsigned int> rank{4, 0};
+      if (same_section && alike(e.key, key, 3))
+        rank = {0, of_key};
+      else if (of_key == 0)
+        rank = {1, of_path};
+      else if (alike(e.path, path, 5))
+        rank = {2, of_path};
+      else if (alike(e.key, key, 3))
+        rank = {3, 100 * of_key + of_path};
+      if (rank < least)
+      {
+        least = rank;
+        best  = &e;
+      }
+      if (same_section)
+        there += (there.empty() ? "" : ", ") + e.key;
+    }
+    if (best)
+      return " The nearest known key is '" + best->path + "'.";
+    return there.empty()
+               ? ""
+               : " None is spelt alike. " +
+                     (section.empty() ? "What is outside of sections" : "The section " + section) +
+                     " has: " + there + ".";
   }
 
   void ParameterFile::set(const std::string &path, const std::string &value,

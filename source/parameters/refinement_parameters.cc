@@ -25,11 +25,11 @@ namespace squeal
                         "Before the first modes are sought, cells of the pads in which contact "
                         "ends, by the static equilibrium, are divided; so many times.",
                         Patterns::Integer(0, 8));
-      prm.add_parameter(
-          "Tolerance", tolerance,
-          "Strategy adaptive: wanted relative error |dl|/|l| of every mode in the window, "
-          "-; 0: only the verdicts decide.",
-          Patterns::Double(0));
+      prm.add_parameter("Tolerance", tolerance,
+                        "Strategy adaptive: wanted relative error |d lambda|/|lambda| of every "
+                        "mode in the window, "
+                        "-; 0: only the verdicts decide.",
+                        Patterns::Double(0));
       prm.add_parameter("Maximum unknowns", maximum_unknowns,
                         "A mesh with more unknowns is not begun.", Patterns::Integer(1));
       prm.add_parameter("Maximum time", maximum_time,

@@ -21,7 +21,7 @@ namespace squeal
       prm.add_parameter("Values", values,
                         "List 0, 0.1, 0.2 or range 0 : 0.7 : 15 (first, last, number).");
       prm.add_parameter("Critical values", critical_values,
-                        "Whether the onset of flutter (Re l = 0) and coalescence (a double "
+                        "Whether the onset of flutter (growth rate 0) and coalescence (a double "
                         "eigenvalue with one eigenvector) are located between the values.");
       prm.add_parameter("Second parameter", second_parameter,
                         "A second number to vary: the result is a stability map with its border. "

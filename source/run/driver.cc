@@ -70,7 +70,8 @@ namespace squeal
             place(directory, file, options, comm),
             checkpoint(place.resumes() ? Checkpoint::resume(directory, comm).value_or(Checkpoint())
                                        : Checkpoint()),
-            report(prm, directory, comm, place.resumes(), !checkpoint.cycles.empty())
+            report(prm, directory, comm, options.called, place.resumes(),
+                   !checkpoint.cycles.empty())
       {
         report.log.print(place.message());
       }

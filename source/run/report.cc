@@ -43,11 +43,12 @@ namespace squeal
   } // namespace
 
   Report::Report(const Parameters::All &prm, const std::string &directory, const MPI_Comm comm,
-                 const bool resumes, const bool appends)
+                 const std::string &called, const bool resumes, const bool appends)
       : log(comm), prm(prm), directory(directory), comm(comm), appends(appends)
   {
     log.open(directory + "/log.txt", resumes);
     log.line(banner(comm));
+    log.print(called);
     log.print(describe(prm, directory));
   }
 
@@ -94,6 +95,10 @@ namespace squeal
                          "area in contact %.6g m^2, pressure %.4g to %.4g Pa",
                          r.name.c_str(), r.normal_force, slides ? r.friction_force : 0.,
                          slides ? r.friction_torque : 0., r.area, r.min_pressure, r.max_pressure));
+      if (r.min_pressure < 0)
+        log.line("  Negative pressure: contacts open at the nodes of the pressure; between nodes, "
+                 "beside the edge of the contact zone, its polynomial may dip below zero. A finer "
+                 "mesh or Refinement/Contact edge levels makes the dip smaller.");
     }
     if (!locking)
       return;
@@ -163,6 +168,9 @@ namespace squeal
     }
     log.line(text_of("\n", table.rows.size(), " modes ", window_of(prm.eigenproblem), ", ",
                      n_unstable, " unstable (marked >), ", n_undecided, " undecided."));
+    if (n_unstable == 0 && n_undecided > 0)
+      log.line("Squeal cannot be excluded: the error bars of undecided growth rates reach across "
+               "zero.");
     if (found.proof.lacks_growing)
       log.line(lacking_growth);
     if (prm.eigenproblem.minimum_frequency > 0)
@@ -286,7 +294,7 @@ namespace squeal
       csv.add(convergence_fields(row));
     write_text(directory + "/convergence.tex", convergence_tex(rows), comm);
     if (several_meshes)
-      log.print("\nConvergence (change: |l - l of the mesh before| / |l|)\n" +
+      log.print("\nConvergence (change: of the eigenvalue since the mesh before, relative)\n" +
                 convergence_table(rows));
   }
 

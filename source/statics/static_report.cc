@@ -25,6 +25,10 @@ namespace squeal
       }
       text += "\n";
     }
+    // What changed since the step before is no residual: a reader takes 4e-01 for one.
+    if (!iterations.empty() && iterations.back().n_changed == 0)
+      text += "  No contact changes any more: for these contacts the equations are solved. The "
+              "pressure changed since the step before, whose contacts were others.\n";
     return text;
   }
 } // namespace squeal

@@ -49,7 +49,7 @@ class HighWindow(st.TestCase):
         log = self.compare({**st.SMALL_BRAKE, **st.MORTAR})
         self.assertIn("modes around the window", log)
         self.assertIn("nothing is said about divergence", log)
-        self.assertNotIn("modes with |l|", log)
+        self.assertNotIn("modes with |lambda|", log)
 
     def test_two_ranks(self):
         self.compare({**st.SMALL_BRAKE, **st.MORTAR}, ranks=2)

@@ -74,7 +74,7 @@ class Windows(st.TestCase):
 
     def test_log_tells_the_region(self):
         """No sign of growth is what a light brake shows."""
-        for solver, words in [("dense", "all eigenvalues were computed; listed are those with |l| <= 2 pi 1650 Hz and all that"),
+        for solver, words in [("dense", "all eigenvalues were computed; listed are those with |lambda| <= 2 pi 1650 Hz and all that"),
                               ("block_krylov", "Growth beyond: symmetric: no sign of modes that grow outside of that disc")]:
             log = (self.analyse({**BRAKE, "Eigenproblem/Maximum frequency": 1500, "Eigenproblem/Solver": solver}) /
                    "log.txt").read_text()

@@ -72,6 +72,8 @@ namespace squeal
     /// Declares the keys of all parameters.
     void declare();
     const Entry &entry_of(const std::string &path, const std::string &where) const;
+    /// A sentence about what may have been meant by an unknown key; empty where nothing is alike.
+    std::string suggestion(const std::string &path) const;
     void parse_text(const std::string &text, const std::string &filename);
     void set(const std::string &path, const std::string &value, const std::string &where);
 

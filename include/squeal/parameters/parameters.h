@@ -240,7 +240,7 @@ namespace squeal
 
     struct Discretization
     {
-      unsigned int degree                     = 2;
+      unsigned int degree                     = 3;
       std::array<unsigned int, 3> rotor_cells = {{5, 36, 1}};
       std::array<unsigned int, 3> pad_cells   = {{3, 6, 1}};
       bool align_rotor                        = true;

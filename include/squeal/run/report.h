@@ -21,9 +21,9 @@ namespace squeal
   {
   public:
     /// Begins the log, or goes on with that of an interrupted run (@p resumes), whose tables go on
-    /// if it had finished a mesh (@p appends).
-    Report(const Parameters::All &prm, const std::string &directory, MPI_Comm comm, bool resumes,
-           bool appends);
+    /// if it had finished a mesh (@p appends). @p called: lines about when and how it was started.
+    Report(const Parameters::All &prm, const std::string &directory, MPI_Comm comm,
+           const std::string &called, bool resumes, bool appends);
 
     /// static.csv and a line for each pad. @p equilibrium is null if the pressure is given, @p
     /// locking null if it was not checked.

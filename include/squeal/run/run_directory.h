@@ -25,6 +25,7 @@ namespace squeal
     {
       bool overwrite = false; ///< the results of another run may be replaced
       std::string program;    ///< versions of the program and its libraries
+      std::string called;     ///< for the log: lines about when and how the run was started
     };
 
     /// Takes the directory and makes the record of the input, original.prm and parameters.prm. What

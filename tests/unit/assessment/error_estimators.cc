@@ -85,6 +85,7 @@ namespace squeal::tests::error_estimators_tests
     Parameters::All strip()
     {
       Parameters::All prm;
+      prm.discretization.degree          = 2;
       prm.scene                          = Scene::strip;
       prm.operation.angular_velocity     = 2;
       prm.contact.friction.coefficient   = 0.3;
@@ -139,6 +140,7 @@ namespace squeal::tests::error_estimators_tests
   TEST_CASE("error estimators: the correction is what one degree more changes, brake")
   {
     Parameters::All prm;
+    prm.discretization.degree          = 2;
     prm.discretization.rotor_cells     = {{5, 30, 1}};
     prm.discretization.pad_cells       = {{1, 3, 1}};
     prm.pads.arrangement               = Arrangement::upper;

@@ -15,6 +15,7 @@ namespace squeal::tests::friction_work_tests
     Parameters::All small_brake(const std::string &formulation)
     {
       Parameters::All prm;
+      prm.discretization.degree            = 2;
       prm.discretization.rotor_cells       = {{2, 12, 1}};
       prm.discretization.pad_cells         = {{2, 2, 1}};
       prm.contact.formulation              = value_named<Formulation>(formulation);
@@ -29,6 +30,7 @@ namespace squeal::tests::friction_work_tests
     Parameters::All small_strip()
     {
       Parameters::All prm;
+      prm.discretization.degree          = 2;
       prm.scene                          = Scene::strip;
       prm.operation.angular_velocity     = 2;
       prm.contact.friction.kind          = FrictionLaw::Kind::falling;

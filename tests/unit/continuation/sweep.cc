@@ -182,7 +182,7 @@ namespace squeal::tests::sweep_tests
       for (const auto &row : rows)
         if (std::abs(value(row, "parameter") - s) < 1e-12)
         {
-          CHECK(value(row, "branch") == value(row, "mode") - 1);
+          CHECK(value(row, "branch") == value(row, "mode"));
           CHECK(row.at("overlap").empty() == (s != 0.48));
         }
     }

@@ -431,4 +431,23 @@ namespace squeal::tests::element_division_tests
     CHECK(file.surfaces.at("S") == std::vector<ElementFile::Face>{{{4, 5, 6, ElementFile::none}}});
     CHECK(file.node_sets.at("TWO.BASE") == List{4, 5, 6});
   }
+
+  TEST_CASE(
+      "element division: sets that preprocessors make for the faces of a surface are no volumes")
+  {
+    // _TOP_S1 serves the surface TOP, marked as internal or not; _left and SOLID_S1 are users' own.
+    std::istringstream in("*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n"
+                          "*ELEMENT, TYPE=C3D4, ELSET=Solid\n1, 1, 2, 3, 4\n"
+                          "*ELSET, ELSET=_TOP_S1\n1,\n*ELSET, ELSET=_left\n1,\n"
+                          "*ELSET, ELSET=Solid_S1\n1,\n"
+                          "*SURFACE, NAME=TOP, TYPE=ELEMENT\n_TOP_S1, S1\n"
+                          "*SURFACE, NAME=other, TYPE=ELEMENT\n_left, S2\nSolid_S1, S1\n");
+    ElementFile file;
+    read_abaqus(in, file);
+    CHECK(file.volumes.count("_TOP_S1") == 0);
+    CHECK(file.volumes.count("_LEFT") == 1);
+    CHECK(file.volumes.count("SOLID_S1") == 1);
+    CHECK(file.surfaces.at("TOP") ==
+          std::vector<ElementFile::Face>{{{0, 1, 2, ElementFile::none}}});
+  }
 } // namespace squeal::tests::element_division_tests

@@ -84,7 +84,7 @@ namespace squeal::tests::parameter_file_tests
     CHECK(p.contact.steady_pressure == SteadyPressure::computed);
     CHECK(p.contact.friction.kind == FrictionLaw::Kind::constant);
     CHECK(p.contact.friction.coefficient == 0.6);
-    CHECK(p.discretization.degree == 2);
+    CHECK(p.discretization.degree == 3);
     CHECK(p.discretization.rotor_cells == std::array<unsigned int, 3>{{5, 36, 1}});
     CHECK(p.discretization.pad_cells == std::array<unsigned int, 3>{{3, 6, 1}});
     CHECK(p.refinement.strategy == Strategy::none);
@@ -160,6 +160,14 @@ namespace squeal::tests::parameter_file_tests
     // Wrong capitals are an unknown key, whose nearest one differs by capitals only.
     check_error("subsection rotor\n  set thickness = 0.01\nend\n", {},
                 {"FILE:2", "'Rotor/Thickness'"});
+    // What is alike in the same section counts more than what is alike elsewhere.
+    check_error("subsection Output\n  set Matrces = true\nend\n", {},
+                {"FILE:2", "'Output/Matrices'"});
+    // Where nothing is spelt alike, what the section has, and no key that has nothing to do with
+    // it.
+    check_error(
+        "subsection Rotor\n  subsection Material\n    set Loss angle = 1\n  end\nend\n", {},
+        {"FILE:3", "None is spelt alike. The section Rotor/Material has: Law, Young modulus"});
     // In an override.
     check_error("", {"Operation/Angular velocty=3"},
                 {"--set \"Operation/Angular velocty=3\"", "'Operation/Angular velocity'"});

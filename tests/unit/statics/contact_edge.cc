@@ -16,6 +16,7 @@ namespace squeal::tests::contact_edge_tests
     Parameters::All brake_with_lift_off()
     {
       Parameters::All prm;
+      prm.discretization.degree          = 2;
       prm.discretization.rotor_cells     = {{2, 12, 1}};
       prm.discretization.pad_cells       = {{2, 4, 1}};
       prm.contact.steady_pressure        = SteadyPressure::computed;

@@ -17,6 +17,7 @@ namespace squeal::tests::mirror_tests
     Parameters::All small_brake(const std::string &arrangement = "both")
     {
       Parameters::All prm;
+      prm.discretization.degree      = 2;
       prm.discretization.rotor_cells = {{2, 9, 1}};
       prm.discretization.pad_cells   = {{1, 2, 1}};
       prm.pads.arrangement           = value_named<Arrangement>(arrangement);
