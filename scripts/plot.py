@@ -11,9 +11,8 @@ import argparse
 import csv
 import math
 import os
-import sys
 
-from plotting import load_pyplot
+from plotting import load_pyplot, stop
 
 GROWTH, FREQUENCY = "growth_rate_1_per_s", "frequency_hz"
 GROWTH_ERROR, FREQUENCY_ERROR = "growth_rate_error_1_per_s", "frequency_error_hz"
@@ -30,7 +29,7 @@ UNSTABLE = ("flutter", "divergence")
 
 
 def fail(message):
-    sys.exit("plot.py: " + message)
+    stop("plot.py: " + message)
 
 
 def read_modes(directory):
@@ -107,7 +106,7 @@ def title(directory, modes):
 
 
 def draw_modes(axes, modes, strong):
-    """Points (and error bars) of one mesh, one set per verdict for the legend."""
+    """Points of one mesh, one set per verdict for the legend."""
     for verdict, (colour, marker, size) in STYLES.items():
         chosen = [mode for mode in modes if mode["verdict"] == verdict]
         if not chosen:
@@ -122,13 +121,30 @@ def draw_modes(axes, modes, strong):
                      alpha=1 if strong else 0.4,
                      zorder=4 if strong else 3,
                      label=f"{verdict} ({len(chosen)})" if strong else None)
-        bars = [mode for mode in chosen if None not in (mode[GROWTH_ERROR], mode[FREQUENCY_ERROR])]
-        if strong and bars:
-            axes.errorbar([mode[GROWTH] for mode in bars],
-                          [mode[FREQUENCY] for mode in bars],
-                          xerr=[abs(mode[GROWTH_ERROR]) for mode in bars],
-                          yerr=[abs(mode[FREQUENCY_ERROR]) for mode in bars],
-                          fmt="none", ecolor=colour, elinewidth=1, capsize=3, zorder=3.5)
+
+
+def draw_bars(axes, modes):
+    """Error bars, once the axes have their limits; above the points, since those of a fine mesh are shorter than its points
+    are wide. What leaves the picture on one side ends there with an arrow. What leaves it on both sides would only draw a
+    grid: returns the number of these modes."""
+    left, right = axes.get_xlim()
+    bottom, top = axes.get_ylim()
+    n_beyond = 0
+    for mode in modes:
+        if None in (mode[GROWTH_ERROR], mode[FREQUENCY_ERROR]):
+            continue
+        growth, frequency = mode[GROWTH], mode[FREQUENCY]
+        first, last = growth - abs(mode[GROWTH_ERROR]), growth + abs(mode[GROWTH_ERROR])
+        low, high = frequency - abs(mode[FREQUENCY_ERROR]), frequency + abs(mode[FREQUENCY_ERROR])
+        if first < left and last > right:
+            n_beyond += 1
+            continue
+        look = {"color": "0.2", "linewidth": 0.9, "zorder": 4.5, "markersize": 5, "clip_on": False}
+        axes.plot([max(first, left), min(last, right)], [frequency] * 2, **look)
+        for end, inside, edge, arrow in ((first, first >= left, left, "<"), (last, last <= right, right, ">")):
+            axes.plot([end if inside else edge], [frequency], marker="|" if inside else arrow, **look)
+        axes.plot([growth] * 2, [max(low, bottom), min(high, top)], **look)
+    return n_beyond
 
 
 def label_unstable(axes, modes):
@@ -202,6 +218,7 @@ def draw(plt, directory, modes, scale):
     scale_growth_rates(axes, [mode[GROWTH] for mode in modes], scale)
     axes.set_ylim(-0.03 * max(mode[FREQUENCY] for mode in modes) if min(mode[FREQUENCY] for mode in modes) <= 0 else 0,
                   1.12 * max([1] + [mode[FREQUENCY] for mode in modes]))
+    n_beyond = draw_bars(axes, final)
     axes.set_ylabel(r"frequency |Im $\lambda$| / 2$\pi$, Hz")
     axes.axvline(0, color="black", linewidth=1.2, zorder=2)
     axes.axvspan(0, axes.get_xlim()[1], color="#D55E00", alpha=0.09, linewidth=0, zorder=0)
@@ -214,6 +231,8 @@ def draw(plt, directory, modes, scale):
 
     first, second = title(directory, final)
     figure.text(0.1, 0.95, first, fontsize=13 if len(first) < 65 else 11, fontweight="bold")
+    if n_beyond:
+        second += f"; bars of {n_beyond} are longer than the picture"
     figure.text(0.1, 0.9, second, color="0.3")
     return figure
 

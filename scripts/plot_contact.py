@@ -16,17 +16,16 @@ import glob
 import os
 import re
 import struct
-import sys
 import xml.etree.ElementTree as ElementTree
 import zlib
 
-from plotting import load_pyplot
+from plotting import load_pyplot, stop
 
 OPEN, CLOSED = "#F0E442", "#0072B2"  # of Okabe and Ito
 
 
 def fail(message):
-    sys.exit("plot_contact.py: " + message)
+    stop("plot_contact.py: " + message)
 
 
 def decode(numpy, element):
@@ -176,8 +175,12 @@ def draw_work(numpy, plt, directory, path, cycle, mode):
             axis.set_aspect("equal")
             axis.set_facecolor("0.95")
         row[0].set_ylabel(f"{name} pad: x, mm")
-    for axis, (cause, origins, _) in zip(axes[0], parts):
-        axis.set_title(f"{cause}:\n{read_work(directory, cycle, mode, *origins):+.4g} J per cycle", fontsize=10)
+    # Joules of a mode of unit modal mass say nothing by themselves: parts of the sum do, and what the growth rate gains.
+    work = [read_work(directory, cycle, mode, *origins) for _, origins, _ in parts]
+    for axis, (cause, _, _), joules in zip(axes[0], parts, work):
+        share = f"{100 * joules / abs(work[0]):+.0f} % of the sum" if axis is not axes[0][0] and work[0] else \
+            "feeds the mode" if joules > 0 else "brakes the mode"
+        axis.set_title(f"{cause}: {share}", fontsize=10)
     for axis in axes[-1]:
         axis.set_xlabel("y, mm")
     figure.colorbar(image, ax=axes, location="bottom", shrink=0.6, pad=0.02, aspect=50, extend="both",

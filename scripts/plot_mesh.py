@@ -11,15 +11,14 @@ Needs matplotlib and numpy (Debian: apt-get install python3-matplotlib).
 
 import argparse
 import pathlib
-import sys
 
-from plotting import load_pyplot
+from plotting import load_pyplot, stop
 
 FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]  # outwards
 
 
 def fail(message):
-    sys.exit("plot_mesh.py: " + message)
+    stop("plot_mesh.py: " + message)
 
 
 def read(path):
@@ -28,6 +27,9 @@ def read(path):
         lines = iter(pathlib.Path(path).read_text().splitlines())
     except OSError as error:
         fail(f"{path}: {error.strerror}")
+    if pathlib.Path(path).suffix.lower() == ".inp":
+        fail(f"{path}: only Gmsh meshes (.msh) are drawn. Decks are shown by ParaView: after  squeal FILE.prm --set "
+             "Eigenproblem/Solver=none  open state-0.pvtu.")
     names, physical, nodes, cells, faces = {}, {}, {}, [], {}
     for line in lines:
         if line == "$MeshFormat" and not (line := next(lines)).startswith("4.1 0"):
@@ -106,7 +108,7 @@ def main():
     import numpy as np
     nodes, cells, faces = read(arguments.file)
     if not cells:
-        fail(f"{arguments.file} has no hexahedra.")
+        fail(f"{arguments.file} has no hexahedra; tetrahedra and wedges are not drawn.")
     place = {tag: np.array(x) for tag, x in nodes.items()}
     volumes = sorted({name for name, _ in cells})
     palette = [(0.72, 0.74, 0.78), (0.85, 0.60, 0.35), (0.45, 0.60, 0.80), (0.60, 0.75, 0.50), (0.80, 0.55, 0.70)]

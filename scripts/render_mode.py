@@ -17,6 +17,7 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # pvbatch does not
 
 from mode_choice import choose_mode, read_modes  # noqa: E402
+from plotting import rounded  # noqa: E402
 
 ROTOR, UPPER_PAD, LOWER_PAD = 0, 1, 2  # values of the field "body"
 WIDTH, HEIGHT = 1600, 660  # pixels
@@ -47,8 +48,9 @@ def caption(cycle, mode, line):
     if cycle > 0:
         words += f" of cycle {cycle}"
     if line:
-        growth = f"{float(line['growth_rate_1_per_s']):+#.3g}".rstrip(".")
-        words = f"{line['verdict']}, {words}: {float(line['frequency_hz']):.0f} Hz, growth rate {growth} 1/s"
+        growth, bar = float(line["growth_rate_1_per_s"]), line.get("growth_rate_error_1_per_s")
+        growth = " \N{PLUS-MINUS SIGN} ".join(rounded(growth, float(bar))) if bar else f"{growth:+#.3g}".rstrip(".")
+        words = f"{line['verdict']}, {words}: {float(line['frequency_hz']):.0f} Hz, {growth} 1/s"
     return words[0].upper() + words[1:]
 
 

@@ -3,12 +3,14 @@
 
     scripts/report.py OUTPUT_DIR [--output FILE.html] [--modes N]
 
-What was found in one sentence, verdicts with error bars, why modes grow, the eigenvalues in the complex plane, sweeps,
-stability maps, convergence, contact in the steady state, pictures of the unstable modes (at most N, default 3),
-parameters and log. Reads the tables of the run, finished or not; pictures are inside of the page.
+What was found in one sentence, what was computed, verdicts with error bars, why modes grow, what would help, the
+eigenvalues in the complex plane, sweeps, stability maps, convergence, contact in the steady state, pictures of modes that
+grow or may grow (at most N, default 3), parameters and log. Reads the tables of the run, finished or not; pictures are
+inside of the page.
 
-Pictures need matplotlib, those of modes ParaView (scripts/install-dependencies.sh --pictures). What is missing is named
-at the end of the page.
+Pictures need matplotlib, those of modes ParaView (scripts/install-dependencies.sh --pictures). A Python that has matplotlib
+is looked for. What is missing is named at the end of the page; without these tools also on the screen. Exit status 1: a
+picture that was possible could not be made.
 """
 
 import argparse
@@ -18,12 +20,14 @@ import html
 import io
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from plotting import draw_with_matplotlib, rounded
 from plot import FREQUENCY, FREQUENCY_ERROR, GROWTH, GROWTH_ERROR, STYLES, UNSTABLE, read_parameters
 
 SCRIPTS = Path(__file__).resolve().parent
@@ -36,6 +40,9 @@ h2 { font-size: 1.15rem; margin: 2rem 0 .5rem; border-bottom: 1px solid #ccc; }
 .summary { font-size: 1.1rem; padding: .75rem 1rem; border-left: .4rem solid #0072B2; background: #f3f7fa; }
 .summary.unstable { border-color: #D55E00; background: #fdf3ec; }
 .summary.undecided { border-color: #E69F00; background: #fdf8ec; }
+dl { display: grid; grid-template-columns: max-content 1fr; gap: .1rem 1rem; margin: .5rem 0; }
+dt { color: #555; }
+dd { margin: 0; overflow-wrap: anywhere; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: .15rem .7rem; white-space: nowrap; }
@@ -48,6 +55,7 @@ img { max-width: 100%; height: auto; }
 figure { margin: 1rem 0; }
 figcaption, .note { color: #555; font-size: .9rem; }
 pre { overflow-x: auto; background: #f6f6f6; padding: .75rem; font-size: .8rem; }
+@media (max-width: 40rem) { th, td { padding: .15rem .4rem; } body { font-size: 15px; } }
 @media print { details > pre { white-space: pre-wrap; } }
 """
 
@@ -59,14 +67,16 @@ def fail(message):
 # Of these columns numbers are taken.
 NUMBERS = {"cycle", "mode", "parameter", "value", "contact_area_m2", "max_pressure_pa", "dofs", "processor_seconds", GROWTH,
            FREQUENCY}
+# In these tables the parameter is a name.
+NAMED = {"critical.csv": {"parameter"}, "sensitivities.csv": {"parameter"}}
 
 
-def is_whole(row):
+def is_whole(row, named=frozenset()):
     """Whether a line has a field for each column, and numbers where there must be some."""
     if None in row or None in row.values():
         return False
     try:
-        return all(math.isfinite(float(row[name])) for name in NUMBERS & row.keys())
+        return all(math.isfinite(float(row[name])) for name in (NUMBERS - named) & row.keys())
     except ValueError:
         return False
 
@@ -83,7 +93,7 @@ def read_table(directory, name, damaged=None):
         rows = []
         if damaged is not None:
             damaged.append(f"{name}: {error}")
-    whole = [row for row in rows if is_whole(row)]
+    whole = [row for row in rows if is_whole(row, NAMED.get(name, frozenset()))]
     if damaged is not None and len(whole) < len(rows):
         damaged.append(f"{name}: {len(rows) - len(whole)} of {len(rows)} lines are incomplete")
     return whole
@@ -110,8 +120,9 @@ def fixed(text, decimals, digits=None):
 
 
 def with_bar(row, value, error, decimals):
-    bar = f" \N{PLUS-MINUS SIGN} {number(row[error], 2)}" if row.get(error) else ""
-    return fixed(row[value], decimals, digits=3 if row["verdict"] in UNSTABLE else None) + bar
+    if row.get(error):
+        return " \N{PLUS-MINUS SIGN} ".join(rounded(float(row[value]), float(row[error])))
+    return fixed(row[value], decimals, digits=3 if row["verdict"] in UNSTABLE else None)
 
 
 def table(header, rows, classes=()):
@@ -129,7 +140,8 @@ def table(header, rows, classes=()):
 class Report:
     def __init__(self, directory, most_modes):
         self.directory, self.most_modes = directory, most_modes
-        self.body, self.missing = [], []
+        # Pictures that tools or tables do not allow, and those whose making failed
+        self.body, self.missing, self.failed = [], [], []
         self.parameters = read_parameters(str(directory))
         modes = [row for row in self.rows("modes.csv") if "cycle" in row]
         self.cycle = max((int(float(row["cycle"])) for row in modes), default=0)
@@ -159,13 +171,18 @@ class Report:
             output = os.path.join(scratch, "picture.png")
             command = [*launcher, str(SCRIPTS / script), str(self.directory), *arguments, "--output", output]
             try:
-                done = subprocess.run(command, capture_output=True, text=True, timeout=RENDERING_SECONDS, check=False)
+                # xvfb-run -a takes a display that another may take at the same moment: a second try finds a free one.
+                for _ in range(2 if "xvfb-run" in launcher else 1):
+                    done = subprocess.run(command, capture_output=True, text=True, timeout=RENDERING_SECONDS, check=False)
+                    if os.path.exists(output):
+                        break
                 self.picture(Path(output).read_bytes(), caption)
             except subprocess.TimeoutExpired:
-                self.missing.append(f"{caption}: {script} took more than {RENDERING_SECONDS} s")
+                self.failed.append(f"{caption}: {script} took more than {RENDERING_SECONDS} s")
             except OSError:
                 words = (done.stderr.strip() or done.stdout.strip() or "no picture").splitlines()[-1]
-                self.missing.append(f"{caption}: {words}")
+                # 2: the script names what its input lacks.
+                (self.missing if done.returncode == 2 else self.failed).append(f"{caption}: {words}")
 
     def figure(self, caption, draw):
         """A picture drawn here: draw(pyplot) gives a figure."""
@@ -183,45 +200,93 @@ class Report:
 
     # What was found.
 
+    @staticmethod
+    def of_modes(rows, most):
+        """The modes of the largest growth rates, at most so many, in words."""
+        rows = sorted(rows, key=lambda row: -float(row[GROWTH]))
+        words = [f"mode {row['mode']} at {with_bar(row, FREQUENCY, FREQUENCY_ERROR, 1)} Hz with "
+                 f"{with_bar(row, GROWTH, GROWTH_ERROR, 2)} 1/s" for row in rows[:most]]
+        return "; ".join(words) + ("; ..." if len(rows) > most else "")
+
+    def advice(self):
+        """What makes the bars of undecided modes shorter: not what the run has done already."""
+        raises = "a higher Discretization/Degree (" + self.parameters.get("Discretization/Degree", "?") + " now)"
+        if self.parameters.get("Scene") == "matrices":
+            return ""
+        if self.parameters.get("Refinement/Strategy") == "adaptive":
+            return f"Shorter bars: {raises}, or more Refinement/Cycles and Maximum unknowns."
+        if float(self.parameters.get("Discretization/Degree") or 3) < 3:
+            return f"Shorter bars: {raises}, then Refinement/Strategy = adaptive."
+        return "Shorter bars: Refinement/Strategy = adaptive."
+
+    def summary_of_sweep(self):
+        """A sweep's findings. Critical values are known better than the values between which they lie."""
+        name = self.parameters.get("Sweep/Parameter", "a parameter")
+        values = sorted({float(row["parameter"]) for row in self.sweep})
+        branches = {row["branch"] for row in self.sweep}
+        unstable = [row for row in self.sweep if row["verdict"] in UNSTABLE]
+        described = (f"{len(branches)} modes at {len(values)} values of {name} from {number(values[0])} to "
+                     f"{number(values[-1])}.")
+        words = []
+        if unstable:
+            worst = max(unstable, key=lambda row: float(row[GROWTH]))
+            growing = sorted(float(row["parameter"]) for row in unstable)
+            n_growing = len({row["branch"] for row in unstable})
+            words.append(f"{n_growing} mode{'s grow' if n_growing > 1 else ' grows'} along {name}: at values from "
+                         f"{number(growing[0])} to {number(growing[-1])} of those computed; fastest "
+                         f"{fixed(worst[FREQUENCY], 1)} Hz at {number(worst['parameter'])} with "
+                         f"{fixed(worst[GROWTH], 2, digits=3)} 1/s.")
+            onsets = sorted((float(row["value"]), row["branch"]) for row in self.rows("critical.csv")
+                            if row["kind"] in ("onset", "divergence"))
+            if onsets:
+                words.append("Growth begins at " + ", ".join(f"{number(value)} (branch {branch})" for value, branch in onsets[:5])
+                             + (", ..." if len(onsets) > 5 else "") + ".")
+        else:
+            words.append(f"No mode grows at any of the values of {name}.")
+        return [*words, described, "Sweeps have no error bars: check the mesh by a run at the values that matter."]
+
+    def summary_of_map(self):
+        names = [self.parameters.get("Sweep/" + key, "?") for key in ("Parameter", "Second parameter")]
+        points = [row for row in self.map if row.get("growth_rate_1_per_s")]
+        growing = [row for row in points if float(row.get("unstable_modes") or 0) > 0]
+        if not points:
+            return "A stability map without points yet."
+        if not growing:
+            return f"No mode grows at any of {len(points)} points of {names[0]} and {names[1]}."
+        worst = max(growing, key=lambda row: float(row["growth_rate_1_per_s"]))
+        return (f"A mode grows at {len(growing)} of {len(points)} points of {names[0]} and {names[1]}, fastest with "
+                f"{fixed(worst['growth_rate_1_per_s'], 2, digits=3)} 1/s at {names[0]} = {number(worst['first_value'])}, "
+                f"{names[1]} = {number(worst['second_value'])}.")
+
     def summary(self):
         unstable = [row for row in self.modes if row["verdict"] in UNSTABLE]
         undecided = [row for row in self.modes if row["verdict"] == "undecided"]
         words = []
         if self.modes:
             highest = self.parameters.get("Eigenproblem/Maximum frequency", "")
-            words.append(f"{len(self.modes)} modes" + (f" up to {number(highest)} Hz" if highest else "") + ".")
+            searched = f"{len(self.modes)} modes" + (f" up to {number(highest)} Hz" if highest else "") + "."
             if unstable:
-                worst = max(unstable, key=lambda row: float(row[GROWTH]))
-                words.append(f"{len(unstable)} grow{'s' if len(unstable) == 1 else ''}: squeal is to be expected; fastest "
-                             f"mode {worst['mode']} at {with_bar(worst, FREQUENCY, FREQUENCY_ERROR, 1)} Hz with "
-                             f"{with_bar(worst, GROWTH, GROWTH_ERROR, 2)} 1/s.")
+                words.append(f"Squeal is to be expected: {len(unstable)} mode{'s grow' if len(unstable) > 1 else ' grows'}, "
+                             f"fastest {self.of_modes(unstable, 1)}.")
+                if undecided:
+                    words.append(f"{len(undecided)} more may grow (undecided): {self.of_modes(undecided, 2)}.")
+            elif undecided:
+                words.append(f"Squeal cannot be excluded: {len(undecided)} mode{'s' if len(undecided) > 1 else ''} may grow "
+                             f"(undecided: the error bar of the growth rate contains zero): {self.of_modes(undecided, 3)}.")
             else:
-                words.append("None grows of those searched for (|l| up to 1.1 times the window; what is known of growth beyond "
+                words.append("No mode grows of those searched for (up to 1.1 times the window; what is known of growth beyond "
                              "is in the log).")
+            words.append(searched)
             if undecided:
-                words.append(f"{len(undecided)} undecided: their error bars contain zero; refine, for example by "
-                             "Refinement/Strategy = adaptive.")
-            elif not any(row.get(GROWTH_ERROR) for row in self.modes):
+                words.append(self.advice())
+            if not any(row.get(GROWTH_ERROR) for row in self.modes):
                 words.append("Without error bars: the mesh may have decided these verdicts.")
         elif self.sweep:
-            values = {float(row["parameter"]) for row in self.sweep}
-            unstable = [row for row in self.sweep if row["verdict"] in UNSTABLE]
-            words.append(f"{len({row['branch'] for row in self.sweep})} modes at {len(values)} values of "
-                         f"{self.parameters.get('Sweep/Parameter', 'a parameter')} from {number(min(values))} to "
-                         f"{number(max(values))}.")
-            if unstable:
-                worst = max(unstable, key=lambda row: float(row[GROWTH]))
-                growing = [float(row["parameter"]) for row in unstable]
-                n_growing = len({row["branch"] for row in unstable})
-                words.append(f"{n_growing} of them grow{'s' if n_growing == 1 else ''} at values between "
-                             f"{number(min(growing))} and {number(max(growing))}; fastest "
-                             f"{fixed(worst[FREQUENCY], 1)} Hz at {number(worst['parameter'])} with "
-                             f"{fixed(worst[GROWTH], 2, digits=3)} 1/s.")
-            else:
-                words.append("None grows at any of them.")
-            words.append("Sweeps have no error bars: check the mesh by a run at the values that matter.")
+            words += self.summary_of_sweep()
         elif self.map:
-            words.append("A stability map: see below.")
+            words.append(self.summary_of_map())
+        elif self.cycles:
+            words.append(f"No mode up to {number(self.parameters.get('Eigenproblem/Maximum frequency'))} Hz was found.")
         else:
             words.append("There are no modes yet.")
         turns = self.parameters.get("Stage") != "elastic" and self.parameters.get("Scene") != "matrices"
@@ -234,22 +299,124 @@ class Report:
         if lacks_growing:
             words.append("But more modes grow than are listed: there are signs of growth outside of the region that was "
                          "searched; see the log.")
-        kind = "unstable" if unstable or lacks_growing else "undecided" if undecided else ""
+        grow = unstable or any(row["verdict"] in UNSTABLE for row in self.sweep) or \
+            any(float(row.get("unstable_modes") or 0) > 0 for row in self.map)
+        kind = "unstable" if grow or lacks_growing else "undecided" if undecided else ""
         self.body.append(f'<p class="summary {kind}">{html.escape(" ".join(words))}</p>')
+
+    def computed(self):
+        """What the numbers are of: what who gets only this page must know."""
+        log = (self.directory / "log.txt").read_text(encoding="utf-8", errors="replace")
+
+        def last(pattern):
+            found = re.findall(pattern, log, re.M)
+            return found[-1].strip() if found else ""
+
+        of = self.parameters.get
+        varied = {of("Sweep/Parameter"), of("Sweep/Second parameter")}
+        lines = [("Command", last("^Command: (.*)$")), ("Started", last("^Started: (.*)$")),
+                 ("Version", last(r"^(squeal \S+ \(.*)$"))]
+        if of("Scene") and of("Scene") != "matrices":
+            lines += self.of_the_brake(of, varied)
+        if of("Scene") == "matrices":
+            lines.append(("Matrices", ", ".join(of("Matrices/" + key) for key in ("Mass", "Velocity", "Stiffness", "Circulatory")
+                                                if of("Matrices/" + key))))
+        # What a sweep varies has no value of its own.
+        for key in ("", "Second "):
+            name = of(f"Sweep/{key}Parameter".replace("Second P", "Second p"), "none")
+            if name != "none":
+                lines.append(("Along", f"{name} = {of(f'Sweep/{key}Values'.replace('Second V', 'Second v'))}"))
+        self.section("What was computed")
+        self.body.append("<dl>" + "".join(f"<dt>{html.escape(key)}</dt><dd>{html.escape(value)}</dd>"
+                                          for key, value in lines if value) + "</dl>")
+        if of("Scene") and of("Scene") != "matrices":
+            self.materials(of)
+
+    def of_the_brake(self, of, varied):
+        lines = []
+        friction = "varied" if "Contact/Friction/Coefficient" in varied else of("Contact/Friction/Coefficient", "")
+        law = of("Contact/Friction/Law", "constant")
+        if law == "falling":
+            friction += f" at rest, falling to {of('Contact/Friction/Coefficient at speed')}"
+        elif law == "expression":
+            friction = of("Contact/Friction/Expression", "")
+        if of("Contact/Friction/Of pads"):
+            friction += f"; of pads: {of('Contact/Friction/Of pads')}"
+        has_pads = of("Pads/Arrangement") != "none"
+        if has_pads and of("Stage") not in ("elastic", "transport"):
+            lines.append(("Friction", f"{friction} ({law})"))
+        if has_pads:
+            profile = of("Pads/Pressure profile", "1")
+            lines.append(("Pressure", ("varied" if "Pads/Pressure" in varied else
+                                       f"{number(1e-6 * float(of('Pads/Pressure')))} MPa") +
+                          (f" times {profile}" if profile != "1" else "") +
+                          f" on the pads; in the contact {of('Contact/Steady pressure')}"))
+        speed = float(of("Operation/Angular velocity"))
+        if "Operation/Angular velocity" in varied:
+            lines.append(("Speed", "varied"))
+        elif of("Scene") == "strip":
+            lines.append(("Speed", f"{number(speed)} m/s"))
+        else:
+            lines.append(("Speed", f"{number(speed)} rad/s = {number(60 * speed / (2 * math.pi), 4)} rev/min"))
+        if has_pads:
+            contact = of("Contact/Formulation", "")
+            lines.append(("Contact", contact if contact == "mortar" else
+                          f"{contact}, {number(of('Contact/Penalty stiffness'))} N/m\N{SUPERSCRIPT THREE}"))
+        if of("Scene") == "brake":
+            size = {key: number(1e3 * float(of(key)), 4) for key in
+                    ("Rotor/Inner radius", "Rotor/Outer radius", "Rotor/Thickness", "Pads/Inner radius", "Pads/Outer radius",
+                     "Pads/Thickness")}
+            lines.append(("Rotor", f"radii {size['Rotor/Inner radius']} to {size['Rotor/Outer radius']} mm, "
+                          f"{size['Rotor/Thickness']} mm thick, clamped: {of('Rotor/Clamped boundary')}"))
+            if has_pads:
+                lines.append(("Pads", f"{of('Pads/Arrangement')}, {number(of('Pads/Sector angle'))} degrees, radii "
+                              f"{size['Pads/Inner radius']} to {size['Pads/Outer radius']} mm, {size['Pads/Thickness']} mm thick, "
+                              f"back face {of('Pads/Back face')}"))
+        mesh = f"degree {of('Discretization/Degree')}"
+        if of("Scene") == "mesh":
+            mesh = f"{of('Mesh/File')}, {mesh}"
+        if self.cycles and self.cycles[-1].get("dofs"):
+            unknowns = f"{int(float(self.cycles[-1]['dofs'])):,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+            mesh += f", {self.cycles[-1]['cells']} cells, {unknowns} unknowns"
+        if len(self.cycles) > 1:
+            mesh += f", the last of {len(self.cycles)} meshes ({of('Refinement/Strategy')})"
+        return [*lines, ("Mesh", mesh)]
+
+    def materials(self, of):
+        """Elastic constants, density, damping by part, and masses where mesh.csv has them."""
+        parts = [("rotor", "Rotor/Material")] + ([("pads", "Pads/Material")] if of("Pads/Arrangement") != "none" else [])
+        parts += [(of(f"Mesh/Part {i}/Volumes"), f"Mesh/Part {i}/Material") for i in range(1, 5)
+                  if of("Scene") == "mesh" and of(f"Mesh/Part {i}/Volumes")]
+        if of("Scene") == "mesh" and of("Mesh/Rotor"):
+            parts[0] = (of("Mesh/Rotor"), "Rotor/Material")
+        rows = []
+        for name, path in parts:
+            young = number(1e-9 * float(of(path + "/Young modulus")))
+            if of(path + "/Law") == "transversely_isotropic":
+                young += f" ({number(1e-9 * float(of(path + '/Axial Young modulus')))} along z)"
+            rows.append([name, young, number(of(path + "/Poisson ratio")), number(of(path + "/Density")),
+                         number(of(path + "/Mass proportional damping")), number(of(path + "/Stiffness proportional damping"))])
+        self.body.append(table(["material of<", "E, GPa", "\N{GREEK SMALL LETTER NU}", "density, kg/m\N{SUPERSCRIPT THREE}",
+                                "damping \N{GREEK SMALL LETTER ALPHA}, 1/s", "\N{GREEK SMALL LETTER BETA}, s"], rows))
+        masses = [f"{row['name']} {number(row['mass_kg'], 4)} kg" for row in self.rows("mesh.csv")
+                  if row.get("kind") == "body" and row.get("mass_kg")]
+        if masses:
+            self.note("Masses: " + ", ".join(masses) + ".")
 
     def verdicts(self):
         if not self.modes:
             return
         self.section("Verdicts")
-        header = ["mode", "frequency, Hz", "growth rate, 1/s", "damping ratio", "backward error", "condition", "verdict<"]
-        self.body.append(table(header, [[row["mode"], with_bar(row, FREQUENCY, FREQUENCY_ERROR, 3),
-                                         with_bar(row, GROWTH, GROWTH_ERROR, 4), number(row["damping_ratio"], 4),
-                                         number(row["backward_error"], 2), number(row["condition_number"], 3),
-                                         row["verdict"]] for row in self.modes],
+        header = ["mode", "verdict<", "growth rate, 1/s", "frequency, Hz", "damping ratio", "backward error", "condition"]
+        self.body.append(table(header, [[row["mode"], row["verdict"], with_bar(row, GROWTH, GROWTH_ERROR, 4),
+                                         with_bar(row, FREQUENCY, FREQUENCY_ERROR, 3), number(row["damping_ratio"], 3),
+                                         number(row["backward_error"], 2), number(row["condition_number"], 3)]
+                                        for row in self.modes],
                                ["unstable" if row["verdict"] in UNSTABLE else
                                 "undecided" if row["verdict"] == "undecided" else "" for row in self.modes]))
-        self.note("Behind \N{PLUS-MINUS SIGN}: what the mesh may have done to the value. A verdict stands if the bar of the "
-                  "growth rate does not reach zero.")
+        if any(row.get(GROWTH_ERROR) for row in self.modes):
+            self.note("Behind \N{PLUS-MINUS SIGN}: what the mesh may have done to the value. A verdict stands if the bar of the "
+                      "growth rate does not reach zero. modes.csv has all digits.")
         self.drawn_by("Eigenvalues in the complex plane", "plot.py")
 
     def causes(self):
@@ -268,6 +435,23 @@ class Report:
                                [[row["mode"], number(row[GROWTH]), *(number(shares[row["mode"]].get(origin, 0), 4)
                                                                      for origin in origins)] for row in shown]))
         self.note("The growth rate as the sum over what feeds the mode (positive) and what brakes it (negative), 1/s.")
+
+    def remedies(self):
+        """What a tenth more of each parameter would do to the mode that grows fastest, or would first."""
+        if not self.modes:
+            return
+        worst = max(self.modes, key=lambda row: float(row[GROWTH]))
+        rows = [row for row in self.rows("sensitivities.csv") if int(row["cycle"]) == self.cycle and row["mode"] == worst["mode"]
+                and float(row["relative_d_growth_rate_1_per_s"] or 0) != 0]
+        if not rows:
+            return
+        rows.sort(key=lambda row: -abs(float(row["relative_d_growth_rate_1_per_s"])))
+        self.section(f"What would help mode {worst['mode']}")
+        self.body.append(table(["parameter<", "value", "growth rate by 10 % more, 1/s", "frequency by 10 % more, Hz"],
+                               [[row["parameter"], number(row["value"]),
+                                 number(0.1 * float(row["relative_d_growth_rate_1_per_s"]), 3),
+                                 number(0.1 * float(row["relative_d_frequency_hz"]), 3)] for row in rows[:8]]))
+        self.note("From derivatives: small changes only, one at a time. sensitivities.csv has every mode and parameter.")
 
     # Sweeps.
 
@@ -329,7 +513,7 @@ class Report:
                 size = 2 * math.pi * max(float(row[FREQUENCY]), 1e-300)
                 error = math.hypot(float(row[GROWTH_ERROR]), 2 * math.pi * float(row[FREQUENCY_ERROR] or 0)) / size
                 bars[row["cycle"]] = max(bars.get(row["cycle"], 0), error)
-        self.body.append(table(["mesh", "cells", "unknowns", "processor s", "largest bar of |l|"],
+        self.body.append(table(["mesh", "cells", "unknowns", "processor s", "largest bar, relative"],
                                [[row["cycle"], row["cells"], row["dofs"], number(row.get("processor_seconds"), 3),
                                  number(bars.get(row["cycle"]), 2)] for row in self.cycles]))
         points = [(row, bars[row["cycle"]]) for row in self.cycles if row["cycle"] in bars]
@@ -341,7 +525,7 @@ class Report:
                     axis.loglog([float(row[key]) for row, _ in points], [bar for _, bar in points], "o-", color="#0072B2")
                     axis.set_xlabel(label)
                     axis.grid(color="0.9", which="both")
-                axes[0].set_ylabel("largest bar of |l|, relative")
+                axes[0].set_ylabel("largest bar of an eigenvalue, relative")
                 return figure
             self.figure("Estimated error against unknowns and time", draw)
 
@@ -359,19 +543,19 @@ class Report:
             self.drawn_by("Contact pressure and status", "plot_contact.py")
 
     def pictures_of_modes(self):
-        written = [row for row in self.modes if row["verdict"] in UNSTABLE and
+        written = [row for row in self.modes if row["verdict"] in (*UNSTABLE, "undecided") and
                    (self.directory / f"mode-{self.cycle}-{int(row['mode']):03}.pvtu").exists()]
         written.sort(key=lambda row: -float(row[GROWTH]))
         if not written or self.parameters.get("Scene") not in ("brake", "mesh", "rotor"):
             return
-        self.section("Unstable modes")
+        self.section("Modes that grow or may grow")
         launcher = [tool for tool in ("xvfb-run", "pvbatch") if shutil.which(tool)]
         if len(launcher) < 2:
             self.missing.append("Pictures of modes: ParaView's pvbatch and xvfb-run are not installed "
                                 "(scripts/install-dependencies.sh --pictures)")
         for row in written[:self.most_modes]:
             if len(launcher) == 2:
-                self.drawn_by(f"Mode {row['mode']}, {number(row[FREQUENCY])} Hz: rotor and pads, displacement enlarged",
+                self.drawn_by(f"Mode {row['mode']}, {row['verdict']}, {number(row[FREQUENCY])} Hz: rotor and pads, displacement enlarged",
                               "render_mode.py", "--mode", row["mode"], "--cycle", str(self.cycle),
                               launcher=("xvfb-run", "-a", "pvbatch"))
             if list(self.directory.glob(f"mode-{self.cycle}-{int(row['mode']):03}-contact.pvtu")):
@@ -392,19 +576,16 @@ class Report:
         scene = self.parameters.get("Scene", "")
         title = f"squeal: {self.directory.name}"
         described = f"Scene {scene}, stage {self.parameters.get('Stage', '')}" if scene else ""
-        if self.cycles and self.cycles[-1].get("dofs"):
-            unknowns = f"{int(float(self.cycles[-1]['dofs'])):,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
-            described += f", {unknowns} unknowns"
         self.body.append(f"<h1>{html.escape(title)}</h1><p>{html.escape(described)}</p>")
-        for part in (self.summary, self.verdicts, self.causes, self.sweeps, self.stability_map, self.pictures_of_modes,
-                     self.contact, self.convergence, self.input_and_log):
+        for part in (self.summary, self.computed, self.verdicts, self.causes, self.remedies, self.sweeps, self.stability_map,
+                     self.pictures_of_modes, self.contact, self.convergence, self.input_and_log):
             try:
                 part()
             except (KeyError, ValueError, TypeError) as error:  # of a table with other columns, or words for numbers
                 self.missing.append(f"{part.__name__.replace('_', ' ')}: a table is damaged ({error})")
-        if self.missing:
+        if lacking := self.missing + self.failed:
             self.section("Not shown")
-            self.body.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in self.missing) + "</ul>")
+            self.body.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in lacking) + "</ul>")
         return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
                 '<meta name="viewport" content="width=device-width, initial-scale=1">'
                 f"<title>{html.escape(title)}</title><style>{STYLE}</style></head>\n<body>" + "\n".join(self.body) +
@@ -417,6 +598,9 @@ def main():
     parser.add_argument("--output", metavar="FILE.html", type=Path, help="default: OUTPUT_DIR/report.html")
     parser.add_argument("--modes", metavar="N", type=int, default=3, help="pictures of at most so many modes; default 3")
     arguments = parser.parse_args()
+    if not draw_with_matplotlib():
+        print("report.py: without pictures: no Python with matplotlib was found (scripts/install-dependencies.sh --pictures)",
+              file=sys.stderr)
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="surrogateescape")
     directory = arguments.directory.resolve()
@@ -426,11 +610,14 @@ def main():
     unfinished = output.with_name(output.name + ".part")
     try:
         # Names may have bytes that are no text.
-        unfinished.write_text(Report(directory, arguments.modes).page(), encoding="utf-8", errors="replace")
+        report = Report(directory, arguments.modes)
+        unfinished.write_text(report.page(), encoding="utf-8", errors="replace")
         os.replace(unfinished, output)
     except OSError as error:
         fail(f"{output} cannot be written: {error.strerror}")
     print(output)
+    if report.failed:
+        fail("not every picture could be made:\n  " + "\n  ".join(report.failed))
 
 
 if __name__ == "__main__":

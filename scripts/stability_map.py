@@ -11,13 +11,12 @@ import argparse
 import csv
 import os
 import re
-import sys
 
-from plotting import load_pyplot
+from plotting import load_pyplot, stop
 
 
 def fail(message):
-    sys.exit("stability_map.py: " + message)
+    stop("stability_map.py: " + message)
 
 
 def read_table(directory, name):
@@ -65,7 +64,8 @@ def draw(numpy, plt, directory):
         what = "divergence" if middle["kind"] == "divergence" else f"{float(middle['frequency_hz']):.5g} Hz"
         line, = axis.plot(x, y, "k." if len(points) == 1 else "k-", linewidth=1.6)
         axis.annotate(what, (float(middle["first_value"]), float(middle["second_value"])), xytext=(5, 5),
-                      textcoords="offset points", fontsize=9, color=line.get_color(), annotation_clip=True)
+                      textcoords="offset points", fontsize=9, color=line.get_color(), annotation_clip=True,
+                      bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1})
     axis.set_xlim(first[0], first[-1])
     axis.set_ylim(second[0], second[-1])
     axis.set_xlabel(names_of(directory)[0])
