@@ -185,6 +185,20 @@ def reference_eigenvalues(name):
     return [eigenvalue(row) for row in read_table(REFERENCE / name)]
 
 
+def start_with_python_that_has(*modules):
+    """Starts the test file again with a Python that has these modules where this one lacks one; where none has them the
+    test ends as skipped."""
+    test = "; ".join(f"import {module}" for module in modules)
+    for python in (sys.executable, "/usr/bin/python3", shutil.which("python3")):
+        if python and os.path.exists(python) and subprocess.run([python, "-c", test], capture_output=True,
+                                                                check=False).returncode == 0:
+            if python != sys.executable:
+                os.execv(python, [python, *sys.argv])
+            return
+    print(f"SKIPPED: this test needs a Python with {', '.join(modules)}: scripts/install-dependencies.sh --tests")
+    sys.exit(SKIPPED)
+
+
 def require_shared(name):
     """The path of shared data; where they do not exist, the whole test file ends as skipped."""
     path = SHARED / name

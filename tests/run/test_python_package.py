@@ -1,0 +1,134 @@
+"""The package python/: running, reading, matrices, shapes; and that pip installs it without a network."""
+
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import squeal_testing as st  # noqa: E402
+
+st.start_with_python_that_has("numpy", "scipy.sparse.linalg")
+
+import numpy  # noqa: E402
+
+sys.path.insert(0, str(st.PROJECT / "python"))
+import squeal  # noqa: E402
+
+BRAKE = {**st.TINY_BRAKE, "Output/Fields": "all", "Output/Animation frames": 1, "Output/Matrices": "true",
+         "Eigenproblem/Maximum frequency": 3000}
+
+
+class Package(st.TestCase):
+    def setUp(self):
+        super().setUp()
+        self.file = self.write("brake.prm", BRAKE)
+        os.environ["SQUEAL"] = str(st.SQUEAL)
+        os.environ.update(OMP_NUM_THREADS="1")
+
+    def run_squeal(self, name, **overrides):
+        return squeal.run(self.file, **{"Output/Directory": self.directory / name, **overrides})
+
+    def test_run_and_read(self):
+        results = self.run_squeal("a", **{"Contact/Friction/Coefficient": numpy.float64(0.25), "Discretization/Align rotor": False,
+                                          "Discretization/Rotor cells": (2, 10, 1)})
+        self.assertEqual(results.directory, self.directory / "a")
+        self.assertEqual(float(results.parameters["Contact/Friction/Coefficient"]), 0.25)
+        self.assertEqual(results.parameters["Discretization/Align rotor"], "false")
+        self.assertEqual(results.parameters["Discretization/Rotor cells"], "2, 10, 1")
+        expected = st.read_table(self.directory / "a/modes.csv")
+        self.assertGreater(len(expected), 2)
+        for results in (results, squeal.read(self.directory / "a")):
+            self.assertEqual([int(mode) for mode in results.modes["mode"]], [row["mode"] for row in expected])
+            for column in ("frequency_hz", "growth_rate_error_1_per_s", "verdict"):
+                self.assertEqual(list(results.modes[column]), [row[column] for row in expected])
+            self.assertEqual(list(results.eigenvalues), [st.eigenvalue(row) for row in expected])
+            self.assertIn("friction constant 0.25", results.log)
+
+    def test_empty_fields_and_last_mesh(self):
+        results = self.run_squeal("a", **{"Refinement/Strategy": "uniform", "Refinement/Cycles": 2, "Output/Fields": "none",
+                                          "Output/Matrices": False, "Eigenproblem/Error bars": False, "Discretization/Degree": 1})
+        self.assertEqual(set(results.table("modes")["cycle"]), {0, 1})
+        self.assertEqual(set(results.modes["cycle"]), {1})
+        self.assertTrue(numpy.isnan(results.modes["growth_rate_error_1_per_s"]).all())
+
+    def test_failures(self):
+        with self.assertRaisesRegex(squeal.InputError, "unknown key 'Output/Matrces'.*Output/Matrices") as caught:
+            self.run_squeal("a", **{"Output/Matrces": True})
+        self.assertEqual(caught.exception.status, 2)
+        with self.assertRaises(FileNotFoundError):
+            squeal.read(self.directory / "nothing")
+
+    def test_matrices(self):
+        """(l^2 M + l P + Q) x = 0 for the modes of the table, with scipy's matrices."""
+        results = self.run_squeal("a")
+        M, P, Q = results.matrices()
+        x, l = results.matrix("right_vectors"), results.matrix("eigenvalues").ravel()
+        numpy.testing.assert_allclose(l, results.eigenvalues, rtol=1e-9)
+        for j, value in enumerate(l):
+            terms = value**2 * (M @ x[:, j]), value * (P @ x[:, j]), Q @ x[:, j]
+            self.assertLess(numpy.linalg.norm(sum(terms)), 1e-8 * max(map(numpy.linalg.norm, terms)))
+
+    def test_mac(self):
+        a = numpy.array([[1, 1], [1j, -1j], [0, 0]])
+        numpy.testing.assert_allclose(squeal.mac(a, 3j * a), numpy.eye(2), atol=1e-15)
+        numpy.testing.assert_allclose(squeal.mac(numpy.array([1, 0, 0]), numpy.array([1, 1, 0])), [[0.5]])
+
+    def test_shapes(self):
+        """A mode is like itself, and like itself on another mesh; the pairs of a plain disc have no shape of their own."""
+        mesh = {"Discretization/Rotor cells": "3, 18, 1", "Discretization/Pad cells": "2, 3, 1", "Output/Matrices": False,
+                "Eigenproblem/Maximum frequency": 2000}
+        coarse = self.run_squeal("coarse", **mesh)
+        shapes = coarse.shapes()
+        self.assertEqual(len(shapes), len(coarse.modes))
+        own = squeal.mac(shapes, shapes)
+        numpy.testing.assert_allclose(own.diagonal(), 1, atol=1e-12)
+        self.assertLess((own - numpy.eye(len(own))).max(), 0.9)
+        fine = self.run_squeal("fine", **mesh, **{"Discretization/Degree": 3}).shapes()
+        self.assertFalse(shapes[0].same_points(fine[0]))
+        across = squeal.mac(shapes, fine)
+        self.assertEqual(list(across.argmax(axis=1)), list(range(len(shapes))))
+        self.assertGreater(across.diagonal().min(), 0.99)
+
+    def test_interpolation(self):
+        """Linear displacements are met exactly, also beside nodes of other bodies."""
+        generator = numpy.random.default_rng(1)
+        points = generator.random((400, 3))
+        body = (points[:, 2] > 0.5).astype(int)
+        slope = generator.random((3, 3))
+        displacement = points @ slope + 5 * body[:, None]
+        where = 0.1 + 0.8 * generator.random((50, 3))
+        of = (where[:, 2] > 0.5).astype(int)
+        numpy.testing.assert_allclose(squeal.Shape(points, displacement, body).at(where, of), where @ slope + 5 * of[:, None],
+                                      atol=1e-6)
+
+
+class Installation(st.TestCase):
+    def test_pip_without_network(self):
+        environment = {"PATH": os.environ["PATH"], "HOME": str(self.directory), "PIP_CONFIG_FILE": os.devnull}
+
+        def execute(*command):
+            result = subprocess.run([str(word) for word in command], cwd=self.directory, env=environment, capture_output=True,
+                                    text=True, timeout=300)
+            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+            return result.stdout
+
+        made = subprocess.run([sys.executable, "-m", "venv", "--system-site-packages", self.directory / "venv"],
+                              capture_output=True, text=True, timeout=300)
+        if made.returncode and os.environ.get("CI") != "true":
+            self.skipTest("python3 -m venv fails: scripts/install-dependencies.sh --tests")
+        self.assertEqual(made.returncode, 0, made.stdout + made.stderr)
+        python = self.directory / "venv/bin/python"
+        # --no-index: nothing is looked for elsewhere.
+        execute(python, "-m", "pip", "install", "--no-index", st.PROJECT / "python")
+        where = execute(python, "-c", "import squeal; print(squeal.__file__, squeal.run.__name__)")
+        self.assertTrue(where.startswith(str(self.directory / "venv")), where)
+        self.assertIn("squeal", execute(python, "-m", "pip", "show", "--files", "squeal"))
+        execute(python, "-m", "pip", "uninstall", "-y", "squeal")
+        self.assertFalse(list((st.PROJECT / "python").rglob("*.egg-info")))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
