@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import unittest
@@ -46,8 +47,28 @@ class Install(st.TestCase):
         source = (self.shared / "scripts/root_locus.py").read_text()
         self.assertIn("bin/squeal", source)
 
+    def test_debian_package(self):
+        """What cpack packs unpacks to a program that runs; it depends on the libraries that the program loads."""
+        if not (shutil.which("dpkg-shlibdeps") and shutil.which("file")):
+            self.assertNotEqual(os.environ.get("CI"), "true", "scripts/install-dependencies.sh --package")
+            self.skipTest("needs dpkg-dev and file: scripts/install-dependencies.sh --package")
+        self.execute("cpack", "--config", BUILD / "CPackConfig.cmake", "-B", self.directory / "package")
+        package, = (self.directory / "package").glob("squeal_*.deb")
+        depends = self.execute("dpkg-deb", "--field", package, "Depends")
+        for library in ("libdeal.ii", "libopenmpi3", "libc6", "libopenblas0-pthread"):
+            self.assertIn(library, depends)
+        self.execute("dpkg-deb", "--extract", package, self.directory / "root")
+        self.execute(self.directory / "root/usr/bin/squeal", self.directory / "root/usr/share/squeal/prm/strip.prm")
+        self.assertEqual(len(st.read_table(self.elsewhere / "output/strip/modes.csv")), 10)
+
+    def test_one_version(self):
+        """CITATION.cff, the Python package and the program."""
+        version = self.execute(self.prefix / "bin/squeal", "--version").split()[1]
+        self.assertIn(f"\nversion: {version}\n", (st.PROJECT / "CITATION.cff").read_text())
+        self.assertIn(f'\nversion = "{version}"\n', (st.PROJECT / "python/pyproject.toml").read_text())
+
     def test_what_is_installed(self):
-        for name in ["README.md", "CHANGELOG.md", "LICENSE", "doc/tutorial.md", "doc/theory.md", "doc/images",
+        for name in ["README.md", "CHANGELOG.md", "CITATION.cff", "LICENSE", "doc/python.md", "python/squeal/__init__.py", "doc/tutorial.md", "doc/theory.md", "doc/images",
                      "prm/brake.prm", "prm/theory/mass.mtx", "scripts/report.py", "scripts/plot.py"]:
             self.assertTrue((self.shared / name).exists(), name)
 
