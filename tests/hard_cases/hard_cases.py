@@ -20,6 +20,8 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+from closed_forms import plate_frequencies  # noqa: E402
+
 HERE = pathlib.Path(__file__).resolve().parent
 CASES = {}  # name: (what is hard, function)
 PAD_AREA = math.radians(50) / 2 * (0.14 ** 2 - 0.09 ** 2)
@@ -107,50 +109,6 @@ def far_from_force(rows, force, mu):
     """The largest relative error of a table static.csv: normal force of every pad, friction force mu times that."""
     return largest([abs(row["normal_force_n"] / force - 1) for row in rows] +
                    [abs((row["friction_force_n"] or 0) / force - mu) for row in rows])
-
-
-def plate_frequencies(n, highest, thickness=1e-3, inner=0.05, outer=0.15, young=1.25e11, nu=0.25, rho=7200):
-    """Kirchhoff's annular plate, clamped inside, free outside, n nodal diameters: frequencies up to the highest, Hz.
-
-    (d_rr + d_r/r - n^2/r^2)^2 w = k^4 w is integrated from the clamp, w = w' = 0, with the two starts that leaves;
-    moment w'' + nu (w' - n^2 w) and Kirchhoff's shear force vanish at r = 1 for one combination of them if the
-    determinant does."""
-    bending = young * thickness ** 3 / 12 / (1 - nu ** 2)
-
-    def determinant(f, n_steps=80):
-        k4 = rho * thickness * (2 * math.pi * f) ** 2 / bending * outer ** 4
-
-        def derivative(r, y):
-            w, w1, w2, w3 = y
-            return (w1, w2, w3, k4 * w - 2 * w3 / r + (1 + 2 * n * n) * (w2 / r ** 2 - w1 / r ** 3)
-                    - (n ** 4 - 4 * n * n) * w / r ** 4)
-
-        ends = []
-        for y in ((0., 0., 1., 0.), (0., 0., 0., 1.)):
-            r, h = inner / outer, (1 - inner / outer) / n_steps
-            for _ in range(n_steps):  # Runge and Kutta
-                a = derivative(r, y)
-                b = derivative(r + h / 2, [u + h / 2 * v for u, v in zip(y, a)])
-                c = derivative(r + h / 2, [u + h / 2 * v for u, v in zip(y, b)])
-                d = derivative(r + h, [u + h * v for u, v in zip(y, c)])
-                y = [u + h / 6 * (p + 2 * q + 2 * s + t) for u, p, q, s, t in zip(y, a, b, c, d)]
-                r += h
-            w, w1, w2, w3 = y
-            ends.append((w2 + nu * (w1 - n * n * w),
-                         w3 + w2 - w1 - n * n * (w1 - 2 * w) - (1 - nu) * n * n * (w1 - w)))
-        return ends[0][0] * ends[1][1] - ends[0][1] * ends[1][0]
-
-    roots, step, low, at_low = [], 15., 5., determinant(5.)
-    while low < highest:
-        high, at_high = low + step, determinant(low + step)
-        if at_low * at_high < 0:
-            a, b = low, high
-            for _ in range(25):
-                middle = (a + b) / 2
-                a, b = (middle, b) if determinant(middle) * at_low > 0 else (a, middle)
-            roots.append(a)
-        low, at_low = high, at_high
-    return [f for f in roots if f <= highest]
 
 
 @hard("exactly at coalescence: a defective matrix")

@@ -1,0 +1,226 @@
+#!/usr/bin/env python3
+"""The gallery: problems that others published or that have closed forms, computed by the program.
+
+    python3 tests/validation/validation.py [--program build/release/squeal] [--write] [problem ...]
+
+prints a table (markdown) and ends with 1 if a number differs by more than its formula's order. --write makes
+doc/validation.md of it. A problem is a function below; it yields a Row for each number. Expected values come from formulas or
+publications, never from the program, but for what a formula needs of the disc (the doublet's frequency and stiffness), which
+is measured by elastic runs on the same mesh. Seconds are processor seconds.
+"""
+
+import argparse
+import math
+import os
+import pathlib
+import re
+import resource
+import shutil
+import sys
+import tempfile
+from collections import namedtuple
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "lib"))
+
+from closed_forms import doublet_between_pads, plate_frequencies  # noqa: E402
+
+DOCUMENT = HERE.parents[1] / "doc/validation.md"
+PROBLEMS = {}  # name: (title, source, function)
+Row = namedtuple("Row", "quantity expected computed bar allowed")
+
+INTRODUCTION = """# Validation: published problems and closed forms
+
+Printed by `python3 tests/validation/validation.py --write`; a test runs it again and compares. *Allowed* is the order of what
+the formula leaves out. *Bar* is the program's own error bar, where a run has one.
+
+"""
+
+
+def problem(title, source):
+    """A decorator: the function is a problem."""
+
+    def add(function):
+        PROBLEMS[function.__name__] = (title, source, function)
+        return function
+
+    return add
+
+
+class Runner:
+    """Runs a parameter file of this folder with settings; the results of a problem lie in a directory of its own."""
+
+    def __init__(self, st):
+        self.st, self.n_runs = st, 0
+        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="squeal-validation-"))
+
+    def __call__(self, name, settings=None, table="modes.csv"):
+        self.n_runs += 1
+        output = self.directory / str(self.n_runs)
+        options = []
+        for key, value in {**(settings or {}), "Output/Directory": output}.items():
+            options += ["--set", f"{key}={value}"]
+        result = self.st.run(HERE / name, *options, directory=self.directory, timeout=600)
+        if result.returncode:
+            raise RuntimeError(result.stderr.strip())
+        return self.st.read_table(output / table)
+
+
+def largest_growth(rows):
+    return max(row["growth_rate_1_per_s"] for row in rows)
+
+
+@problem("Annular plate, 1 mm thick, clamped inside, free outside",
+         "Kirchhoff's plate equation, integrated along the radius (tests/lib/closed_forms.py)")
+def plate(run):
+    """The lowest frequency of each number n of nodal diameters. Shear and rotary inertia, left out by Kirchhoff, are of the
+    order of (h/length of a half wave)^2, 1e-4 here."""
+    rows = run("plate.prm")
+    for n in range(5):
+        expected = plate_frequencies(n, 220)[0]
+        nearest = min(rows, key=lambda row: abs(row["frequency_hz"] - expected))
+        yield Row(f"f, n = {n}, Hz", expected, nearest["frequency_hz"], nearest["frequency_error_hz"], 1e-3)
+
+
+class Pins:
+    """The doublet n = 3 between pads on the radius 0.115 m, with what the formulas need, by two elastic runs."""
+
+    n, radius, friction = 3, 0.115, 0.4
+
+    def __init__(self, run, thickness, stiffness, **settings):
+        self.run, self.thickness = run, thickness
+        # The doublet is near 1450 Hz at 12 mm; frequencies go with the thickness.
+        self.highest = 1500 * thickness / 0.012
+        self.settings = {"Rotor/Thickness": thickness, "Contact/Penalty stiffness": stiffness,
+                         "Eigenproblem/Maximum frequency": self.highest, **settings}
+
+    def modes(self, **settings):
+        return self.run("pins.prm", {**self.settings, **{key.replace("__", "/").replace("_", " "): value
+                                                         for key, value in settings.items()}})
+
+    def measure(self):
+        """w of the doublet, and w^2 + k (1 +- s) of its two modes between pads."""
+        free = [row["frequency_hz"] for row in self.modes(Stage="elastic", Pads__Arrangement="none")]
+        held = [row["frequency_hz"] for row in self.modes(Stage="elastic")]
+        self.omega = 2 * math.pi * free[-1]
+        low, high = ((2 * math.pi * f)**2 for f in held[-2:])
+        self.stiffness, self.s = (low + high) / 2 - self.omega**2, (high - low) / (low + high - 2 * self.omega**2)
+        return self
+
+
+@problem("Pins on a thin disc, slow",
+         "one doublet of Kirchhoff's plate: growth rates +- n^2 Omega mu h/(2 r), whatever stiffness, shape and modulus")
+def slow_pins(run):
+    """n = 3, mu = 0.4, r = 0.115 m. The formula is the limit of thin discs and of 2 n Omega w far below the pads' stiffness per
+    modal mass: the difference falls with the thickness."""
+    for thickness, stiffness, allowed in ((0.012, 4e11, 2e-2), (0.006, 5e10, 3e-3), (0.003, 6e9, 1e-3)):
+        pins = Pins(run, thickness, stiffness)
+        speed = 0.05 * thickness / 0.012
+        expected = pins.n**2 * speed * pins.friction * thickness / (2 * pins.radius)
+        yield Row(f"growth rate, h = {1000 * thickness:.0f} mm, Omega = {speed:g} rad/s, 1/s", expected,
+                  largest_growth(pins.modes(Operation__Angular_velocity=speed)), None, allowed)
+
+
+@problem("Pins on a thin disc at any speed", "the quartic of the same doublet's two equations")
+def fast_pins(run):
+    """h = 6 mm. At 20 rad/s the limit of slow discs would be nine times too large. Frequencies differ by Coriolis' force on
+    motion in the plane of the disc, which the plate leaves out: of the order of 1e-4 at 100 rad/s."""
+    pins = Pins(run, 0.006, 5e10).measure()
+    nu = pins.stiffness * pins.friction * pins.thickness * pins.n / (2 * pins.radius)
+    for speed in (0.5, 5, 20):
+        roots = [l for l in doublet_between_pads(pins.n, pins.omega, speed, pins.stiffness, pins.s, nu) if l.imag > 0]
+        rows = pins.modes(Operation__Angular_velocity=speed)
+        for expected in sorted(roots, key=lambda l: l.imag):
+            row = min(rows, key=lambda row: abs(2 * math.pi * row["frequency_hz"] - expected.imag))
+            yield Row(f"growth rate, Omega = {speed:g} rad/s, 1/s", expected.real, row["growth_rate_1_per_s"], None, 3e-3)
+            yield Row(f"frequency, Omega = {speed:g} rad/s, Hz", expected.imag / (2 * math.pi), row["frequency_hz"], None,
+                      1e-6 * max(1, speed))
+
+
+@problem("Sector pads on a disc at rest", "the doublet: coalescence at mu = (2 r/(n h)) |s|/sqrt(1 - s^2)")
+def sector(run):
+    """Pads of 59 degrees, h = 6 mm; s of the elastic split, which other modes shift from sin(n theta)/(n theta)."""
+    pins = Pins(run, 0.006, 5e10 / 59, **{"Pads/Sector angle": 59, "Discretization/Pad cells": "1, 12, 1",
+                                          "Operation/Angular velocity": 0}).measure()
+    expected = 2 * pins.radius / (pins.n * pins.thickness) * abs(pins.s) / math.sqrt(1 - pins.s**2)
+    rows = run("pins.prm", {**pins.settings, "Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Critical values": "true",
+                            "Sweep/Values": f"{0.9 * expected:.6g}, {1.1 * expected:.6g}"}, "critical.csv")
+    found = [row["value"] for row in rows if row["kind"] == "coalescence"]
+    yield Row("friction coefficient at coalescence", expected, found[0] if len(found) == 1 else math.nan, None, 3e-3)
+
+
+def processor_seconds():
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def line(*cells):
+    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |\n"
+
+
+def tables(names, run_of, tell):
+    """The table of each problem as markdown, and the names of what fails."""
+    text, failed = "", []
+    for name in names:
+        title, source, function = PROBLEMS[name]
+        run, start = run_of(), processor_seconds()
+        try:
+            rows = list(function(run))
+        except RuntimeError as error:
+            failed.append(f"{name}: {error}")
+            continue
+        finally:
+            shutil.rmtree(run.directory, ignore_errors=True)
+        part = f"## {title}\n\nSource: {source}. {' '.join(function.__doc__.split())}\n\n"
+        part += line("quantity", "expected", "computed", "bar", "difference", "allowed") + line(*["---"] * 6)
+        for row in rows:
+            difference = row.computed / row.expected - 1
+            bad = not abs(difference) <= row.allowed
+            failed += [f"{name}: {row.quantity}"] if bad else []
+            part += line(row.quantity, f"{row.expected:.7g}", f"{row.computed:.7g}", f"{row.bar:.1e}" if row.bar else "",
+                         f"{difference:+.1e}" + (" **fails**" if bad else ""), f"{row.allowed:g}")
+        tell(part + f"\n{processor_seconds() - start:.0f} processor seconds\n\n")
+        text += part + "\n"
+    return text, failed
+
+
+def numbers(text):
+    """Of each line of the tables: quantity, expected and computed."""
+    cells = re.findall(r"^\| (.*?) \| (-?\d[-\d.e+]*) \| (-?\d[-\d.e+]*) \|", text, re.M)
+    return [(quantity, float(expected), float(computed)) for quantity, expected, computed in cells]
+
+
+def differs_from_document(text):
+    """What doc/validation.md has otherwise: other lines, or numbers beyond what another machine's rounding does."""
+    here, there = numbers(text), numbers(DOCUMENT.read_text())
+    if [row[0] for row in here] != [row[0] for row in there]:
+        return ["doc/validation.md has other quantities: validation.py --write"]
+    return [f"doc/validation.md, {a[0]}: {b[k]:g} instead of {a[k]:g}" for a, b in zip(here, there) for k in (1, 2)
+            if abs(a[k] - b[k]) > 3e-4 * abs(a[k])]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", type=pathlib.Path, help="default: $SQUEAL, else build/release/squeal")
+    parser.add_argument("--write", action="store_true", help="make doc/validation.md")
+    parser.add_argument("problem", nargs="*", help="default: all: " + ", ".join(PROBLEMS))
+    arguments = parser.parse_args()
+    unknown = [name for name in arguments.problem if name not in PROBLEMS]
+    if unknown or (arguments.write and arguments.problem):
+        parser.error(f"--write is of all problems; there are {', '.join(PROBLEMS)}")
+    if arguments.program:
+        os.environ["SQUEAL"] = str(arguments.program.resolve())
+    import squeal_testing as st  # reads SQUEAL
+    if not st.SQUEAL.exists():
+        parser.error(f"there is no program {st.SQUEAL}")
+    text, failed = tables(arguments.problem or PROBLEMS, lambda: Runner(st), lambda part: print(part, end="", flush=True))
+    if arguments.write:
+        DOCUMENT.write_text(INTRODUCTION + text.rstrip() + "\n")
+    elif not arguments.problem:
+        failed += differs_from_document(text)
+    print("\n".join(["fails:", *failed]) if failed else "All numbers are as expected.")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
