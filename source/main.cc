@@ -329,6 +329,20 @@ namespace
     return message;
   }
 
+  constexpr int tag_of_failure = 32000; // no other message goes out under it
+
+  /// Whether rank 0 fails, too, and says why: asked by the others, for at most two seconds.
+  bool first_rank_speaks(const MPI_Comm comm)
+  {
+    int heard = 0;
+    for (unsigned int waited = 0; heard == 0 && waited < 200; ++waited)
+    {
+      MPI_Iprobe(0, tag_of_failure, comm, &heard, MPI_STATUS_IGNORE);
+      usleep(10000);
+    }
+    return heard != 0;
+  }
+
   /// One rank speaks. A rank that fails alone must not leave the others waiting: after a failure in
   /// parallel all are ended.
   int fail(const int status, const std::string &message, const MPI_Comm comm)
@@ -338,8 +352,14 @@ namespace
     // From here on a signal ends this rank: MPI_Abort of another one sends it.
     for (const int signal : {SIGINT, SIGTERM})
       std::signal(signal, SIG_DFL);
-    if (!speaks)
-      usleep(500000); // let rank 0 speak first, if it fails too
+    if (speaks)
+      for (unsigned int rank = 1; rank < n_ranks; ++rank)
+      {
+        MPI_Request request;
+        MPI_Isend(nullptr, 0, MPI_BYTE, rank, tag_of_failure, comm, &request);
+      }
+    else if (first_rank_speaks(comm))
+      sleep(60); // it ends this rank
     std::cerr << (speaks ? "" : "\n") << "\nsqueal: " << printable(message) << std::endl;
     if (n_ranks > 1)
       MPI_Abort(comm, status);
