@@ -1,3 +1,4 @@
+#include <squeal/assessment/stability.h>
 #include <squeal/base/stopwatch.h>
 #include <squeal/continuation/mode_tracker.h>
 #include <squeal/symmetry/sectors.h>
@@ -8,7 +9,7 @@
 namespace squeal
 {
   ModeTracker::ModeTracker(const EigensolverOptions &given, const ModeSolver mode_solver)
-      : options(given), solver(make_eigensolver(mode_solver)), reduced(given)
+      : options(given), solver(mode_solver), reduced(given)
   {
     options.keep_factors = true;
   }
@@ -42,6 +43,7 @@ namespace squeal
   {
     const LifetimeSeconds stopwatch(seconds_.assembly);
     summed.reset(); // two of them would double the memory
+    at_rest.reset();
     is_as_solved                = false;
     const unsigned int n_before = reduced.n_inverse();
     model->assemble(parameters, nearby);
@@ -57,7 +59,7 @@ namespace squeal
   const QuadraticEigenproblem &ModeTracker::whole_problem() const
   {
     if (!summed)
-      summed = model->problem();
+      summed = sum_of(model->equations().frozen(options.max_imaginary));
     return *summed;
   }
 
@@ -91,7 +93,8 @@ namespace squeal
 
   EigenSolution ModeTracker::solve(const Parameters::All &parameters, const Scope scope)
   {
-    if (reduced.has_expansion_point() && (scope == Scope::disc || reduced.has_no_growth_beyond()))
+    if (!parameters.has_relaxation() && reduced.has_expansion_point() &&
+        (scope == Scope::disc || reduced.has_no_growth_beyond()))
     {
       assemble_model(parameters, reduced.inverse());
       if (has_count_of_expansion_point())
@@ -118,13 +121,13 @@ namespace squeal
     scoped.looks_beyond_disc  = scope == Scope::window;
     try
     {
-      return solve_by_symmetry(*solver, equations, scoped, *sectors);
+      return find_modes(solver, equations, scoped, *sectors);
     }
     catch (const SingularMatrix &)
     {
       // A divergence lies exactly here: another shift than zero.
       scoped.shift = 0.1;
-      return solve_by_symmetry(*solver, equations, scoped, *sectors);
+      return find_modes(solver, equations, scoped, *sectors);
     }
   }
 
@@ -145,6 +148,8 @@ namespace squeal
 
   std::vector<ModeRow> ModeTracker::analyse(const EigenPairs &modes) const
   {
+    if (!model->relaxation().empty())
+      return squeal::analyse(rayleigh_parts(*model, modes), modes, 0, options.tolerance);
     if (is_whole(modes))
       return squeal::analyse(whole_problem(), modes, 0, options.tolerance);
     const auto forms = reduced.rayleigh_forms(modes);
@@ -187,5 +192,16 @@ namespace squeal
   {
     assemble_model(parameters, reduced.inverse());
     return whole_problem();
+  }
+
+  const QuadraticEigenproblem &ModeTracker::assemble_at_rest(const Parameters::All &parameters)
+  {
+    if (!parameters.has_relaxation())
+      return assemble(parameters);
+    assemble_model(parameters, reduced.inverse());
+    EquationsOfMotion relaxed = model->equations();
+    relaxed.relaxation.clear();
+    at_rest = sum_of(relaxed);
+    return *at_rest;
   }
 } // namespace squeal

@@ -99,7 +99,7 @@ namespace squeal
   StaticInstability ParameterStudy::instability_of(const std::vector<double> &values,
                                                    const EigenPairs &modes)
   {
-    const QuadraticEigenproblem &problem = tracker.assemble(parameters_at(values));
+    const QuadraticEigenproblem &problem = tracker.assemble_at_rest(parameters_at(values));
     const EigenPairs whole               = tracker.whole(modes);
     return StaticInstability(problem, whole, divergent_modes(whole).front());
   }
@@ -107,7 +107,7 @@ namespace squeal
   StaticInstability::Result ParameterStudy::evaluate(const StaticInstability &instability,
                                                      const std::vector<double> &values)
   {
-    const QuadraticEigenproblem &problem = tracker.assemble(parameters_at(values));
+    const QuadraticEigenproblem &problem = tracker.assemble_at_rest(parameters_at(values));
     std::vector<ParameterDerivative> known;
     std::vector<int> number; // by parameter, or -1
     for (const std::string &parameter : parameters)

@@ -48,91 +48,135 @@ namespace squeal
       double shift = 0;
     };
 
-    /// The search for the right vectors of a problem, or of its transpose, in one growing space.
+    /// The search for right and left vectors in two growing spaces V and W, in which the problem
+    /// is W^T T(l) V: an eigenvalue's error is of the order of the right vector's times the left
+    /// one's. Vectors of the spaces keep the contact conditions of the problem and of its
+    /// transpose, so that multipliers have no part in it.
     class Search
     {
     public:
       Search(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
-             const EigensolverOptions &options)
-          : problem(problem), shift_invert(shift_invert), options(options),
-            galerkin(problem.n_constraints == 0 || problem.compliant), space(problem.rows),
-            tests(problem.rows, 0), backward_error(problem)
+             const ShiftInvert &transposed, const EigensolverOptions &options)
+          : right{problem, shift_invert}, adjoint(adjoint_of(problem)), left{adjoint, transposed},
+            options(options)
       {
         projected.terms = &problem.frozen;
         projected.a.resize(problem.frozen.size());
       }
 
-      /// All modes that become of the quadratic problem's, with vectors that span those, the ones
-      /// of the window to the tolerance.
-      EigenPairs run(MultiVector start, const std::vector<Complex> &quadratic);
+      /// All modes that become of the quadratic problem's, with vectors @p of_right and @p of_left
+      /// that span those, the ones of the window to the tolerance. Afterwards left_pairs() are
+      /// those of the transposed problem.
+      EigenPairs run(MultiVector of_right, MultiVector of_left,
+                     const std::vector<Complex> &quadratic);
+      EigenPairs &left_pairs()
+      {
+        return left.pairs;
+      }
 
-      unsigned int n_solves = 0;
-      unsigned int n_steps  = 0; ///< of following, the last time
+      unsigned int n_solves  = 0;
+      unsigned int n_steps   = 0; ///< of following, the last time
+      double seconds_of_left = 0; ///< of inverse iteration
 
     private:
-      void expand(MultiVector block);
-      /// Follows the modes in the present space.
+      /// The problem or its transpose.
+      struct Side
+      {
+        Side(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert)
+            : problem(problem), shift_invert(shift_invert), space(problem.rows),
+              backward_error(problem)
+        {
+        }
+        const QuadraticEigenproblem &problem;
+        const ShiftInvert &shift_invert;
+        SearchSpace space;
+        BackwardError backward_error;
+        EigenPairs pairs;
+
+        /// Adds what is new in the columns to the space and appends it to @p added.
+        void add(MultiVector columns, MultiVector &added)
+        {
+          clear_multipliers(problem, columns);
+          added.append(space.add(std::move(columns), {1e-10}));
+        }
+        /// One step of inverse iteration from coordinates in the space.
+        void iterate(const std::vector<Complex> &lambda, const std::vector<Complex> &coordinates);
+      };
+
+      void expand(MultiVector of_right, MultiVector of_left);
+      /// Follows the modes in the present spaces.
       void follow();
-      /// Corrects the pairs in the enlarged space, or follows them where they would move too far;
+      /// Corrects the pairs in the enlarged spaces, or follows them where they would move too far;
       /// the first time follows them. The first rank does it for all: dense results differ by
       /// rounding from rank to rank, and the way that is taken with them.
       void update(bool first_time);
       /// The vectors of the present pairs, and one step of inverse iteration of them.
-      EigenPairs iterate();
+      void iterate();
       double bound(const Complex &l) const
       {
         return is_wanted(options, l) ? options.tolerance : 1e-3;
       }
 
-      const QuadraticEigenproblem &problem;
-      const ShiftInvert &shift_invert;
+      Side right;
+      const QuadraticEigenproblem adjoint;
+      Side left;
       const EigensolverOptions &options;
-      const bool galerkin;
-      SearchSpace space;
-      MultiVector tests; ///< as in refine_eigenpairs(), unless Galerkin's
       ProjectedNonlinear projected;
       std::vector<ProjectedPair> pairs;
       std::vector<Complex> quadratic; ///< eigenvalues without the frozen terms
-      BackwardError backward_error;
     };
 
-    void Search::expand(MultiVector block)
+    void Search::expand(MultiVector of_right, MultiVector of_left)
     {
-      clear_multipliers(problem, block);
-      const unsigned int old = space.n_columns();
-      block                  = space.add(std::move(block), {1e-10});
-      const unsigned int n = block.n_columns(), size = old + n;
+      const RowRange &rows   = right.problem.rows;
+      const unsigned int old = right.space.n_columns();
+      MultiVector v(rows, 0), w(rows, 0);
+      right.add(std::move(of_right), v);
+      left.add(std::move(of_left), w);
+      // As many columns on both sides: what was not new on one of them gives way to the partners
+      // F^{-T} M v, F^{-1} M w of the other's.
+      const auto fill = [this](const MultiVector &longer, Side &shorter, MultiVector &added)
+      {
+        const unsigned int first = added.n_columns(), n = longer.n_columns() - first;
+        n_solves += n;
+        shorter.add(
+            shorter.shift_invert.solve(multiply(shorter.problem.M, longer.columns(first, n))),
+            added);
+      };
+      for (unsigned int k = 0; k < 3 && v.n_columns() != w.n_columns(); ++k)
+        if (v.n_columns() > w.n_columns())
+          fill(v, left, w);
+        else
+          fill(w, right, v);
+      if (v.n_columns() != w.n_columns())
+        throw SolverError(
+            "The left and right vectors of the problem with frozen moduli span spaces "
+            "of different dimensions.",
+            {Failure::left_vectors_missing});
+      const unsigned int n = v.n_columns(), size = old + n;
       if (n == 0)
         return;
-      MultiVector new_tests = block;
-      if (!galerkin)
-      {
-        new_tests = shift_invert.solve_transposed(multiply(problem.M, block));
-        n_solves += n;
-      }
-      tests.append(new_tests);
-      const MultiVector &basis = space.basis();
-      const auto enlarge       = [&](const Matrix &matrix, DenseMatrix &known)
+      const auto enlarge = [&](const Matrix &matrix, DenseMatrix &known)
       {
         if (!matrix)
           return;
-        const MultiVector image   = multiply(matrix, block),
-                          adjoint = multiply_transposed(matrix, new_tests);
-        const DenseMatrix right(size, n, inner_products(tests, image)),
-            lower(n, size, inner_products(adjoint, basis));
+        const MultiVector image         = multiply(matrix, v),
+                          adjoint_image = multiply_transposed(matrix, w);
+        const DenseMatrix columns(size, n, inner_products(left.space.basis(), image)),
+            lower(n, size, inner_products(adjoint_image, right.space.basis()));
         DenseMatrix larger(size, size);
         for (unsigned int j = 0; j < size; ++j)
           for (unsigned int i = 0; i < size; ++i)
-            larger(i, j) = j >= old   ? right(i, j - old)
+            larger(i, j) = j >= old   ? columns(i, j - old)
                            : i >= old ? lower(i - old, j)
                                       : known(i, j);
         known = std::move(larger);
       };
-      enlarge(problem.M, projected.m);
-      enlarge(problem.P, projected.p);
-      enlarge(problem.Q, projected.q);
-      for (unsigned int b = 0; b < problem.frozen.size(); ++b)
-        enlarge(problem.frozen[b].matrix, projected.a[b]);
+      enlarge(right.problem.M, projected.m);
+      enlarge(right.problem.P, projected.p);
+      enlarge(right.problem.Q, projected.q);
+      for (unsigned int b = 0; b < right.problem.frozen.size(); ++b)
+        enlarge(right.problem.frozen[b].matrix, projected.a[b]);
       for (ProjectedPair &pair : pairs)
       {
         pair.right.resize(size);
@@ -143,7 +187,7 @@ namespace squeal
     void Search::follow()
     {
       const std::vector<DensePair> all =
-          quadratic_eigenpairs(projected.m, projected.p, projected.q, shift_invert.shift,
+          quadratic_eigenpairs(projected.m, projected.p, projected.q, right.shift_invert.shift,
                                search_radius(options.max_imaginary), true);
       std::vector<Complex> lambda;
       for (const DensePair &pair : all)
@@ -169,7 +213,7 @@ namespace squeal
 
     void Search::update(const bool first_time)
     {
-      const MPI_Comm comm = problem.rows.comm;
+      const MPI_Comm comm = right.problem.rows.comm;
       int rank            = 0;
       MPI_Comm_rank(comm, &rank);
       work_apart(comm,
@@ -178,7 +222,7 @@ namespace squeal
                    if (rank == 0 && (first_time || !correct_exact(projected, pairs)))
                      follow();
                  });
-      const unsigned int size = space.n_columns();
+      const unsigned int size = right.space.n_columns();
       std::vector<Complex> numbers;
       for (const ProjectedPair &pair : pairs)
       {
@@ -200,73 +244,90 @@ namespace squeal
       }
     }
 
-    EigenPairs Search::iterate()
+    void Search::Side::iterate(const std::vector<Complex> &lambda,
+                               const std::vector<Complex> &coordinates)
     {
-      EigenPairs result;
       std::vector<double> re, im;
-      for (const ProjectedPair &pair : pairs)
+      for (const Complex &c : coordinates)
       {
-        result.lambda.push_back(pair.lambda);
-        for (const Complex &c : pair.right)
-        {
-          re.push_back(c.real());
-          im.push_back(c.imag());
-        }
+        re.push_back(c.real());
+        im.push_back(c.imag());
       }
-      result.right.re = combine(space.basis(), re, pairs.size());
-      result.right.im = combine(space.basis(), im, pairs.size());
-      inverse_iteration(problem, shift_invert, result);
-      n_solves += 2 * pairs.size();
-      result.backward_error = backward_error(result);
-      return result;
+      pairs          = EigenPairs();
+      pairs.lambda   = lambda;
+      pairs.right.re = combine(space.basis(), re, lambda.size());
+      pairs.right.im = combine(space.basis(), im, lambda.size());
+      inverse_iteration(problem, shift_invert, pairs);
+      pairs.backward_error = backward_error(pairs);
     }
 
-    EigenPairs Search::run(MultiVector start, const std::vector<Complex> &eigenvalues)
+    void Search::iterate()
+    {
+      std::vector<Complex> lambda, of_right, of_left;
+      for (const ProjectedPair &pair : pairs)
+      {
+        lambda.push_back(pair.lambda);
+        of_right.insert(of_right.end(), pair.right.begin(), pair.right.end());
+        for (const Complex &c : pair.left) // T(l)^T y = 0: y = conj(z)
+          of_left.push_back(std::conj(c));
+      }
+      right.iterate(lambda, of_right);
+      Stopwatch watch;
+      left.iterate(lambda, of_left);
+      seconds_of_left += watch.lap();
+      n_solves += 4 * pairs.size();
+    }
+
+    EigenPairs Search::run(MultiVector of_right, MultiVector of_left,
+                           const std::vector<Complex> &eigenvalues)
     {
       quadratic = eigenvalues;
-      expand(std::move(start));
+      expand(std::move(of_right), std::move(of_left));
       constexpr unsigned int most_steps = 30;
-      EigenPairs modes;
       std::vector<Complex> previous;
-      std::vector<double> changes;
-      const auto correct = [&](const unsigned int step) -> std::optional<MultiVector>
+      std::vector<double> changes, errors;
+      const auto correct =
+          [&](const unsigned int step) -> std::optional<std::pair<MultiVector, MultiVector>>
       {
         update(step == 0);
-        modes = iterate();
-        changes.resize(modes.size(), 1);
+        iterate();
+        changes.resize(pairs.size(), 1);
+        errors.resize(pairs.size());
         std::vector<unsigned int> inaccurate;
         double worst = 0;
-        for (unsigned int j = 0; j < modes.size(); ++j)
+        for (unsigned int j = 0; j < pairs.size(); ++j)
         {
-          const Complex l = modes.lambda[j];
+          const Complex l = pairs[j].lambda;
           // The eigenvalue must have settled, too, or be so uncertain by rounding that its changes
           // do not become smaller.
           constexpr double uncertain = 1e-5;
-          const double error         = modes.backward_error[j],
-                       change = previous.empty() ? 1 : std::abs(l - previous[j]) / std::abs(l);
+          errors[j] = std::max(right.pairs.backward_error[j], left.pairs.backward_error[j]);
+          const double change = previous.empty() ? 1 : std::abs(l - previous[j]) / std::abs(l);
           const bool settled  = change <= bound(l) || (change <= uncertain && change >= changes[j]);
           changes[j]          = change;
-          if (error > bound(l) || !settled)
+          if (errors[j] > bound(l) || !settled)
             inaccurate.push_back(j);
           if (is_wanted(options, l))
-            worst = std::max(worst, modes.backward_error[j]);
+            worst = std::max(worst, errors[j]);
         }
-        options.progress(text_of("  exact moduli, step ", step, ": ", space.n_columns(),
+        options.progress(text_of("  exact moduli, step ", step, ": ", right.space.n_columns(),
                                  " vectors, largest backward error ", worst));
-        previous = modes.lambda;
+        previous = right.pairs.lambda;
         if (inaccurate.empty())
           return std::nullopt;
-        return modes.right.columns(inaccurate).real_span();
+        return std::make_pair(right.pairs.right.columns(inaccurate).real_span(),
+                              left.pairs.right.columns(inaccurate).real_span());
       };
       if (!expand_until_accurate(most_steps, correct,
-                                 [&](MultiVector block) { expand(std::move(block)); }))
+                                 [&](std::pair<MultiVector, MultiVector> blocks)
+                                 { expand(std::move(blocks.first), std::move(blocks.second)); }))
         throw SolverError(
             text_of("The modes of the problem with moduli that depend on the frequency have "
                     "backward errors up to ",
-                    *std::max_element(modes.backward_error.begin(), modes.backward_error.end()),
-                    " after ", most_steps, " corrections."),
+                    *std::max_element(errors.begin(), errors.end()), " after ", most_steps,
+                    " corrections."),
             {Failure::pairs_not_refined});
-      return modes;
+      return std::move(right.pairs);
     }
     /// The quadratic problem's modes were searched up to the rim of the disc. Those at the window's
     /// end show how much deeper exact frequencies lie: the rim must be twice as far as that.
@@ -344,24 +405,19 @@ namespace squeal
 
     const ShiftInvert shift_invert(*start.factorization, start.shift),
         transposed(*start.factorization, start.shift, true);
-    Search right(problem, shift_invert, options);
-    modes = right.run(std::move(start.right), start.lambda);
+    Search search(problem, shift_invert, transposed, options);
+    modes = search.run(std::move(start.right), std::move(start.left), start.lambda);
     check_that_none_comes_in(start.lambda, modes.lambda, options.max_imaginary);
-    solution.cost.seconds.right += watch.lap();
-    const QuadraticEigenproblem adjoint = adjoint_of(problem);
-    Search left(adjoint, transposed, options);
-    EigenPairs transposed_pairs = left.run(std::move(start.left), start.lambda);
-    attach_left_vectors(
-        problem, transposed_pairs.select(nearest_partners(modes.lambda, transposed_pairs.lambda)),
-        modes);
+    attach_left_vectors(problem, std::move(search.left_pairs()), modes);
     if (problem.given)
       use_given_matrices(problem, modes);
-    solution.cost.seconds.left += watch.lap();
-    solution.cost.n_solves += right.n_solves + left.n_solves;
+    solution.cost.seconds.left += search.seconds_of_left;
+    solution.cost.seconds.right += watch.lap() - search.seconds_of_left;
+    solution.cost.n_solves += search.n_solves;
     solution.proof.completeness += text_of(
         "; moduli frozen at 2 pi ", problem.frozen.front().frequency / (2 * M_PI),
         " Hz until there; each of ", start.lambda.size(),
-        " modes was followed to the exact moduli, in ", right.n_steps, " steps, and no two met");
+        " modes was followed to the exact moduli, in ", search.n_steps, " steps, and no two met");
     restrict_to_window(problem, options, solution);
     return solution;
   }

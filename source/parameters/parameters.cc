@@ -435,9 +435,6 @@ namespace squeal
         if (given)
           throw InputError("Loss factor, Prony series, Fractional Zener: " + what);
       };
-      refuse(sweep.active(), "Sweep/Parameter = " + sweep.parameter +
-                                 ": sweeps and maps do not follow modes with them; run the values "
-                                 "one by one.");
       refuse(eigenproblem.solver == ModeSolver::krylov || eigenproblem.is_matrix_free(),
              "Eigenproblem/Solver = " + name_of(eigenproblem.solver) +
                  " finds no modes with them; allowed are block_krylov and dense.");

@@ -1,9 +1,9 @@
 #include <squeal/assessment/error_estimators.h>
+#include <squeal/assessment/modal_damping.h>
 #include <squeal/base/memory.h>
 #include <squeal/contact/contact_fields.h>
 #include <squeal/continuation/stability_map.h>
 #include <squeal/continuation/sweep.h>
-#include <squeal/eigen/nonlinear_eigensolver.h>
 #include <squeal/mesh/fields.h>
 #include <squeal/mesh_import/imported_scene.h>
 #include <squeal/model/brake_model.h>
@@ -86,13 +86,8 @@ namespace squeal
       EigenSolution find_modes(const Model &model, const EquationsOfMotion &equations)
       {
         PhaseTimer::Scope scope(report.timer, "eigenproblem");
-        const EigensolverOptions options    = options_of(prm.eigenproblem, report.log);
-        std::unique_ptr<Eigensolver> solver = make_eigensolver(prm.eigenproblem.solver);
-        if (equations.relaxation.empty())
-          return solve_by_symmetry(*solver, equations, options, model.sectors());
-        // Frozen at the window's end, below which modes are counted.
-        return solve_by_symmetry(NonlinearEigensolver(std::move(solver)),
-                                 equations.frozen(options.max_imaginary), options, model.sectors());
+        return squeal::find_modes(prm.eigenproblem.solver, equations,
+                                  options_of(prm.eigenproblem, report.log), model.sectors());
       }
 
       ModeTable assess_stability(const Model &model, const EigenPairs &modes,
@@ -107,6 +102,9 @@ namespace squeal
       {
         report.modes(cycle, found, table, seconds_of_bars);
         PhaseTimer::Scope scope(report.timer, "eigenproblem");
+        if (const auto share = non_modal_damping(model, found.modes))
+          report.log.line(text_of("Damping is not modal by ", 100 * *share,
+                                  " %: the norm of its part off the diagonal, in the real modes."));
         if (prm.output.sensitivities && !table.rows.empty())
           report.sensitivities(cycle, found.modes, table, model.derivatives());
       }

@@ -2,6 +2,7 @@
 #include <squeal/base/stopwatch.h>
 #include <squeal/base/subcommunicator.h>
 #include <squeal/eigen/inertia_count.h>
+#include <squeal/eigen/nonlinear_eigensolver.h>
 #include <squeal/symmetry/sectors.h>
 
 #include <algorithm>
@@ -237,5 +238,15 @@ namespace squeal
     modes = modes.select(order_of_modes(modes.lambda));
     turn_to_real(modes);
     return whole;
+  }
+
+  EigenSolution find_modes(const ModeSolver solver, const EquationsOfMotion &equations,
+                           const EigensolverOptions &options, const Sectors &sectors)
+  {
+    std::unique_ptr<Eigensolver> quadratic = make_eigensolver(solver);
+    if (equations.relaxation.empty())
+      return solve_by_symmetry(*quadratic, equations, options, sectors);
+    return solve_by_symmetry(NonlinearEigensolver(std::move(quadratic)),
+                             equations.frozen(options.max_imaginary), options, sectors);
   }
 } // namespace squeal

@@ -11,7 +11,7 @@ namespace squeal
   /// a value with a full solution, and by a full solution where that cannot be certified.
   ///
   /// Modes come as coordinates in the bases or as whole vectors; all that is done with them here
-  /// takes either.
+  /// takes either. With relaxation every value has its full solution.
   class ModeTracker
   {
   public:
@@ -87,6 +87,8 @@ namespace squeal
 
     /// Assembles the model and gives the whole problem, to which whole modes belong.
     const QuadraticEigenproblem &assemble(const Parameters::All &parameters);
+    /// The same for infinitely slow motions, l = 0: with relaxed moduli.
+    const QuadraticEigenproblem &assemble_at_rest(const Parameters::All &parameters);
     std::vector<ParameterDerivative> derivatives(const std::string &parameter) const
     {
       return model->derivatives(parameter, reduced.inverse());
@@ -109,7 +111,7 @@ namespace squeal
 
   private:
     void assemble_model(const Parameters::All &parameters, const LinearOperator &nearby);
-    /// Of the model as it is assembled now.
+    /// Of the model as it is assembled now; relaxation is frozen as in find_modes().
     const QuadraticEigenproblem &whole_problem() const;
     /// Whether the reference problem has as many modes in the disc as the expansion point's:
     /// counted again where it is another one.
@@ -119,13 +121,14 @@ namespace squeal
 
     Model *model = nullptr;
     EigensolverOptions options;
-    const std::unique_ptr<Eigensolver> solver;
+    const ModeSolver solver;
     ReducedSectors reduced;
     std::optional<Sectors> sectors; ///< of the model, once asked for
     RowRange whole_rows;
     unsigned int n_full = 0, n_restarts_ = 0;
     Seconds seconds_;
     mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
+    std::optional<QuadraticEigenproblem> at_rest;        ///< assemble_at_rest(), with relaxation
     bool is_as_solved = false; ///< whether nothing was assembled since the last full solution
 
     bool is_counted = false; ///< as many modes as the expansion point has, at the counted key

@@ -20,4 +20,9 @@ namespace squeal
   /// is solved, and no mode's parity is known.
   EigenSolution solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
                                   const EigensolverOptions &options, const Sectors &sectors);
+
+  /// Every mode of the window, exact also with relaxation: the quadratic problem's solver, or a
+  /// NonlinearEigensolver with moduli frozen at the window's end, below which modes are counted.
+  EigenSolution find_modes(ModeSolver solver, const EquationsOfMotion &equations,
+                           const EigensolverOptions &options, const Sectors &sectors);
 } // namespace squeal

@@ -166,7 +166,7 @@ namespace squeal::tests::parameter_file_tests
     // Where nothing is spelt alike, what the section has, and no key that has nothing to do with
     // it.
     check_error(
-        "subsection Rotor\n  subsection Material\n    set Loss angle = 1\n  end\nend\n", {},
+        "subsection Rotor\n  subsection Material\n    set Colour = 1\n  end\nend\n", {},
         {"FILE:3", "None is spelt alike. The section Rotor/Material has: Law, Young modulus"});
     // In an override.
     check_error("", {"Operation/Angular velocty=3"},

@@ -1,0 +1,100 @@
+#include <squeal/assessment/modal_damping.h>
+#include <squeal/eigen/shift_invert.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace squeal
+{
+  namespace
+  {
+    /// Of a term of the velocities.
+    bool is_damping(const Term &term)
+    {
+      return term.order == 1 && (term.origin == Origin::material_damping ||
+                                 term.origin == Origin::joint || term.origin == Origin::velocity);
+    }
+
+    /// B^T A B.
+    DenseMatrix congruent(const DenseMatrix &a, const DenseMatrix &b)
+    {
+      DenseMatrix a_b(a.n_rows, b.n_columns), result(b.n_columns, b.n_columns);
+      gemm(false, 1, a, b, 0, a_b);
+      gemm(true, 1, b, a_b, 0, result);
+      return result;
+    }
+
+    void make_symmetric(DenseMatrix &a)
+    {
+      for (unsigned int j = 0; j < a.n_columns; ++j)
+        for (unsigned int i = 0; i < j; ++i)
+          a(i, j) = a(j, i) = (a(i, j) + a(j, i)) / 2;
+    }
+  } // namespace
+
+  std::optional<double> non_modal_damping(const Model &model, const EigenPairs &modes)
+  {
+    const std::vector<Term> of_velocity = terms_of_order(model.terms(), 1);
+    const bool is_damped                = !model.relaxation().empty() ||
+                           std::any_of(of_velocity.begin(), of_velocity.end(), is_damping);
+    if (modes.size() < 2 || !is_damped)
+      return std::nullopt;
+    MultiVector u = modes.right.real_span();
+    clear_pressures(model.equations().n_local_constraints, u); // no part of real modes
+    const unsigned int n = u.n_columns();
+
+    // Stiffness and damping may be multiples of one matrix.
+    std::map<const Matrix *, DenseMatrix> forms;
+    const auto form_of = [&](const Matrix &matrix) -> const DenseMatrix &
+    {
+      auto known = forms.find(&matrix);
+      if (known == forms.end())
+        known =
+            forms.emplace(&matrix, DenseMatrix(n, n, inner_products(u, multiply(matrix, u)))).first;
+      return known->second;
+    };
+    DenseMatrix m(n, n), k(n, n), c(n, n);
+    for (const unsigned int order : {0, 1, 2})
+      for (const Term &term : terms_of_order(model.terms(), order))
+        if (order == 1 ? is_damping(term) : is_conservative(term.origin))
+          add(term.coefficient, form_of(*term.matrix), order == 2 ? m : order == 1 ? c : k);
+    for (DenseMatrix *matrix : {&m, &k, &c})
+      make_symmetric(*matrix);
+
+    // The real modes as columns of combinations of the span. Imaginary parts of vectors that are
+    // real but for rounding are no directions.
+    constexpr double smallest         = 1e-4;
+    const DenseMatrix unit            = principal_combinations(m, smallest);
+    DenseMatrix vectors               = congruent(k, unit);
+    const std::vector<double> squares = symmetric_eigen(vectors);
+    const unsigned int n_modes =
+        std::min<std::size_t>({modes.size(), squares.size(), vectors.n_columns});
+    DenseMatrix phi(n, vectors.n_columns);
+    gemm(false, 1, unit, vectors, 0, phi);
+    phi = some_columns(phi, 0, n_modes);
+
+    DenseMatrix d = congruent(c, phi);
+    for (const RelaxationTerm &term : model.relaxation())
+    {
+      const DenseMatrix a = congruent(form_of(*term.matrix), phi);
+      for (unsigned int j = 0; j < n_modes; ++j)
+        for (unsigned int i = 0; i < n_modes; ++i)
+        {
+          const double w = std::pow(std::abs(squares[i] * squares[j]), 0.25);
+          if (w > 0)
+            d(i, j) += term.coefficient * term.factor({0, w}).imag() / w * a(i, j);
+        }
+    }
+    double off = 0, all = 0;
+    for (unsigned int j = 0; j < n_modes; ++j)
+      for (unsigned int i = 0; i < n_modes; ++i)
+      {
+        all += d(i, j) * d(i, j);
+        off += i == j ? 0 : d(i, j) * d(i, j);
+      }
+    if (all == 0)
+      return std::nullopt;
+    return std::sqrt(off / all);
+  }
+} // namespace squeal
