@@ -129,6 +129,15 @@ namespace squeal
                         "Rayleigh damping beta in D = alpha M + beta K, s. Used in the stage full.",
                         not_negative());
       Parameters::declare(prm, stiffness_factor);
+      prm.add_parameter(
+          "Modulus table", modulus_table,
+          "A file of comma separated values with the columns frequency_hz, storage_modulus_pa, "
+          "loss_factor and, if it depends on it, temperature_c, in place of a Prony series. Young "
+          "modulus is the relaxed modulus, at most the smallest of the table. Between its "
+          "frequencies and beside the axis a series that is fitted to it is used; the log tells "
+          "its error. It must reach from a tenth of Eigenproblem/Maximum frequency to all of it. "
+          "Used in the stage full.",
+          Patterns::FileName());
     }
 
     void MaterialSection::check(const std::string &section) const

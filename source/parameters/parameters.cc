@@ -1,5 +1,6 @@
 #include <squeal/parameters/declare.h>
 #include <squeal/parameters/expressions.h>
+#include <squeal/parameters/modulus_table.h>
 #include <squeal/parameters/parameters.h>
 
 #include <deal.II/base/utilities.h>
@@ -105,6 +106,10 @@ namespace squeal
       add_choice(prm, "Direction at rest", direction_at_rest,
                  "The direction of sliding where Angular velocity is 0, the limit of slow turning "
                  "about +z or -z. Elsewhere the sign of Angular velocity is the direction.");
+      prm.add_parameter("Temperature", temperature,
+                        "Degrees Celsius. Used by tables of moduli (Material/Modulus table) that "
+                        "have a column temperature_c.",
+                        Patterns::Double());
     }
 
     void Contact::declare(ParameterHandler &prm)
@@ -428,6 +433,27 @@ namespace squeal
                          });
     }
 
+    void All::fit_modulus_tables()
+    {
+      for (const BodyMaterial &body : materials())
+      {
+        MaterialSection &section     = material(body.section);
+        section.stiffness_factor.fit = {};
+        if (section.modulus_table.empty() || scene == Scene::matrices ||
+            (stage != Stage::full && stage != Stage::ladder) ||
+            !(body.of_rotor || n_pads() > 0 || joints.active()))
+          continue;
+        if (!section.stiffness_factor.prony.empty() || section.stiffness_factor.zener.ratio != 1)
+          throw InputError(body.section + "/Material/Modulus table = " + section.modulus_table +
+                           ": it stands in place of Prony series and Fractional Zener; allowed is "
+                           "one of them.");
+        section.stiffness_factor.fit =
+            fit_modulus_table({body.section + "/Material/Modulus table = " + section.modulus_table,
+                               section.modulus_table, section.young_modulus, operation.temperature,
+                               eigenproblem.minimum_frequency, eigenproblem.maximum_frequency});
+      }
+    }
+
     void All::check_relaxation() const
     {
       const auto refuse = [](const bool given, const std::string &what)
@@ -543,6 +569,7 @@ namespace squeal
       if (joints.active() || !joints.masses.empty() || !joints.springs.empty() ||
           !joints.dashpots.empty() || !joints.links.empty())
         check_joints();
+      fit_modulus_tables();
       if (has_relaxation())
         check_relaxation();
       if (scene == Scene::matrices)

@@ -1,5 +1,5 @@
-#include <squeal/base/files.h>
 #include <squeal/parameters/declare.h>
+#include <squeal/parameters/number_table.h>
 #include <squeal/parameters/parameters.h>
 
 #include <deal.II/base/utilities.h>
@@ -75,69 +75,25 @@ namespace squeal
       std::vector<std::complex<double>> result;
       if (reference.empty())
         return result;
+      const std::string key = "Refinement/Reference = " + reference;
       // Eigenvalues that are paired with modes: their distances are squared, and there is a table
       // of all of them.
-      constexpr double largest        = 1e12;
-      constexpr std::size_t most_rows = 2000;
-      const std::string key           = "Refinement/Reference = " + reference;
-      std::ifstream in                = open_regular_file(reference);
-      std::string line;
-      if (!in.is_open() || !std::getline(in, line))
-        throw InputError(key + ": the file cannot be read, is empty, or is not a regular file.");
-
-      const auto fields_of = [](std::string text)
+      const NumberTableRules rules = {
+          {"frequency_hz", "growth_rate_1_per_s"},
+          {},
+          "Needed are frequency_hz and growth_rate_1_per_s.",
+          1e12,
+          " is no eigenvalue of a brake; allowed are sizes up to 1e12.",
+          2000,
+          " modes; leave out those beyond Eigenproblem/Maximum frequency."};
+      const NumberTable table = read_number_table(key, reference, rules);
+      for (unsigned int i = 0; i < table.rows.size(); ++i)
       {
-        if (!text.empty() && text.back() == '\r')
-          text.pop_back();
-        std::vector<std::string> fields = dealii::Utilities::split_string_list(text, ',');
-        // An empty field at the end counts.
-        if (!text.empty() && text.back() == ',')
-          fields.emplace_back();
-        return fields;
-      };
-      const std::vector<std::string> header = fields_of(line);
-      const auto column                     = [&](const std::string &name)
-      {
-        const auto at = std::find(header.begin(), header.end(), name);
-        if (at == header.end())
-          throw InputError(key + ", line 1: there is no column " + name +
-                           ". Needed are frequency_hz and growth_rate_1_per_s.");
-        return std::size_t(at - header.begin());
-      };
-      const std::size_t frequency = column("frequency_hz"), growth = column("growth_rate_1_per_s");
-
-      for (unsigned int number = 2; std::getline(in, line); ++number)
-      {
-        if (line.find_first_not_of(" \t\r") == std::string::npos)
-          continue;
-        const std::vector<std::string> fields = fields_of(line);
-        const std::string place               = key + ", line " + std::to_string(number) + ": ";
-        if (fields.size() != header.size())
-          throw InputError(place + std::to_string(fields.size()) + " fields, the header has " +
-                           std::to_string(header.size()) + ".");
-        const auto value = [&](const std::size_t i)
-        {
-          double x = NAN;
-          try
-          {
-            x = dealii::Utilities::string_to_double(fields[i]);
-          }
-          catch (const std::exception &)
-          {
-          }
-          if (!std::isfinite(x))
-            throw InputError(place + header[i] + " = " + fields[i] + " is not a number.");
-          if (std::abs(x) > largest)
-            throw InputError(place + header[i] + " = " + fields[i] +
-                             " is no eigenvalue of a brake; allowed are sizes up to 1e12.");
-          return x;
-        };
-        if (value(frequency) < 0)
-          throw InputError(place + "frequency_hz = " + fields[frequency] + " is negative.");
-        if (result.size() == most_rows)
-          throw InputError(place + "there are more than " + std::to_string(most_rows) +
-                           " modes; leave out those beyond Eigenproblem/Maximum frequency.");
-        result.emplace_back(value(growth), 2 * M_PI * value(frequency));
+        const double frequency = table.rows[i][0];
+        if (frequency < 0)
+          throw InputError(table.places[i] +
+                           text_of("frequency_hz = ", frequency, " is negative."));
+        result.emplace_back(table.rows[i][1], 2 * M_PI * frequency);
       }
       if (result.empty())
         throw InputError(key + ": the file has no mode.");

@@ -10,9 +10,10 @@ namespace squeal
   {
     if (l.imag() < 0)
       return std::conj((*this)(std::conj(l)));
-    Complex f(1, l.imag() > 0 ? loss_factor : 0.);
-    for (const Relaxation &element : prony)
-      f += element.strength * l * element.time / (1. + l * element.time);
+    Complex f(1, l.imag() > 0 ? loss_factor + fit.loss_factor : 0.);
+    for (const auto *series : {&prony, &fit.prony})
+      for (const Relaxation &element : *series)
+        f += element.strength * l * element.time / (1. + l * element.time);
     if (zener.ratio != 1 && l != 0.)
     {
       const Complex z = std::pow(l * zener.time, zener.order);
@@ -26,11 +27,12 @@ namespace squeal
     if (l.imag() < 0)
       return std::conj(derivative(std::conj(l)));
     Complex slope = 0;
-    for (const Relaxation &element : prony)
-    {
-      const Complex one_plus = 1. + l * element.time;
-      slope += element.strength * element.time / (one_plus * one_plus);
-    }
+    for (const auto *series : {&prony, &fit.prony})
+      for (const Relaxation &element : *series)
+      {
+        const Complex one_plus = 1. + l * element.time;
+        slope += element.strength * element.time / (one_plus * one_plus);
+      }
     if (zener.ratio != 1 && l != 0.)
     {
       // dz/dl = a z / l

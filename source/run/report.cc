@@ -340,6 +340,14 @@ namespace squeal
       if (prm.refinement.edge_levels > 0)
         text << ", cells at the edge of the contact divided " << prm.refinement.edge_levels
              << " times";
+      for (const Parameters::BodyMaterial &body : prm.materials())
+        if (const StiffnessFactor::Fit &fit = body.material.stiffness_factor.fit;
+            !fit.filename.empty())
+          text << "\n"
+               << body.section << "/Material/Modulus table = " << fit.filename << ": "
+               << fit.prony.size() << " Prony elements and the loss factor "
+               << number(fit.loss_factor, 3) << " fit it within " << number(100 * fit.error, 3)
+               << " %, at " << prm.operation.temperature << " degrees Celsius";
     }
     if (prm.eigenproblem.is_solved())
       text << "\nEvery mode " << window_of(prm.eigenproblem) << " by the solver "

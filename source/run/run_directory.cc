@@ -75,6 +75,12 @@ namespace squeal
                                {"Matrices/Velocity", prm.matrices.velocity},
                                {"Matrices/Stiffness", prm.matrices.stiffness},
                                {"Matrices/Circulatory", prm.matrices.circulatory}});
+      if (prm.scene == Scene::matrices)
+        for (const auto &matrix : prm.matrices.viscoelastic)
+          all.push_back({"Matrices/Viscoelastic", matrix.stiffness});
+      else
+        for (const Parameters::BodyMaterial &body : prm.materials())
+          all.push_back({body.section + "/Material/Modulus table", body.material.modulus_table});
       all.push_back({"Refinement/Reference", prm.refinement.reference});
       all.erase(std::remove_if(all.begin(), all.end(),
                                [](const InputFile &file) { return file.name.empty(); }),

@@ -265,9 +265,10 @@ class Brake(st.TestCase):
     def test_sweep(self):
         """Over friction: a growth rate changes its sign at the onset. Over the loss factor, from none: without it values are
         projected, with it they are not."""
-        case = {**self.BRAKE, **st.MORTAR, "Discretization/Rotor cells": "2, 12, 1", "Eigenproblem/Maximum frequency": 4000,
-                "Eigenproblem/Error bars": "false", self.PADS + "Loss factor": 0.0005,
-                self.PADS + "Prony series": "0.001 : 3e-5"}
+        case = {**st.TINY_BRAKE, "Stage": "full", "Discretization/Rotor cells": "2, 12, 1",
+                "Discretization/Clamp layers": 1, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Error bars": "false",
+                "Rotor/Material/Stiffness proportional damping": 0, "Pads/Material/Stiffness proportional damping": 0,
+                self.PADS + "Loss factor": 0.0005, self.PADS + "Prony series": "0.001 : 3e-5"}
         friction = "Contact/Friction/Coefficient"
         onsets = [row for row in self.check_sweep(case, friction, [0.1, 0.5, 0.9]) if row["kind"] in ("onset", "end")]
         self.assertTrue(onsets)
@@ -306,6 +307,88 @@ class Brake(st.TestCase):
         """Damping is of the stage full."""
         case = {**self.BRAKE, "Stage": "friction_damping"}
         self.assertSameModes(self.eigenvalues({**case, self.PADS + "Loss factor": 0.06}), self.eigenvalues(case), 1e-12)
+
+
+def modulus(frequency, relaxed, g, tau, eta):
+    """Storage modulus and loss factor of a Prony element and hysteresis."""
+    value = relaxed * (1 + 1j * eta + g * (2j * math.pi * frequency * tau) / (1 + 2j * math.pi * frequency * tau))
+    return value.real, value.imag / value.real
+
+
+class ModulusTable(st.TestCase):
+    """A table of moduli over frequency and temperature gives the modes of the law that it was made of."""
+
+    LAW = {"relaxed": 1e10, "tau": 4e-5}
+    CASE = {**Brake.BRAKE, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Error bars": "false",
+            "Pads/Material/Young modulus": 1e10}
+    TABLE = "Pads/Material/Modulus table"
+
+    def write_table(self, temperatures, frequencies=tuple(10 * 1.5**k for k in range(16)), name="table.csv"):
+        """temperatures: of each one g and eta."""
+        lines = ["frequency_hz,temperature_c,storage_modulus_pa,loss_factor"]
+        for temperature, (g, eta) in temperatures.items():
+            lines += [f"{f!r},{temperature},{storage!r},{loss!r}" for f in frequencies
+                      for storage, loss in [modulus(f, g=g, eta=eta, **self.LAW)]]
+        self.write(name, "\n".join(lines) + "\n")
+        return {self.TABLE: name}
+
+    def of_law(self, g, eta):
+        return self.eigenvalues({**self.CASE, "Pads/Material/Loss factor": eta, "Pads/Material/Prony series": f"{g} : 4e-5"})
+
+    def test_same_modes(self):
+        table = self.write_table({20: (0.3, 0.02)})
+        results = self.analyse({**self.CASE, **table})
+        found = re.search(r"Prony elements .* fit it within (\S+) %, at 20 degrees", (results / "log.txt").read_text())
+        error = float(found[1]) / 100
+        self.assertLess(error, 0.02)
+        expected = self.of_law(0.3, 0.02)
+        elastic = self.eigenvalues(self.CASE)
+        computed = [st.eigenvalue(row) for row in st.read_table(results / "modes.csv")]
+        self.assertEqual(len(computed), len(expected))
+        moved = 0
+        for a, b, c in zip(computed, expected, elastic):
+            # A modulus that is off by the fit's error moves l by at most half of that.
+            self.assertLess(abs(a - b), error / 2 * abs(b))
+            moved = max(moved, abs(b - c) / abs(b))
+        self.assertGreater(moved, 5 * error)
+        self.assertTrue(all(row["backward_error"] <= 1e-9 for row in st.read_table(results / "modes.csv")))
+
+    def test_temperature(self):
+        """Between two temperatures, and a sweep over it."""
+        table = self.write_table({20: (0.3, 0.02), 100: (0.0, 0.06)})
+        at = {t: self.eigenvalues({**self.CASE, **table, "Operation/Temperature": t}) for t in (20, 60, 100)}
+        self.assertGreater(max(abs(cold - hot) / abs(hot) for cold, hot in zip(at[20], at[100])), 0.005)
+        for between, cold, hot in zip(at[60], at[20], at[100]):
+            self.assertLess(abs(between - (cold + hot) / 2), 0.2 * abs(cold - hot) + 1e-4 * abs(hot))
+        results = self.analyse({**self.CASE, **table, "Sweep/Parameter": "Operation/Temperature", "Sweep/Values": "20, 60, 100"})
+        for t in at:
+            rows = [st.eigenvalue(row) for row in st.read_table(results / "sweep.csv") if row["parameter"] == t]
+            self.assertSameModes(rows, at[t], 1e-9)
+
+    def test_refused(self):
+        def refused(settings, *words):
+            self.write("bad.prm", {**self.CASE, **settings})
+            result = st.run("bad.prm", directory=self.directory, timeout=60)
+            self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+            for word in words:
+                self.assertIn(word, result.stderr)
+
+        table = self.write_table({20: (0.3, 0.02), 100: (0.0, 0.06)})
+        refused({**table, "Operation/Temperature": 101}, "Modulus table", "20 to 100")
+        refused({**table, "Eigenproblem/Maximum frequency": 5000}, "does not cover the window", "4378.9")
+        refused(self.write_table({20: (0.3, 0.02)}, frequencies=(500, 1000, 5000)), "does not cover the window")
+        refused({**table, "Pads/Material/Young modulus": 1.2e10}, "line 2", "relaxed modulus")
+        refused({**table, "Pads/Material/Prony series": "0.1 : 1e-3"}, "in place of")
+        refused({self.TABLE: "no.csv"}, "no.csv", "cannot be read")
+        head = "frequency_hz,storage_modulus_pa,loss_factor\n"
+        for text, *words in [("frequency_hz,storage_modulus_pa\n1,1e10\n", "no column loss_factor"),
+                             (head, "no line"), (head + "10,1e10,-0.1\n", "line 2", "feed energy"),
+                             (head + "10,1e10,0.1\n10,1e10,0.1\n", "line 3", "twice"),
+                             (head + "0,1e10,0.1\n", "positive"), (head + "10,x,0.1\n", "not a number"),
+                             # A stiffness that rises tenfold without any loss is not passive.
+                             (head + "10,1e10,0\n1000,1e10,0\n1001,1e11,0\n5000,1e11,0\n", "no passive material")]:
+            self.write("bad.csv", text)
+            refused({self.TABLE: "bad.csv"}, *words)
 
 
 class Refused(st.TestCase):

@@ -15,6 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 import squeal_testing as st  # noqa: E402
 
 THEORY = st.PROJECT / "prm/theory"
+ZIEGLER_BRAKE = THEORY / "ziegler_brake.prm"
 GYROSCOPIC = 20 + 0.5 ** 2  # the factor of l^2 with g = 0.5
 
 # Every critical value of every file: kind, p, eigenvalue there.
@@ -58,7 +59,7 @@ class TheoryScenes(st.TestCase):
     def setUp(self):
         super().setUp()
         if not self.sweeps:
-            for file in sorted(set(THEORY.glob("*.prm")) - {THEORY / "ziegler_map.prm"}):  # test_stability_map.py
+            for file in sorted(set(THEORY.glob("*.prm")) - {THEORY / "ziegler_map.prm", ZIEGLER_BRAKE}):  # test_stability_map.py, below
                 results = self.directory / file.stem
                 result = st.run(file, "--set", f"Output/Directory={results}", directory=st.PROJECT)
                 self.assertEqual(result.returncode, 0, f"{file.name}: {result.stderr}")
@@ -202,6 +203,39 @@ class TheoryScenes(st.TestCase):
         for p, rows in self.by_value("non_modal_damping").items():
             if 0.1 < p < 2 / 3:
                 self.assertGreater(max(abs(row["n_1_per_s2"]) for row in rows), 1e-2, f"p = {p}")
+
+
+class ZieglerBrake(st.TestCase):
+    """Damping of the pads lowers the critical friction coefficient of a brake: what doc/theory_effects.md says."""
+
+    BETA, FRICTION = "Pads/Material/Stiffness proportional damping", "Contact/Friction/Coefficient"
+
+    def results(self, **settings):
+        settings = {"Sweep/Parameter": "none", "Sweep/Second parameter": "none", **settings}
+        directory = self.directory / "results"
+        options = [argument for key, value in settings.items() for argument in ("--set", f"{key}={value}")]
+        result = st.run(ZIEGLER_BRAKE, "--overwrite", "--set", f"Output/Directory={directory}", *options, directory=st.PROJECT)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        return directory
+
+    def test_verdicts(self):
+        """With the friction coefficient between both borders the bars decide: stable, and unstable by more damping."""
+        text = (st.PROJECT / "doc/theory_effects.md").read_text()
+        for beta, verdict in [(0, "stable"), (1e-5, "flutter")]:
+            rows = st.read_table(self.results(**{self.FRICTION: 0.52, self.BETA: beta}) / "modes.csv")
+            mode = max(rows, key=lambda row: row["growth_rate_1_per_s"] if 5000 < row["frequency_hz"] < 5200 else -1e9)
+            self.assertEqual(mode["verdict"], verdict)
+            self.assertTrue(all(row["verdict"] == "stable" for row in rows if row is not mode))
+            growth, bar = mode["growth_rate_1_per_s"], mode["growth_rate_error_1_per_s"]
+            self.assertIn(f"{growth:+.2f} ± {bar:.1g}", text)
+
+    def test_borders(self):
+        text = (st.PROJECT / "doc/theory_effects.md").read_text()
+        for beta in (0, 1e-5):
+            row, = st.read_table(self.results(**{"Sweep/Parameter": self.FRICTION, "Sweep/Values": "0.45, 0.6",
+                                                 "Sweep/Critical values": "true", self.BETA: beta}) / "critical.csv")
+            self.assertEqual(row["kind"], "onset")
+            self.assertIn(f"{row['value']:.3f}", text)
 
 
 if __name__ == "__main__":

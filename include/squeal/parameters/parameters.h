@@ -38,6 +38,7 @@ namespace squeal
     struct MaterialSection : Material
     {
       explicit MaterialSection(const Material &defaults) : Material(defaults) {}
+      std::string modulus_table = ""; ///< file
       void declare(dealii::ParameterHandler &prm);
       void check(const std::string &section) const;
     };
@@ -88,6 +89,7 @@ namespace squeal
     {
       double angular_velocity     = 20;
       Direction direction_at_rest = Direction::forward;
+      double temperature          = 20; ///< deg C, of tables of moduli
 
       /// Omega with the sign of the direction, which -0 has, too.
       double directed_velocity() const
@@ -464,6 +466,8 @@ namespace squeal
       void check_edge_levels() const;
       void check_joints() const;
       void check_relaxation() const;
+      /// Of the stage full: StiffnessFactor::fit of each material.
+      void fit_modulus_tables();
     };
   } // namespace Parameters
 } // namespace squeal

@@ -32,15 +32,26 @@ namespace squeal
       double order = 1; ///< a, -
     } zener;
 
+    /// What was fitted to a table (modulus_table.h), eta and a Prony series beside the others.
+    struct Fit
+    {
+      double loss_factor = 0;
+      std::vector<Relaxation> prony;
+      std::string filename; ///< of the table; empty: none
+      double error = 0;     ///< the largest one, relative
+    } fit;
+
     /// Whether f is not 1.
     bool is_active() const
     {
-      return loss_factor != 0 || !prony.empty() || zener.ratio != 1;
+      return loss_factor != 0 || !prony.empty() || zener.ratio != 1 || fit.loss_factor != 0 ||
+             !fit.prony.empty();
     }
     std::complex<double> operator()(std::complex<double> l) const;
     /// f'(l).
     std::complex<double> derivative(std::complex<double> l) const;
-    /// One of its constants, as the keys name them, and the derivative of f by it, for Im l >= 0.
+    /// One of its constants, as the keys name them (those of a fit have none), and the derivative
+    /// of f by it, for Im l >= 0.
     struct Constant
     {
       std::string name;
