@@ -12,8 +12,8 @@ namespace squeal
     /// Of a term of the velocities.
     bool is_damping(const Term &term)
     {
-      return term.order == 1 && (term.origin == Origin::material_damping ||
-                                 term.origin == Origin::joint || term.origin == Origin::velocity);
+      return term.origin == Origin::material_damping || term.origin == Origin::joint ||
+             term.origin == Origin::contact_damping || term.origin == Origin::velocity;
     }
 
     /// B^T A B.

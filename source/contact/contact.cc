@@ -168,6 +168,19 @@ namespace squeal
   }
 
   template <int dim>
+  double Contact<dim>::closed_share(const unsigned int interface, const Kinematics &k,
+                                    const unsigned int q) const
+  {
+    if (!model.mortar)
+      return active.by_point[interface][k.first_point + q];
+    double share = 0;
+    for (unsigned int a = 0; a < k.pad->nodes.size(); ++a)
+      for (const FreeNode<dim> &node : k.pad->nodes[a])
+        share += k.psi(a, q) * node.weight * is_active(node);
+    return share;
+  }
+
+  template <int dim>
   ContactPressure Contact<dim>::pressure_of(const MultiVector &state) const
   {
     const std::vector<double> global = replicate(state);

@@ -137,7 +137,7 @@ namespace squeal
   FrictionDamping friction_damping(const Contact<dim> &contact, const ContactPressure &pressure)
   {
     const ContactModel<dim> &model = contact.contact_model();
-    EntryList P_falling, Q_falling;
+    EntryList P_falling, Q_falling, dashpots;
     auto &entries = contact.cache().turning_entries;
     if (!entries)
       entries = std::make_shared<std::array<RepeatedEntries, 2>>();
@@ -150,7 +150,10 @@ namespace squeal
               k.add_product(product.order == 1 ? P : Q, functions_of(product.left, k), product.c,
                             functions_of(product.right, k));
             else
-              distribute(product.order == 1 ? P_falling : Q_falling, contact, k, product);
+              distribute(product.origin == Origin::contact_damping ? dashpots
+                         : product.order == 1                      ? P_falling
+                                                                   : Q_falling,
+                         contact, k, product);
         });
     FrictionDamping result;
     if (dim == 3)
@@ -165,6 +168,8 @@ namespace squeal
       if (model.transports)
         result.Q_falling = Q_falling.make_matrix(contact.spaces().rows);
     }
+    if (model.normal_dashpot != 0 || model.tangential_dashpot != 0)
+      result.P_dashpots = dashpots.make_matrix(contact.spaces().rows);
     return result;
   }
 

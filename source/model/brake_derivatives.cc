@@ -153,6 +153,20 @@ namespace squeal
                             {},
                             [constant = constant](Parameters::All &all, const double value)
                             { all.contact.friction.*constant = value; }});
+      if (stage.material_damping)
+      {
+        using Constant = double Parameters::Contact::*;
+        for (const auto &[key, constant] :
+             {std::make_pair("Normal dashpot", Constant(&Parameters::Contact::normal_dashpot)),
+              std::make_pair("Tangential dashpot",
+                             Constant(&Parameters::Contact::tangential_dashpot))})
+          if (prm.contact.*constant > 0)
+            result.push_back({std::string("Contact/") + key,
+                              prm.contact.*constant,
+                              {},
+                              [constant = constant](Parameters::All &all, const double value)
+                              { all.contact.*constant = value; }});
+      }
       result.push_back(
           {"Pads/Pressure", prm.pads.pressure, {}, [](Parameters::All &all, const double value) {
              all.pads.pressure = value;

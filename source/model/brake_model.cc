@@ -359,10 +359,15 @@ namespace squeal
     model.mortar            = parameters.contact.mortar();
     model.penalty_stiffness = parameters.contact.penalty_stiffness;
     model.compliance        = parameters.contact.compliance();
-    model.friction          = parameters.contact.friction;
-    model.friction_of_pads  = parameters.contact.friction_by_pad();
-    model.angular_velocity  = parameters.operation.directed_velocity();
-    model.transports        = parameters.rotor.transport == Transport::full;
+    if (parameters.terms().material_damping)
+    {
+      model.normal_dashpot     = parameters.contact.normal_dashpot;
+      model.tangential_dashpot = parameters.contact.tangential_dashpot;
+    }
+    model.friction         = parameters.contact.friction;
+    model.friction_of_pads = parameters.contact.friction_by_pad();
+    model.angular_velocity = parameters.operation.directed_velocity();
+    model.transports       = parameters.rotor.transport == Transport::full;
     if (parameters.contact.steady_pressure == SteadyPressure::computed &&
         parameters.contact.initial_gap != "0")
       model.initial_gap =
@@ -395,6 +400,7 @@ namespace squeal
       add(Origin::friction_damping, 0, std::move(damping.Q));
       add(Origin::falling_friction, 1, std::move(damping.P_falling));
       add(Origin::falling_friction, 0, std::move(damping.Q_falling));
+      add(Origin::contact_damping, 1, std::move(damping.P_dashpots));
     }
     if (parameters.prestress.turning_contact)
     {

@@ -125,6 +125,16 @@ namespace squeal
           "Penalty stiffness", penalty_stiffness,
           "Contact stiffness k_C, N/m^3. Used by the formulations penalty and mortar_penalty.",
           positive());
+      prm.add_parameter("Normal dashpot", normal_dashpot,
+                        "Damping c_n of the closed contact against approach, N s/m^3. Used in the "
+                        "stage full, by the formulations penalty and mortar_penalty: that of "
+                        "mortar does not give way.",
+                        not_negative());
+      prm.add_parameter("Tangential dashpot", tangential_dashpot,
+                        "Damping c_t of the closed contact against changes of the sliding "
+                        "velocity, N s/m^3, but for what turning carries along. Used in the stage "
+                        "full.",
+                        not_negative());
       add_choice(prm, "Steady pressure", steady_pressure,
                  "The pressure p_0 about which friction is linearised. computed: from the static "
                  "equilibrium. uniform: the applied pressure.");
@@ -190,6 +200,10 @@ namespace squeal
 
     void Contact::check(const Stage stage, const double angular_velocity)
     {
+      if (normal_dashpot > 0 && formulation == Formulation::mortar)
+        fail("Contact/Normal dashpot", normal_dashpot,
+             "closed surfaces do not approach with Contact/Formulation = mortar; allowed are "
+             "penalty and mortar_penalty, or 0.");
       friction.check();
       bool is_smoothed = friction.smoothing_speed > 0;
       for (const auto &[pad, law] : friction_by_pad())

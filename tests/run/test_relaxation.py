@@ -12,6 +12,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
 import error_statistics as es  # noqa: E402
 import squeal_testing as st  # noqa: E402
+import test_matrix_export as matrix_export  # noqa: E402
 from test_brake_reference import MESH  # noqa: E402
 
 
@@ -171,11 +172,30 @@ class Tables(st.TestCase):
         self.compare("T11")
 
 
-class Brake(st.TestCase):
+class BrakeCase(st.TestCase):
     BRAKE = {**st.REFERENCE_BRAKE, **st.PENALTY, **st.TINY_BRAKE, "Rotor/Material/Stiffness proportional damping": 0,
              "Pads/Material/Stiffness proportional damping": 0}
     PADS, ROTOR = "Pads/Material/", "Rotor/Material/"
 
+    def check_sensitivities(self, case, steps, tolerance):
+        """Against central differences of two runs: steps has for each name in sensitivities.csv what to set for a relative
+        change of it."""
+        results = self.analyse({**case, "Output/Sensitivities": "true"})
+        plain = [st.eigenvalue(mode) for mode in st.read_table(results / "modes.csv")]
+        rows = st.read_table(results / "sensitivities.csv")
+        h = 1e-3
+        for name, settings in steps.items():
+            derivatives = [complex(row["relative_d_growth_rate_1_per_s"], 2 * math.pi * row["relative_d_frequency_hz"])
+                           for row in rows if row["parameter"] == name]
+            self.assertEqual(len(derivatives), len(plain), name)
+            plus, minus = ([l for l, _ in self.pairs(self.eigenvalues({**case, **settings(1 + sign * h)}), plain)]
+                           for sign in (1, -1))
+            for l, derivative, a, b in zip(plain, derivatives, plus, minus):
+                self.assertLess(abs((a - b) / (2 * h) - derivative), tolerance * abs(derivative) + 1e-6 * abs(l),
+                                f"{name}, eigenvalue {l}")
+
+
+class Brake(BrakeCase):
     def test_small_loss_factor(self):
         """To first order the loss factor eta of the pads moves l by -i eta z^H K x / z^H Q'(l) x, as beta = eta / w does by
         -beta l z^H K x / ..., with w = |Im l| of each mode and little growth; the remainder falls like eta^2."""
@@ -214,23 +234,6 @@ class Brake(st.TestCase):
             total = sum(row["growth_rate_1_per_s"] for row in contributions if row["mode"] == mode["mode"])
             self.assertAlmostEqual(total, mode["growth_rate_1_per_s"], delta=1e-6 * 2 * math.pi * mode["frequency_hz"])
             self.assertGreater(mode["growth_rate_error_1_per_s"], 0)
-
-    def check_sensitivities(self, case, steps, tolerance):
-        """Against central differences of two runs: steps has for each name in sensitivities.csv what to set for a relative
-        change of it."""
-        results = self.analyse({**case, "Output/Sensitivities": "true"})
-        plain = [st.eigenvalue(mode) for mode in st.read_table(results / "modes.csv")]
-        rows = st.read_table(results / "sensitivities.csv")
-        h = 1e-3
-        for name, settings in steps.items():
-            derivatives = [complex(row["relative_d_growth_rate_1_per_s"], 2 * math.pi * row["relative_d_frequency_hz"])
-                           for row in rows if row["parameter"] == name]
-            self.assertEqual(len(derivatives), len(plain), name)
-            plus, minus = ([l for l, _ in self.pairs(self.eigenvalues({**case, **settings(1 + sign * h)}), plain)]
-                           for sign in (1, -1))
-            for l, derivative, a, b in zip(plain, derivatives, plus, minus):
-                self.assertLess(abs((a - b) / (2 * h) - derivative), tolerance * abs(derivative) + 1e-6 * abs(l),
-                                f"{name}, eigenvalue {l}")
 
     def test_sensitivities(self):
         pads = self.PADS
@@ -319,7 +322,7 @@ class ModulusTable(st.TestCase):
     """A table of moduli over frequency and temperature gives the modes of the law that it was made of."""
 
     LAW = {"relaxed": 1e10, "tau": 4e-5}
-    CASE = {**Brake.BRAKE, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Error bars": "false",
+    CASE = {**BrakeCase.BRAKE, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Error bars": "false",
             "Pads/Material/Young modulus": 1e10}
     TABLE = "Pads/Material/Modulus table"
 
@@ -389,6 +392,82 @@ class ModulusTable(st.TestCase):
                              (head + "10,1e10,0\n1000,1e10,0\n1001,1e11,0\n5000,1e11,0\n", "no passive material")]:
             self.write("bad.csv", text)
             refused({self.TABLE: "bad.csv"}, *words)
+
+
+class ContactDashpots(BrakeCase):
+    """Dashpots of the contact surfaces. Their matrix gives a moved pad c times its area; causes sum up; derivatives."""
+
+    NORMAL, TANGENTIAL = "Contact/Normal dashpot", "Contact/Tangential dashpot"
+    DASHPOTS = {NORMAL: 2e5, TANGENTIAL: 3e4}
+
+    def on_pad(self, settings):
+        """u^T P u of the dashpots for u = 1 in a component of all of the upper pad, by pairs of components."""
+        results = self.analyse({**self.BRAKE, "Output/Matrices": "true", "Eigenproblem/Error bars": "false", **settings})
+        term, = [term for term in matrix_export.table(results / "terms.csv") if term["origin"] == "contact damping"]
+        _, entries = matrix_export.sparse(results / term["file"])
+        component = {int(row["row"]): row["component"] for row in matrix_export.table(results / "unknowns.csv")
+                     if "upper" in row["body"] and row["kind"] == "displacement"}
+        sums = {}
+        for (i, j), value in entries.items():
+            if i in component and j in component:
+                key = component[i] + component[j]
+                sums[key] = sums.get(key, 0) + float(term["factor"]) * value
+        return sums
+
+    def check_on_pad(self, settings, normal, tangential):
+        sums = self.on_pad(settings)
+        area = math.radians(50) / 2 * (0.14**2 - 0.09**2)
+        for key, expected in [("xx", tangential), ("yy", tangential), ("zz", normal), ("xy", 0), ("xz", 0), ("yz", 0)]:
+            self.assertAlmostEqual(sums.get(key, 0) / area, expected, delta=1e-4 * max(normal, tangential), msg=key)
+        return sums
+
+    def test_matrix(self):
+        whole = self.check_on_pad({**st.PENALTY, **self.DASHPOTS}, 2e5, 3e4)
+        self.check_on_pad({**st.MORTAR, self.TANGENTIAL: 3e4}, 0, 3e4)
+        self.check_on_pad({"Contact/Formulation": "mortar_penalty", **self.DASHPOTS}, 2e5, 3e4)
+        for formulation in (st.PENALTY, st.MORTAR):
+            part = self.on_pad({**formulation, self.TANGENTIAL: 3e4, "Contact/Steady pressure": "computed",
+                                "Pads/Arrangement": "upper", "Contact/Initial gap": "2e-5*(1+y/0.05)"})
+            self.assertGreater(part["xx"], 0.05 * whole["xx"])
+            self.assertLess(part["xx"], 0.98 * whole["xx"])
+
+    def test_causes_and_ways(self):
+        case = {**self.BRAKE, **self.DASHPOTS}
+        results = self.analyse(case)
+        modes = st.read_table(results / "modes.csv")
+        eigenvalues = [st.eigenvalue(mode) for mode in modes]
+        contributions = st.read_table(results / "contributions.csv")
+        for mode in modes:
+            parts = [row for row in contributions if row["mode"] == mode["mode"]]
+            self.assertAlmostEqual(sum(row["growth_rate_1_per_s"] for row in parts), mode["growth_rate_1_per_s"],
+                                   delta=1e-6 * 2 * math.pi * mode["frequency_hz"])
+            # A dashpot only takes energy.
+            self.assertLessEqual(sum(row["growth_rate_1_per_s"] for row in parts if row["origin"] == "contact damping"), 0)
+        self.assertLess(min(row["growth_rate_1_per_s"] for row in contributions if row["origin"] == "contact damping"), -1)
+        for settings, ranks in [({"Eigenproblem/Mirror symmetry": "false"}, 1), ({"Eigenproblem/Solver": "dense"}, 1), ({}, 2)]:
+            self.assertSameModes(self.eigenvalues({**case, **settings}, ranks=ranks), eigenvalues, 1e-8)
+        rows = st.read_table(self.analyse({**case, "Sweep/Parameter": self.TANGENTIAL, "Sweep/Values": "0, 1e4, 3e4"})
+                             / "sweep.csv")
+        self.assertSameModes([st.eigenvalue(row) for row in rows if row["parameter"] == 3e4], eigenvalues, 1e-8)
+
+    def test_bars(self):
+        """Against one degree more on the same mesh."""
+        case = {**self.BRAKE, **st.SMALL_BRAKE, **self.DASHPOTS, "Discretization/Degree": 3, "Eigenproblem/Maximum frequency": 2000}
+        for mode, better in zip(self.modes(case), self.modes({**case, "Discretization/Degree": 4}), strict=True):
+            error = st.eigenvalue(mode) - es.corrected(better)
+            self.assertLessEqual(abs(error.real), mode["growth_rate_error_1_per_s"] + better["growth_rate_error_1_per_s"])
+            self.assertLessEqual(abs(error.imag) / (2 * math.pi), mode["frequency_error_hz"] + better["frequency_error_hz"])
+
+    def test_sensitivities(self):
+        case = {**self.BRAKE, **self.DASHPOTS, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Error bars": "false"}
+        self.check_sensitivities(case, {key: lambda f, key=key, value=value: {key: value * f}
+                                        for key, value in self.DASHPOTS.items()}, 1e-4)
+
+    def test_refused(self):
+        self.write("bad.prm", {**st.TINY_BRAKE, **st.MORTAR, self.NORMAL: 1})
+        result = st.run("bad.prm", directory=self.directory, timeout=60)
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        self.assertIn("Contact/Normal dashpot", result.stderr)
 
 
 class Refused(st.TestCase):

@@ -25,6 +25,8 @@ namespace squeal
     bool mortar              = true; ///< Lagrange multiplier, else penalty
     double penalty_stiffness = 0;    ///< k_C, N/m^3
     double compliance        = 0; ///< 1/k_C of a mortar pressure, m^3/N: int Psi (g - p/k_C) da = 0
+    /// c_n, c_t of the closed surfaces, N s/m^3
+    double normal_dashpot = 0, tangential_dashpot = 0;
     FrictionLaw friction;
     std::vector<std::pair<std::string, FrictionLaw>>
         friction_of_pads;           ///< where it differs, by name
@@ -127,6 +129,9 @@ namespace squeal
     {
       active.by_point[interface][point] = false;
     }
+    /// How far a quadrature point is closed, 0 to 1: of a mortar pressure the sum of the active
+    /// nodes' shape functions.
+    double closed_share(unsigned int interface, const Kinematics &k, unsigned int q) const;
     /// Whether the multiplier of that equation is active.
     bool is_closed(const unsigned int equation) const
     {

@@ -37,7 +37,7 @@ namespace squeal
   /// there is no Q_R.
   struct FrictionDamping
   {
-    Matrix P, Q, P_falling, Q_falling;
+    Matrix P, Q, P_falling, Q_falling, P_dashpots;
   };
   template <int dim>
   FrictionDamping friction_damping(const Contact<dim> &contact, const ContactPressure &pressure);

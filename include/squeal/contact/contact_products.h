@@ -110,7 +110,8 @@ namespace squeal
   }
 
   /// P_R and Q_R: those of the turning direction, int (tau/v) d[[u]].P_perp ... with
-  /// P_perp = b b^T, and those of the law's slope, int (d tau/d v) (d[[u]].e)(e. ...). The pair
+  /// P_perp = b b^T, and those of the law's slope, int (d tau/d v) (d[[u]].e)(e. ...). And of the
+  /// closed surface's dashpots, int c_n (d[[u]].n)(n. ...) + c_t d[[u]].(I - n n^T) ... . The pair
   /// slides.
   template <int dim>
   std::vector<ContactProduct>
@@ -144,6 +145,19 @@ namespace squeal
       add(Origin::friction_damping, Trace::across, Trace::turning_across, std::move(turning));
     if (!model.friction_is_flat())
       add(Origin::falling_friction, Trace::along, Trace::turning_along, std::move(slope));
+    const auto add_dashpot = [&](const double constant, const Trace jump)
+    {
+      if (constant == 0)
+        return;
+      std::vector<double> c = k.weights;
+      for (unsigned int q = 0; q < k.n_points; ++q)
+        c[q] *= constant * contact.closed_share(interface, k, q);
+      products.push_back({Origin::contact_damping, 1, jump, jump, std::move(c)});
+    };
+    add_dashpot(model.normal_dashpot, Trace::normal);
+    add_dashpot(model.tangential_dashpot, Trace::along);
+    if (dim == 3)
+      add_dashpot(model.tangential_dashpot, Trace::across);
     return products;
   }
 } // namespace squeal

@@ -26,13 +26,14 @@ namespace squeal
     prestress,        ///< geometric stiffness of the static stress and pressure, conservative
     turning_friction, ///< geometric stiffness of the friction traction, circulatory
     velocity,         ///< a given velocity matrix (scene matrices)
-    joint             ///< ties, points, springs, dashpots, rigid links
+    joint,            ///< ties, points, springs, dashpots, rigid links
+    contact_damping   ///< dashpots of the contact surfaces
   };
-  inline std::array<std::string, 12> names_of(Origin)
+  inline std::array<std::string, 13> names_of(Origin)
   {
     return {{"inertia", "elasticity", "material damping", "transport", "contact", "friction",
              "friction damping", "falling friction", "prestress", "turning friction",
-             "velocity matrix", "joint"}};
+             "velocity matrix", "joint", "contact damping"}};
   }
 
   /// Whether a term belongs to the conservative reference problem, by which modes are counted.
@@ -47,7 +48,7 @@ namespace squeal
   {
     return origin == Origin::contact || origin == Origin::friction ||
            origin == Origin::friction_damping || origin == Origin::falling_friction ||
-           origin == Origin::turning_friction;
+           origin == Origin::turning_friction || origin == Origin::contact_damping;
   }
 
   /// One term coefficient * matrix * (d/dt)^order u of the equations of motion. Matrices are shared

@@ -104,6 +104,8 @@ namespace squeal
     {
       Formulation formulation        = Formulation::mortar;
       double penalty_stiffness       = 1e12;
+      double normal_dashpot          = 0; ///< N s/m^3
+      double tangential_dashpot      = 0; ///< N s/m^3
       SteadyPressure steady_pressure = SteadyPressure::computed;
       FrictionLaw friction{FrictionLaw::Kind::constant, 0.6, 0.3, 1, 0, "", {}};
       std::string friction_of_pads = ""; ///< "pad : key value; key value, pad : ..."
