@@ -34,14 +34,74 @@ def plate_frequencies(n, highest, thickness=1e-3, inner=0.05, outer=0.15, young=
                          w3 + w2 - w1 - n * n * (w1 - 2 * w) - (1 - nu) * n * n * (w1 - w)))
         return ends[0][0] * ends[1][1] - ends[0][1] * ends[1][0]
 
-    roots, step, low, at_low = [], 15., 5., determinant(5.)
+    return sign_changes(determinant, 5., 15., highest, 25)
+
+
+def mindlin_frequencies(n, highest, thickness, clamped, inner=0.05, outer=0.15, young=1.25e11, nu=0.25, rho=7200):
+    """Mindlin's annular plate, clamped or free inside, free outside, n nodal diameters: frequencies up to the highest, Hz.
+
+    With w = W cos(n phi), rotations psi_r = A cos, psi_phi = T sin, moments M_r = M cos, M_rphi = S sin, shear force
+    Q_r = Q cos, D = E h^3/(12 (1 - nu^2)), G = (pi^2/12) h E/(2 (1 + nu)), the six equations
+
+        W' = Q/G - A,   A' = M/D - nu (A + n T)/r,   T' = 2 S/(D (1 - nu)) + (T + n A)/r,
+        M' = Q - (n S + M - M_phi)/r - (rho h^3/12) w^2 A,    M_phi = D ((A + n T)/r + nu A'),
+        S' = Q_phi + (n M_phi - 2 S)/r - (rho h^3/12) w^2 T,   Q_phi = G (T - n W/r),
+        Q' = -(n Q_phi + Q)/r - rho h w^2 W
+
+    are integrated from the inner edge with the three starts that its conditions leave, made orthonormal again at each step,
+    since the growing solutions would swallow the others; M, S, Q vanish outside where their determinant does."""
+    bending = young * thickness ** 3 / 12 / (1 - nu ** 2)
+    shear = math.pi ** 2 / 12 * thickness * young / 2 / (1 + nu)
+    scale = (1, outer, outer, bending / outer, bending / outer, bending / outer ** 2)  # of W, 1/A, 1/T, M, S, Q
+
+    def determinant(f, n_steps=60):
+        square = (2 * math.pi * f) ** 2
+
+        def derivative(r, y):
+            w, a, t, m, s, q = (value * unit for value, unit in zip(y, scale))
+            a1 = m / bending - nu * (a + n * t) / r
+            hoop = bending * ((a + n * t) / r + nu * a1)
+            across = shear * (t - n * w / r)
+            turning = rho * thickness ** 3 / 12 * square
+            result = (q / shear - a, a1, 2 * s / bending / (1 - nu) + (t + n * a) / r,
+                      q - (n * s + m - hoop) / r - turning * a, across + (n * hoop - 2 * s) / r - turning * t,
+                      -(n * across + q) / r - rho * thickness * square * w)
+            return [value / unit for value, unit in zip(result, scale)]
+
+        starts = [[float(i == (3 if clamped else 0) + k) for i in range(6)] for k in range(3)]
+        r, h = inner, (outer - inner) / n_steps
+        for _ in range(n_steps):
+            for k, y in enumerate(starts):  # Runge and Kutta
+                a = derivative(r, y)
+                b = derivative(r + h / 2, [u + h / 2 * v for u, v in zip(y, a)])
+                c = derivative(r + h / 2, [u + h / 2 * v for u, v in zip(y, b)])
+                d = derivative(r + h, [u + h * v for u, v in zip(y, c)])
+                starts[k] = [u + h / 6 * (p + 2 * q + 2 * s + t) for u, p, q, s, t in zip(y, a, b, c, d)]
+            r += h
+            for k in range(3):
+                for other in starts[:k]:
+                    part = sum(u * v for u, v in zip(starts[k], other))
+                    starts[k] = [u - part * v for u, v in zip(starts[k], other)]
+                length = math.sqrt(sum(u * u for u in starts[k]))
+                starts[k] = [u / length for u in starts[k]]
+        (a, b, c), (p, q, s), (x, y, z) = (y[3:] for y in starts)
+        return a * (q * z - s * y) - b * (p * z - s * x) + c * (p * y - q * x)
+
+    step = highest / 40
+    return sign_changes(determinant, step / 7, step, highest)
+
+
+def sign_changes(function, low, step, highest, n_halvings=30):
+    """Where a function changes its sign between points that far apart, up to the highest."""
+    roots, at_low = [], function(low)
     while low < highest:
-        high, at_high = low + step, determinant(low + step)
+        high = low + step
+        at_high = function(high)
         if at_low * at_high < 0:
             a, b = low, high
-            for _ in range(25):
+            for _ in range(n_halvings):
                 middle = (a + b) / 2
-                a, b = (middle, b) if determinant(middle) * at_low > 0 else (a, middle)
+                a, b = (middle, b) if function(middle) * at_low > 0 else (a, middle)
             roots.append(a)
         low, at_low = high, at_high
     return [f for f in roots if f <= highest]

@@ -211,7 +211,7 @@ class Sweeps(st.TestCase):
     def test_geometry(self):
         """Parameters that change the mesh: the modes of separate runs; branches go on; no critical values."""
         brake = {**st.SMALL_BRAKE, "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 3000}
-        strip = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 12, 1",
+        strip = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Degree": 2, "Discretization/Rotor cells": "1, 12, 1",
                  "Discretization/Pad cells": "1, 4, 1", "Eigenproblem/Maximum frequency": 36000, "Output/Fields": "none"}
         for settings, name, values, same_size in [(brake, "Rotor/Thickness", [0.012, 0.0125], True),
                                                   (strip, "Strip/Block thickness", [0.02, 0.021], True),

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """The gallery: problems that others published or that have closed forms, computed by the program.
 
-    python3 tests/validation/validation.py [--program build/release/squeal] [--write] [problem ...]
+    python3 tests/validation/validation.py [--program build/release/squeal] [--write] [--quick] [problem ...]
 
-prints a table (markdown) and ends with 1 if a number differs by more than its formula's order. --write makes
-doc/validation.md of it. A problem is a function below; it yields a Row for each number. Expected values come from formulas or
+prints a table (markdown) and ends with 1 if a number differs by more than its formula's order, or from doc/validation.md.
+--write makes that page; --quick leaves out what takes long. A problem is a function below; it yields a Row for each number. Expected values come from formulas or
 publications, never from the program, but for what a formula needs of the disc (the doublet's frequency and stiffness), which
 is measured by elastic runs on the same mesh. Seconds are processor seconds.
 """
@@ -23,10 +23,11 @@ from collections import namedtuple
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "lib"))
 
-from closed_forms import doublet_between_pads, plate_frequencies  # noqa: E402
+from closed_forms import doublet_between_pads, mindlin_frequencies, plate_frequencies  # noqa: E402
 
 DOCUMENT = HERE.parents[1] / "doc/validation.md"
 PROBLEMS = {}  # name: (title, source, function)
+LONG = set()  # names
 Row = namedtuple("Row", "quantity expected computed bar allowed")
 
 INTRODUCTION = """# Validation: published problems and closed forms
@@ -37,11 +38,13 @@ the formula leaves out. *Bar* is the program's own error bar, where a run has on
 """
 
 
-def problem(title, source):
+def problem(title, source, is_long=False):
     """A decorator: the function is a problem."""
 
     def add(function):
         PROBLEMS[function.__name__] = (title, source, function)
+        if is_long:
+            LONG.add(function.__name__)
         return function
 
     return add
@@ -80,6 +83,41 @@ def plate(run):
         expected = plate_frequencies(n, 220)[0]
         nearest = min(rows, key=lambda row: abs(row["frequency_hz"] - expected))
         yield Row(f"f, n = {n}, Hz", expected, nearest["frequency_hz"], nearest["frequency_error_hz"], 1e-3)
+
+
+def mindlin_rows(run, thickness, clamped, degree, allowed):
+    """The lowest frequencies of n = 0 to 3, three of them."""
+    expected = sorted((f, n) for n in range(4) for f in mindlin_frequencies(n, 1.1e5 * thickness, thickness, clamped))[:3]
+    rows = run("plate.prm", {"Rotor/Thickness": thickness, "Rotor/Clamped boundary": "inner" if clamped else "none",
+                             "Discretization/Degree": degree, "Discretization/Rotor cells": "4, 20, 1",
+                             "Eigenproblem/Maximum frequency": 1.1 * expected[-1][0]})
+    # Modes with nodal diameters are doublets, those without are not.
+    is_double = [any(other is not row and abs(other["frequency_hz"] / row["frequency_hz"] - 1) < 1e-6 for other in rows)
+                 for row in rows]
+    for frequency, n in expected:
+        row = min((row for row, double in zip(rows, is_double) if double == (n > 0)),
+                  key=lambda row: abs(row["frequency_hz"] - frequency))
+        bar = row["frequency_error_hz"]
+        yield Row(f"f, n = {n}, h/R = {thickness / 0.15:.2g}, degree {degree}, Hz", frequency, row["frequency_hz"], bar,
+                  allowed(thickness / 0.15) + bar / frequency)
+
+
+@problem("Thick annular plates, free", "Mindlin's plate equations, integrated along the radius (tests/lib/closed_forms.py)")
+def free_plates(run):
+    """h/R from 0.05 to 0.3. What Mindlin's plate leaves out of the solid is of the order (h/R)^2: 0.06 (h/R)^2, and the
+    program's own bar, are allowed."""
+    for thickness in (0.0075, 0.015, 0.03, 0.045):
+        yield from mindlin_rows(run, thickness, False, 3, lambda ratio: 0.06 * ratio**2)
+    for degree in (2, 4):
+        yield from mindlin_rows(run, 0.015, False, degree, lambda ratio: 0.06 * ratio**2)
+
+
+@problem("Thick annular plates, clamped inside", "Mindlin's plate equations, as above", is_long=True)
+def clamped_plates(run):
+    """A solid's clamp also keeps its faces from moving along, over a length of the order of h: the difference is linear in
+    h, 0.04 h/R."""
+    for thickness in (0.0075, 0.015, 0.03, 0.045):
+        yield from mindlin_rows(run, thickness, True, 3, lambda ratio: 0.04 * ratio)
 
 
 class Pins:
@@ -149,6 +187,21 @@ def sector(run):
     yield Row("friction coefficient at coalescence", expected, found[0] if len(found) == 1 else math.nan, None, 3e-3)
 
 
+@problem("Pins beyond the critical speed", "the doublet: divergence for w/n < Omega < sqrt(w^2 + k (1 + s))/n, no damping",
+         is_long=True)
+def divergence_band(run):
+    """Stage transport, n = 3, h = 6 mm; both frequencies of the doublet between pads are measured at rest. Rotary inertia, left
+    out, is of the order (n h/r)^2/12 = 2e-3."""
+    pins = Pins(run, 0.006, 5e10).measure()
+    for kind, sign in (("divergence", -1), ("divergence_end", 1)):
+        expected = math.sqrt(pins.omega**2 + pins.stiffness * (1 + sign * pins.s)) / pins.n
+        rows = pins.run("pins.prm", {**pins.settings, "Stage": "transport", "Sweep/Parameter": "Operation/Angular velocity",
+                                     "Sweep/Critical values": "true",
+                                     "Sweep/Values": f"{1.0003 * expected:.9g}, {1.0014 * expected:.9g}"}, "critical.csv")
+        found = [row["value"] for row in rows if row["kind"] == kind]
+        yield Row(f"{kind.replace('_', ' ')}, Omega, rad/s", expected, found[0] if len(found) == 1 else math.nan, None, 2e-3)
+
+
 def processor_seconds():
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime
@@ -190,9 +243,12 @@ def numbers(text):
     return [(quantity, float(expected), float(computed)) for quantity, expected, computed in cells]
 
 
-def differs_from_document(text):
-    """What doc/validation.md has otherwise: other lines, or numbers beyond what another machine's rounding does."""
-    here, there = numbers(text), numbers(DOCUMENT.read_text())
+def differs_from_document(text, names):
+    """What doc/validation.md has otherwise of these problems: other lines, or numbers beyond what another machine's rounding
+    does."""
+    sections = dict(part.split("\n", 1) for part in DOCUMENT.read_text().split("\n## ")[1:])
+    here = numbers(text)
+    there = [row for name in names for row in numbers(sections.get(PROBLEMS[name][0], ""))]
     if [row[0] for row in here] != [row[0] for row in there]:
         return ["doc/validation.md has other quantities: validation.py --write"]
     return [f"doc/validation.md, {a[0]}: {b[k]:g} instead of {a[k]:g}" for a, b in zip(here, there) for k in (1, 2)
@@ -203,21 +259,23 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", type=pathlib.Path, help="default: $SQUEAL, else build/release/squeal")
     parser.add_argument("--write", action="store_true", help="make doc/validation.md")
+    parser.add_argument("--quick", action="store_true", help="not " + ", ".join(sorted(LONG)))
     parser.add_argument("problem", nargs="*", help="default: all: " + ", ".join(PROBLEMS))
     arguments = parser.parse_args()
     unknown = [name for name in arguments.problem if name not in PROBLEMS]
-    if unknown or (arguments.write and arguments.problem):
+    if unknown or (arguments.write and (arguments.problem or arguments.quick)):
         parser.error(f"--write is of all problems; there are {', '.join(PROBLEMS)}")
     if arguments.program:
         os.environ["SQUEAL"] = str(arguments.program.resolve())
     import squeal_testing as st  # reads SQUEAL
     if not st.SQUEAL.exists():
         parser.error(f"there is no program {st.SQUEAL}")
-    text, failed = tables(arguments.problem or PROBLEMS, lambda: Runner(st), lambda part: print(part, end="", flush=True))
+    names = arguments.problem or [name for name in PROBLEMS if not (arguments.quick and name in LONG)]
+    text, failed = tables(names, lambda: Runner(st), lambda part: print(part, end="", flush=True))
     if arguments.write:
         DOCUMENT.write_text(INTRODUCTION + text.rstrip() + "\n")
-    elif not arguments.problem:
-        failed += differs_from_document(text)
+    else:
+        failed += differs_from_document(text, names)
     print("\n".join(["fails:", *failed]) if failed else "All numbers are as expected.")
     return 1 if failed else 0
 
