@@ -229,7 +229,7 @@ class RunDirectory(st.TestCase):
             whole = self.tables(self.analyse(settings))
             for call in ["rename", "unlink", "ftruncate", "fsync"]:
                 n_kills = 0
-                for number in range(1, 200, STEP * (17 if call == "fsync" else 5)):
+                for number in range(1, 200, STEP * (17 if call == "fsync" else 8)):
                     shutil.rmtree(self.directory / "output/killed", ignore_errors=True)
                     self.write("killed.prm", settings)
                     if not self.traced(call, number, "killed.prm"):
