@@ -46,6 +46,7 @@ PINS = {
     "Contact/Formulation": "penalty",
     "Contact/Penalty stiffness": 6e12,
     "Contact/Steady pressure": "uniform",
+    "Discretization/Degree": 2,
     "Discretization/Rotor cells": "1, 12, 1",
     "Discretization/Pad cells": "1, 1, 1",
     "Discretization/Clamp layers": 0,
