@@ -141,6 +141,8 @@ namespace
       "CalculiX says\n"
       "  squeal --print-parameters=prm|json|md            every key with default, unit, allowed "
       "values\n"
+      "  squeal --help KEY                                the keys with that in their path: "
+      "default, meaning, allowed values\n"
       "  squeal --version | --help\n"
       "\n"
       "--overwrite: the results of another run in the output directory, or FILE.prm, may be "
@@ -165,7 +167,7 @@ namespace
   struct CommandLine
   {
     bool check = false, help = false, version = false, overwrite = false;
-    std::string print_format, filename, deck, rotor;
+    std::string print_format, filename, deck, rotor, key;
     std::vector<std::string> overrides;
   };
 
@@ -178,7 +180,11 @@ namespace
     {
       const std::string &argument = arguments[i];
       if (argument == "--help" || argument == "-h")
+      {
         result.help = true;
+        if (i + 1 < arguments.size() && arguments[i + 1].rfind("-", 0) != 0)
+          result.key = arguments[++i];
+      }
       else if (argument == "--version")
         result.version = true;
       else if (argument == "--check")
@@ -275,7 +281,9 @@ namespace
   bool answer(const CommandLine &command, std::ostream &out)
   {
     std::ostringstream text; // libraries dump their stack where they cannot write
-    if (command.help)
+    if (!command.key.empty())
+      squeal::ParameterFile().print_keys(text, command.key);
+    else if (command.help)
       text << usage;
     else if (command.version)
       text << version();

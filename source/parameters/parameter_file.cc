@@ -416,4 +416,25 @@ namespace squeal
     else
       throw InputError("--print-parameters=" + format + ": allowed are prm, json, md.");
   }
+
+  void ParameterFile::print_keys(std::ostream &out, const std::string &part) const
+  {
+    const auto lower = [](std::string text)
+    {
+      std::transform(text.begin(), text.end(), text.begin(),
+                     [](const unsigned char c) { return std::tolower(c); });
+      return text;
+    };
+    bool found = false;
+    for (const Entry &entry : entries)
+      if (lower(entry.path).find(lower(part)) != std::string::npos)
+      {
+        out << (found ? "\n" : "") << entry.path << " = " << entry.default_value << "\n  "
+            << entry.documentation << "\n  Allowed: " << allowed(entry.pattern) << "\n";
+        found = true;
+      }
+    if (!found)
+      throw InputError("--help " + part + ": no key's path holds this." + suggestion(part) +
+                       " All keys: squeal --print-parameters=md");
+  }
 } // namespace squeal

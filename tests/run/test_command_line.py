@@ -58,6 +58,15 @@ class CommandLine(st.TestCase):
         for option in ["--set", "--check", "--print-parameters", "--version", "--help"]:
             self.assertIn(option, text)
 
+    def test_help_of_a_key(self):
+        text = self.assertPrints("--help", "rotor/THICK")
+        self.assertRegex(text, r"(?s)^Rotor/Thickness = 0\.012\n  \S.*, m\.\n  Allowed: \S")
+        self.assertEqual(text.count("Allowed:"), 1)
+        self.assertGreater(self.assertPrints("--help", "Friction").count("Allowed:"), 3)
+        result = st.run("--help", "Thicknes of rotor", directory=self.directory)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("Thicknes of rotor", result.stderr)
+
     def test_output_that_cannot_be_written(self):
         """What was asked for has not arrived: status 1 and one message. /dev/full is a disk that is full."""
         file = self.write("brake.prm", {})
