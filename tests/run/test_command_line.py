@@ -60,7 +60,7 @@ class CommandLine(st.TestCase):
 
     def test_help_of_a_key(self):
         text = self.assertPrints("--help", "rotor/THICK")
-        self.assertRegex(text, r"(?s)^Rotor/Thickness = 0\.012\n  \S.*, m\.\n  Allowed: \S")
+        self.assertRegex(text, r"(?s)^Rotor/Thickness = 0\.012\n  Thickness of the disc, m\..*\n  Allowed: \S")
         self.assertEqual(text.count("Allowed:"), 1)
         self.assertGreater(self.assertPrints("--help", "Friction").count("Allowed:"), 3)
         result = st.run("--help", "Thicknes of rotor", directory=self.directory)
