@@ -24,13 +24,6 @@ namespace squeal
       gemm(true, 1, b, a_b, 0, result);
       return result;
     }
-
-    void make_symmetric(DenseMatrix &a)
-    {
-      for (unsigned int j = 0; j < a.n_columns; ++j)
-        for (unsigned int i = 0; i < j; ++i)
-          a(i, j) = a(j, i) = (a(i, j) + a(j, i)) / 2;
-    }
   } // namespace
 
   std::optional<double> non_modal_damping(const Model &model, const EigenPairs &modes)
@@ -60,7 +53,7 @@ namespace squeal
         if (order == 1 ? is_damping(term) : is_conservative(term.origin))
           add(term.coefficient, form_of(*term.matrix), order == 2 ? m : order == 1 ? c : k);
     for (DenseMatrix *matrix : {&m, &k, &c})
-      make_symmetric(*matrix);
+      *matrix = symmetrised(std::move(*matrix));
 
     // The real modes as columns of combinations of the span. Imaginary parts of vectors that are
     // real but for rounding are no directions.

@@ -29,14 +29,6 @@ namespace squeal
       return {a.n_columns(), b.n_columns(), inner_products(a, b)};
     }
 
-    DenseMatrix symmetrised(DenseMatrix a)
-    {
-      for (unsigned int j = 0; j < a.n_columns; ++j)
-        for (unsigned int i = 0; i < j; ++i)
-          a(i, j) = a(j, i) = (a(i, j) + a(j, i)) / 2;
-      return a;
-    }
-
     MultiVector combine(const MultiVector &block, const DenseMatrix &coefficients)
     {
       MultiVector result(block.row_range(), coefficients.n_columns);

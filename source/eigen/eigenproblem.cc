@@ -87,6 +87,16 @@ namespace squeal
     return result;
   }
 
+  QuadraticEigenproblem QuadraticEigenproblem::of_same_unknowns() const
+  {
+    QuadraticEigenproblem problem;
+    problem.rows                = rows;
+    problem.n_constraints       = n_constraints;
+    problem.n_local_constraints = n_local_constraints;
+    problem.compliant           = compliant;
+    return problem;
+  }
+
   QuadraticEigenproblem EquationsOfMotion::without_matrices() const
   {
     if (!relaxation.empty() && frozen_at == 0)

@@ -44,14 +44,10 @@ namespace squeal
     /// (m^2 M + m (P + 2 s M) + Q(s)) x = 0 with l = s + m.
     QuadraticEigenproblem about(const QuadraticEigenproblem &problem, const double s)
     {
-      QuadraticEigenproblem result;
-      result.rows                = problem.rows;
-      result.M                   = problem.M.view(false);
-      result.P                   = sum_of(problem.rows, {{1., problem.P}, {2 * s, problem.M}});
-      result.Q                   = at_real(problem, s);
-      result.n_constraints       = problem.n_constraints;
-      result.n_local_constraints = problem.n_local_constraints;
-      result.compliant           = problem.compliant;
+      QuadraticEigenproblem result = problem.of_same_unknowns();
+      result.M                     = problem.M.view(false);
+      result.P                     = sum_of(problem.rows, {{1., problem.P}, {2 * s, problem.M}});
+      result.Q                     = at_real(problem, s);
       if (problem.has_reference()) // it is not self-adjoint, and its modes are not counted
         result.make_shifted_reference = [](double) { return Matrix(); };
       return result;

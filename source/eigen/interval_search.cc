@@ -17,13 +17,9 @@ namespace squeal
     /// The problem without its velocity terms.
     QuadraticEigenproblem without_velocity_terms(const QuadraticEigenproblem &problem)
     {
-      QuadraticEigenproblem result;
-      result.rows                = problem.rows;
-      result.M                   = problem.M.view(false);
-      result.Q                   = problem.Q.view(problem.Q.is_transposed());
-      result.n_constraints       = problem.n_constraints;
-      result.n_local_constraints = problem.n_local_constraints;
-      result.compliant           = problem.compliant;
+      QuadraticEigenproblem result = problem.of_same_unknowns();
+      result.M                     = problem.M.view(false);
+      result.Q                     = problem.Q.view(problem.Q.is_transposed());
       return result;
     }
 

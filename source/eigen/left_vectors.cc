@@ -153,19 +153,15 @@ namespace squeal
 
   QuadraticEigenproblem adjoint_of(const QuadraticEigenproblem &problem)
   {
-    QuadraticEigenproblem adjoint;
-    adjoint.rows = problem.rows;
-    adjoint.M    = problem.M.view(false);
-    adjoint.P    = problem.P.view(true);
-    adjoint.Q    = problem.Q.view(true);
+    QuadraticEigenproblem adjoint = problem.of_same_unknowns();
+    adjoint.M                     = problem.M.view(false);
+    adjoint.P                     = problem.P.view(true);
+    adjoint.Q                     = problem.Q.view(true);
     for (const FrozenTerm &term : problem.frozen)
       adjoint.frozen.push_back(
           {term.coefficient, term.matrix.view(true), term.factor, term.frequency});
     adjoint.reference              = problem.reference.view(false);
     adjoint.make_shifted_reference = problem.make_shifted_reference;
-    adjoint.n_constraints          = problem.n_constraints;
-    adjoint.compliant              = problem.compliant;
-    adjoint.n_local_constraints    = problem.n_local_constraints;
     return adjoint;
   }
 

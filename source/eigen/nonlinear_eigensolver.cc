@@ -23,14 +23,10 @@ namespace squeal
     /// Where the frozen terms are zero.
     QuadraticEigenproblem quadratic_part(const QuadraticEigenproblem &problem)
     {
-      QuadraticEigenproblem result;
-      result.rows                   = problem.rows;
+      QuadraticEigenproblem result  = problem.of_same_unknowns();
       result.M                      = problem.M.view(false);
       result.P                      = problem.P.view(problem.P.is_transposed());
       result.Q                      = problem.Q.view(problem.Q.is_transposed());
-      result.n_constraints          = problem.n_constraints;
-      result.n_local_constraints    = problem.n_local_constraints;
-      result.compliant              = problem.compliant;
       result.reference              = problem.reference.view(false);
       result.make_shifted_reference = problem.make_shifted_reference;
       result.reference_name         = problem.reference_name;
@@ -162,15 +158,15 @@ namespace squeal
           return;
         const MultiVector image         = multiply(matrix, v),
                           adjoint_image = multiply_transposed(matrix, w);
-        const DenseMatrix columns(size, n, inner_products(left.space.basis(), image)),
-            lower(n, size, inner_products(adjoint_image, right.space.basis()));
-        DenseMatrix larger(size, size);
-        for (unsigned int j = 0; j < size; ++j)
-          for (unsigned int i = 0; i < size; ++i)
-            larger(i, j) = j >= old   ? columns(i, j - old)
-                           : i >= old ? lower(i - old, j)
-                                      : known(i, j);
-        known = std::move(larger);
+        const auto block                = [&](const unsigned int, const unsigned int n_left,
+                               const unsigned int first_right, const unsigned int n_right)
+        {
+          return DenseMatrix(n_left, n_right,
+                             first_right == old ? inner_products(left.space.basis(), image)
+                                                : inner_products(adjoint_image, 0, n_left,
+                                                                 right.space.basis(), 0, old));
+        };
+        known = grow(known, size, block);
       };
       enlarge(right.problem.M, projected.m);
       enlarge(right.problem.P, projected.p);

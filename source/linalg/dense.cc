@@ -92,6 +92,14 @@ namespace squeal
       sum.values[k] += factor * a.values[k];
   }
 
+  DenseMatrix symmetrised(DenseMatrix a)
+  {
+    for (unsigned int j = 0; j < a.n_columns; ++j)
+      for (unsigned int i = 0; i < j; ++i)
+        a(i, j) = a(j, i) = (a(i, j) + a(j, i)) / 2;
+    return a;
+  }
+
   DenseMatrix solve(DenseMatrix a, DenseMatrix b)
   {
     const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;

@@ -438,13 +438,15 @@ namespace squeal
                            [](const Matrices::Viscoelastic &matrix)
                            { return matrix.stiffness_factor.is_active(); });
       const std::vector<BodyMaterial> all = materials();
-      return (stage == Stage::full || stage == Stage::ladder) &&
+      return has_damping() &&
              std::any_of(all.begin(), all.end(),
                          [this](const BodyMaterial &body)
-                         {
-                           return (body.of_rotor || n_pads() > 0 || joints.active()) &&
-                                  body.material.stiffness_factor.is_active();
-                         });
+                         { return is_used(body) && body.material.stiffness_factor.is_active(); });
+    }
+
+    bool All::is_used(const BodyMaterial &body) const
+    {
+      return body.of_rotor || n_pads() > 0 || joints.active();
     }
 
     void All::fit_modulus_tables()
@@ -453,9 +455,8 @@ namespace squeal
       {
         MaterialSection &section     = material(body.section);
         section.stiffness_factor.fit = {};
-        if (section.modulus_table.empty() || scene == Scene::matrices ||
-            (stage != Stage::full && stage != Stage::ladder) ||
-            !(body.of_rotor || n_pads() > 0 || joints.active()))
+        if (section.modulus_table.empty() || scene == Scene::matrices || !has_damping() ||
+            !is_used(body))
           continue;
         if (!section.stiffness_factor.prony.empty() || section.stiffness_factor.zener.ratio != 1)
           throw InputError(body.section + "/Material/Modulus table = " + section.modulus_table +
@@ -611,7 +612,7 @@ namespace squeal
         position_expression<3>(contact.initial_gap, "Contact/Initial gap");
       }
       for (const BodyMaterial &body : materials())
-        if (body.of_rotor || n_pads() > 0 || joints.active())
+        if (is_used(body))
           body.material.check(body.section);
       if (has_contact())
       {

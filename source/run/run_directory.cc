@@ -71,14 +71,15 @@ namespace squeal
               all.push_back({"Joints/Superelements", element.files + ending});
       }
       if (prm.scene == Scene::matrices)
+      {
         all.insert(all.end(), {{"Matrices/Mass", prm.matrices.mass},
                                {"Matrices/Velocity", prm.matrices.velocity},
                                {"Matrices/Stiffness", prm.matrices.stiffness},
                                {"Matrices/Circulatory", prm.matrices.circulatory}});
-      if (prm.scene == Scene::matrices)
         for (const auto &matrix : prm.matrices.viscoelastic)
           all.push_back({"Matrices/Viscoelastic", matrix.stiffness});
-      else
+      }
+      else if (prm.has_damping())
         for (const Parameters::BodyMaterial &body : prm.materials())
           all.push_back({body.section + "/Material/Modulus table", body.material.modulus_table});
       all.push_back({"Refinement/Reference", prm.refinement.reference});

@@ -126,6 +126,9 @@ namespace squeal
     /// Q_ref - omega^2 M.
     Matrix shifted_reference(double omega) const;
 
+    /// A problem of the same unknowns and constraints, without matrices and references.
+    QuadraticEigenproblem of_same_unknowns() const;
+
     /// Whether zero eigenvalues must be looked for (they rule out a shift of zero).
     bool may_move_rigidly = true;
     /// Whether velocity terms may feed energy: the symmetric part of P need not be positive.

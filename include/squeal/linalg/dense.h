@@ -59,6 +59,9 @@ namespace squeal
   /// sum += factor A; an empty matrix is zero.
   void add(double factor, const DenseMatrix &a, DenseMatrix &sum);
 
+  /// (A + A^T) / 2.
+  DenseMatrix symmetrised(DenseMatrix a);
+
   /// A square matrix of which the first rows and columns are known; @p block gives rows and columns
   /// (first, number) of it.
   template <typename Function>

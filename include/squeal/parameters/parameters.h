@@ -455,6 +455,13 @@ namespace squeal
 
       /// Whether a stiffness depends on how fast it is strained: the eigenproblem is not quadratic.
       bool has_relaxation() const;
+      /// Whether the stage, or one of the ladder's, has the damping of materials.
+      bool has_damping() const
+      {
+        return stage == Stage::full || stage == Stage::ladder;
+      }
+      /// Whether the body is in the scene.
+      bool is_used(const BodyMaterial &body) const;
 
       /// Makes every member an entry of @p prm; parsing @p prm then fills the members.
       void declare(dealii::ParameterHandler &prm);
