@@ -56,7 +56,7 @@ def load_pyplot(fail):
 
 def rounded(value, bar):
     """A value and its bar as texts: the bar with two digits, the value to the same place; 1890 and 120, not 1885.547 and
-    1.2e+02. The log does the same (with_bar in tables.cc)."""
+    1.2e+02. The log does the same (with_bar in text.cc)."""
     place = int(f"{bar:.1e}".split("e")[1]) - 1 if bar > 0 and math.isfinite(bar) else -8
     if abs(place) >= 8:
         texts = f"{value:.5g}", f"{bar:.2g}"

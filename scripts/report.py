@@ -125,6 +125,11 @@ def with_bar(row, value, error, decimals):
     return fixed(row[value], decimals, digits=3 if row["verdict"] in UNSTABLE else None)
 
 
+def critical_value(row):
+    """A critical value with what the mesh may have done to it, if that is known."""
+    return (with_bar(row, "value", "mesh_error", 5) if row.get("mesh_error") else number(row["value"]))
+
+
 def table(header, rows, classes=()):
     """Cells are texts; a header that ends with '<' is of a column of words."""
     kinds = [' class="text"' if name.endswith("<") else "" for name in header]
@@ -236,14 +241,20 @@ class Report:
                          f"{number(growing[0])} to {number(growing[-1])} of those computed; fastest "
                          f"{fixed(worst[FREQUENCY], 1)} Hz at {number(worst['parameter'])} with "
                          f"{fixed(worst[GROWTH], 2, digits=3)} 1/s.")
-            onsets = sorted((float(row["value"]), row["branch"]) for row in self.rows("critical.csv")
-                            if row["kind"] in ("onset", "divergence"))
+            onsets = sorted((row for row in self.rows("critical.csv") if row["kind"] in ("onset", "divergence")),
+                            key=lambda row: float(row["value"]))
             if onsets:
-                words.append("Growth begins at " + ", ".join(f"{number(value)} (branch {branch})" for value, branch in onsets[:5])
+                words.append("Growth begins at " + ", ".join(f"{critical_value(row)} (branch {row['branch']})"
+                                                             for row in onsets[:5])
                              + (", ..." if len(onsets) > 5 else "") + ".")
         else:
             words.append(f"No mode grows at any of the values of {name}.")
-        return [*words, described, "Sweeps have no error bars: check the mesh by a run at the values that matter."]
+        undecided = {row["branch"] for row in self.sweep if row["verdict"] == "undecided"}
+        if undecided:
+            words.append(f"The mesh leaves {len(undecided)} mode{'s' if len(undecided) > 1 else ''} undecided at some of them.")
+        if not any(row.get(GROWTH_ERROR) for row in self.sweep):
+            words.append("This sweep has no error bars: check the mesh by a run at the values that matter.")
+        return [*words, described]
 
     def summary_of_map(self):
         names = [self.parameters.get("Sweep/" + key, "?") for key in ("Parameter", "Second parameter")]
@@ -465,19 +476,36 @@ class Report:
             branches.setdefault(row["branch"], []).append(row)
         critical = self.rows("critical.csv")
 
+        def points(rows):
+            """Along a branch, with the critical points on it: value, frequency, growth rate, bar."""
+            on_branch = [(float(row["value"]), float(row["frequency_hz"]), float(row["growth_rate_1_per_s"]), None)
+                         for row in critical if rows[0]["branch"] in (row["branch"], row["other_branch"])]
+            own = [(float(row["parameter"]), float(row[FREQUENCY]), float(row[GROWTH]), float(row.get(GROWTH_ERROR) or 0)) for row in rows]
+            return sorted(own + on_branch, key=lambda point: point[0])
+
         def draw(pyplot):
             pyplot.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
             figure, (upper, lower) = pyplot.subplots(2, 1, sharex=True, figsize=(9, 8), layout="constrained")
             for rows in branches.values():
                 grows = any(row["verdict"] in UNSTABLE for row in rows)
-                x = [float(row["parameter"]) for row in rows]
+                x, frequency, growth, bars = zip(*points(rows))
                 look = {"color": STYLES["flutter"][0] if grows else STYLES["stable"][0], "linewidth": 1.8 if grows else 0.8,
                         "zorder": 3 if grows else 2, "marker": "." if len(x) == 1 else None}
-                upper.plot(x, [float(row[FREQUENCY]) for row in rows], **look)
-                lower.plot(x, [float(row[GROWTH]) for row in rows], **look)
+                upper.plot(x, frequency, **look)
+                lower.plot(x, growth, **look)
+                known = [(at, value, bar) for at, value, bar in zip(x, growth, bars) if bar]
+                if grows and known:
+                    at, value, bar = zip(*known)
+                    lower.fill_between(at, [g - b for g, b in zip(value, bar)], [g + b for g, b in zip(value, bar)],
+                                       color=look["color"], alpha=0.2, linewidth=0, zorder=1)
             for row in critical:
                 for axis, of in ((upper, "frequency_hz"), (lower, "growth_rate_1_per_s")):
-                    axis.plot(float(row["value"]), float(row[of]), "kx", markersize=7, zorder=4)
+                    axis.errorbar(float(row["value"]), float(row[of]), xerr=float(row.get("mesh_error") or 0), fmt="kx",
+                                  markersize=7, elinewidth=1, capsize=3, zorder=4)
+            # Bars of critical values may reach far: the values computed fill the picture.
+            of_values = [float(row["parameter"]) for row in self.sweep]
+            margin = 0.03 * (max(of_values) - min(of_values)) or 1
+            lower.set_xlim(min(of_values) - margin, max(of_values) + margin)
             lower.axhline(0, color="black", linewidth=1)
             lower.set_yscale("symlog", linthresh=10)
             lower.set_ylabel("growth rate, 1/s (linear within 10)")
@@ -487,11 +515,13 @@ class Report:
                 axis.grid(color="0.92")
             return figure
 
-        self.figure("Lock-in diagram: modes along the parameter; orange branches grow somewhere, crosses are critical values",
-                    draw)
+        self.figure("Lock-in diagram: modes along the parameter; orange branches grow somewhere, bands and the bars of the "
+                    "crosses, which are critical values, are what the mesh may have done", draw)
         if critical:
-            self.body.append(table(["kind<", "value", "accuracy", "frequency, Hz", "branch", "with branch"],
-                                   [[row["kind"], number(row["value"], 10), number(row["accuracy"], 2),
+            self.body.append(table(["kind<", "value", "corrected", "search and reduction", "frequency, Hz", "branch",
+                                    "with branch"],
+                                   [[row["kind"], critical_value(row),
+                                     number(row["corrected_value"]) if row.get("corrected_value") else "", number(row["accuracy"], 2),
                                      number(row["frequency_hz"], 8), row["branch"], row["other_branch"] or "\N{EN DASH}"]
                                     for row in critical]))
 

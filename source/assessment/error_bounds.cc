@@ -104,23 +104,21 @@ namespace squeal
       return members;
     }
 
-    using Effect = std::vector<Complex>; ///< on m eigenvalues: m times m numbers, column-major
+    using Effect = ErrorEffects::Effect;
 
-    ErrorBounds bound_errors_of_sector(const std::vector<Complex> &lambda, const Effect &f,
-                                       const std::vector<double> &growth_rate_parts,
-                                       const unsigned int degree,
-                                       const std::vector<std::vector<Effect>> &alternatives)
+    ErrorBounds bound_errors_of_sector(const std::vector<Complex> &lambda,
+                                       const ErrorEffects &effects)
     {
+      const Effect &f      = effects.f;
       const unsigned int m = lambda.size();
-      const double p = degree, seen = 1 - p * p / ((p + 1) * (p + 1)), whole = 1.2 / seen,
-                   unequal = 0.25;
+      const double whole = whole_effect(effects.degree), unequal = 0.25;
       std::vector<unsigned int> all(m);
       std::iota(all.begin(), all.end(), 0u);
       const std::vector<Complex> corrected = coupled(lambda, f, all, std::vector<double>(m, 1.)),
                                  extrapolated =
                                      coupled(lambda, f, all, std::vector<double>(m, whole));
       std::vector<std::vector<std::vector<Complex>>> shifted;
-      for (const std::vector<std::vector<Complex>> &group : alternatives)
+      for (const std::vector<Effect> &group : effects.alternatives)
       {
         shifted.emplace_back();
         for (std::vector<Complex> sum : group)
@@ -149,7 +147,7 @@ namespace squeal
           re = std::max(re, std::abs(change.real()));
           im = std::max(im, std::abs(change.imag()));
         }
-        bounds.growth_rate.push_back(re + 0.02 * whole * growth_rate_parts[k]);
+        bounds.growth_rate.push_back(re + 0.02 * whole * effects.growth_rate_parts[k]);
         bounds.imaginary.push_back(im);
         for (const std::vector<std::vector<Complex>> &group : shifted)
         {
@@ -167,10 +165,14 @@ namespace squeal
     }
   } // namespace
 
+  double whole_effect(const unsigned int degree)
+  {
+    const double p = degree, seen = 1 - p * p / ((p + 1) * (p + 1));
+    return 1.2 / seen;
+  }
+
   ErrorBounds bound_errors(const std::vector<Complex> &lambda, const std::vector<Parity> &parity,
-                           const std::vector<Complex> &f,
-                           const std::vector<double> &growth_rate_parts, const unsigned int degree,
-                           const std::vector<std::vector<std::vector<Complex>>> &alternatives)
+                           const ErrorEffects &effects)
   {
     const unsigned int m = lambda.size();
     ErrorBounds bounds;
@@ -185,27 +187,10 @@ namespace squeal
           members.push_back(j);
       if (members.empty())
         continue;
-      const auto within = [&](const Effect &effect)
-      {
-        Effect part;
-        for (const unsigned int j : members)
-          for (const unsigned int i : members)
-            part.push_back(effect[i + m * j]);
-        return part;
-      };
       std::vector<Complex> own_lambda;
-      std::vector<double> own_parts;
       for (const unsigned int j : members)
-      {
         own_lambda.push_back(lambda[j]);
-        own_parts.push_back(growth_rate_parts[j]);
-      }
-      std::vector<std::vector<Effect>> own_alternatives(alternatives.size());
-      for (unsigned int group = 0; group < alternatives.size(); ++group)
-        for (const Effect &effect : alternatives[group])
-          own_alternatives[group].push_back(within(effect));
-      const ErrorBounds own =
-          bound_errors_of_sector(own_lambda, within(f), own_parts, degree, own_alternatives);
+      const ErrorBounds own = bound_errors_of_sector(own_lambda, select(effects, members));
       for (unsigned int k = 0; k < members.size(); ++k)
       {
         bounds.correction[members[k]]  = own.correction[k];
@@ -214,5 +199,30 @@ namespace squeal
       }
     }
     return bounds;
+  }
+
+  ErrorEffects select(const ErrorEffects &effects, const std::vector<unsigned int> &members)
+  {
+    const unsigned int m = effects.growth_rate_parts.size();
+    const auto within    = [&](const Effect &effect)
+    {
+      Effect part;
+      for (const unsigned int j : members)
+        for (const unsigned int i : members)
+          part.push_back(effect[i + m * j]);
+      return part;
+    };
+    ErrorEffects result;
+    result.degree = effects.degree;
+    result.f      = within(effects.f);
+    for (const unsigned int j : members)
+      result.growth_rate_parts.push_back(effects.growth_rate_parts[j]);
+    for (const std::vector<Effect> &group : effects.alternatives)
+    {
+      result.alternatives.emplace_back();
+      for (const Effect &effect : group)
+        result.alternatives.back().push_back(within(effect));
+    }
+    return result;
   }
 } // namespace squeal

@@ -710,20 +710,13 @@ namespace squeal
             (*effect)[i + m * j] =
                 -Complex(block[i + m * j], block[m * m + i + m * j]) / (2. * modes.lambda[i]);
           }
-      std::vector<std::vector<std::vector<Complex>>> alternatives = {other_edges(errors)};
+      ErrorEffects &effects = errors.effects;
+      effects = {std::move(f), {sums.end() - m, sums.end()}, base.fe.degree, {other_edges(errors)}};
       if (with_state)
-        alternatives.push_back({other_pressure()});
+        effects.alternatives.push_back({other_pressure()});
       if (std::any_of(locks.begin(), locks.end(), [](const bool l) { return l; }))
-        alternatives.push_back({locked});
-      errors.bounds = bound_errors(modes.lambda, modes.parity, f, {sums.end() - m, sums.end()},
-                                   base.fe.degree, alternatives);
-      for (unsigned int j = 0; j < m; ++j)
-      {
-        const double algebraic =
-            algebraic_error(modes.lambda[j], modes.backward_error[j], modes.condition[j]);
-        errors.bounds.growth_rate[j] += algebraic;
-        errors.bounds.imaginary[j] += algebraic;
-      }
+        effects.alternatives.push_back({locked});
+      errors.bounds = bound_errors(modes.lambda, modes.parity, effects);
     }
 
     /// First-order changes of the eigenvalues by another edge of the contact zone, like F. Their

@@ -210,6 +210,17 @@ namespace squeal
     return result;
   }
 
+  void set_bar(ModeRow &row, const ErrorBounds &bars, const unsigned int j, const double tolerance)
+  {
+    const double algebraic = row.condition_number ? algebraic_error(row.lambda, row.backward_error,
+                                                                    *row.condition_number)
+                                                  : 0;
+    row.corrected          = row.lambda + bars.correction[j];
+    row.growth_rate_error  = bars.growth_rate[j] + algebraic;
+    row.frequency_error    = (bars.imaginary[j] + algebraic) / (2 * M_PI);
+    row.verdict            = verdict(row.lambda, tolerance, *row.growth_rate_error);
+  }
+
   ModeTable assess_stability(const Model &model, const EigenPairs &modes, const unsigned int cycle,
                              const double tolerance, const ErrorBounds &bars)
   {
@@ -217,13 +228,7 @@ namespace squeal
     ModeTable table;
     table.rows = analyse(parts, modes, cycle, tolerance);
     for (unsigned int j = 0; j < bars.growth_rate.size(); ++j)
-    {
-      ModeRow &row          = table.rows[j];
-      row.corrected         = row.lambda + bars.correction[j];
-      row.growth_rate_error = bars.growth_rate[j];
-      row.frequency_error   = bars.imaginary[j] / (2 * M_PI);
-      row.verdict           = verdict(row.lambda, tolerance, bars.growth_rate[j]);
-    }
+      set_bar(table.rows[j], bars, j, tolerance);
     table.contributions = contributions(parts, modes, table.rows);
     return table;
   }

@@ -27,4 +27,25 @@ namespace squeal
   {
     return value ? number(*value) : "";
   }
+
+  std::string with_bar(const double value, const int n_decimals, const int width,
+                       const std::optional<double> &bar, const bool in_digits)
+  {
+    constexpr int longest = 8;
+    const std::string as_it_is =
+        in_digits ? formatted("%*.5g", width, value) : formatted("%*.*f", width, n_decimals, value);
+    if (!bar)
+      return as_it_is;
+    // The place of the bar's second digit once it is rounded: 9.96 becomes 10.
+    const std::string two_digits = formatted("%.1e", *bar);
+    const int place              = *bar > 0 && std::isfinite(*bar)
+                                       ? std::stoi(two_digits.substr(two_digits.find('e') + 1)) - 1
+                                       : -longest;
+    if (place <= -longest || place >= longest)
+      return as_it_is + " +- " + formatted("%-8.2g", *bar);
+    const int decimals   = std::max(-place, 0);
+    const double unit    = std::pow(10., place);
+    const double rounded = unit * std::round(value / unit) + 0.; // + 0.: no -0
+    return formatted("%*.*f +- %-8.*f", width, decimals, rounded, decimals, std::stod(two_digits));
+  }
 } // namespace squeal

@@ -6,22 +6,23 @@
 
 namespace squeal
 {
-  bool continue_branches(const QuadraticEigenproblem &problem, const BranchPoint &before,
-                         const double max_imaginary, BranchPoint &next)
+  std::vector<std::complex<double>> transition_of(std::vector<std::complex<double>> form,
+                                                  const EigenPairs &before)
   {
-    return continue_branches(biorthogonality(problem, before.modes, next.modes), before,
-                             max_imaginary, next);
+    for (std::size_t k = 0; k < form.size(); ++k) // z_i^H Q'(l_i) x_i = 2 l_i
+      form[k] /= 2. * before.lambda[k % before.size()];
+    return form;
   }
 
-  bool continue_branches(const std::vector<std::complex<double>> &form, const BranchPoint &before,
-                         const double max_imaginary, BranchPoint &next)
+  bool continue_branches(const std::vector<std::complex<double>> &transition,
+                         const BranchPoint &before, const double max_imaginary, BranchPoint &next)
   {
     const unsigned int n = before.modes.lambda.size(), m = next.modes.lambda.size();
     std::vector<std::vector<double>> overlap(n, std::vector<double>(m)), cost = overlap;
     for (unsigned int i = 0; i < n; ++i)
       for (unsigned int j = 0; j < m; ++j)
       {
-        overlap[i][j] = std::abs(form[i + std::size_t(j) * n] / (2. * before.modes.lambda[i]));
+        overlap[i][j] = std::abs(transition[i + std::size_t(j) * n]);
         // The nearness of the eigenvalues decides only where overlaps do not.
         const double distance = std::abs(next.modes.lambda[j] - before.modes.lambda[i]) /
                                 std::abs(before.modes.lambda[i]);

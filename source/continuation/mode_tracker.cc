@@ -1,5 +1,6 @@
 #include <squeal/assessment/stability.h>
 #include <squeal/base/stopwatch.h>
+#include <squeal/continuation/branches.h>
 #include <squeal/continuation/mode_tracker.h>
 #include <squeal/symmetry/sectors.h>
 
@@ -20,7 +21,6 @@ namespace squeal
     reduced = ReducedSectors(options);
     sectors.reset();
     summed.reset();
-    is_as_solved = false;
     fingerprints.clear();
     counted_key.clear();
   }
@@ -44,7 +44,7 @@ namespace squeal
     const LifetimeSeconds stopwatch(seconds_.assembly);
     summed.reset(); // two of them would double the memory
     at_rest.reset();
-    is_as_solved                = false;
+    ++n_assemblies;
     const unsigned int n_before = reduced.n_inverse();
     model->assemble(parameters, nearby);
     // Measured: factors of the symmetric half cost as much as 20 solutions, and serve for many
@@ -101,7 +101,12 @@ namespace squeal
       {
         const LifetimeSeconds stopwatch(seconds_.projection);
         if (std::optional<EigenPairs> modes = reduced.solve(model->terms()))
-          return {std::move(*modes), {}, {}, {}};
+        {
+          EigenSolution found;
+          found.modes          = std::move(*modes);
+          found.reuse.assembly = n_assemblies;
+          return found;
+        }
       }
     }
     return solve_fully(parameters, scope);
@@ -113,22 +118,31 @@ namespace squeal
     const LifetimeSeconds stopwatch(seconds_.full);
     const EquationsOfMotion equations = model->equations();
     whole_rows                        = equations.rows;
-    is_as_solved                      = true;
     ++n_full;
     if (!sectors)
       sectors = model->sectors();
     EigensolverOptions scoped = options;
     scoped.looks_beyond_disc  = scope == Scope::window;
+    EigenSolution found;
     try
     {
-      return find_modes(solver, equations, scoped, *sectors);
+      found = find_modes(solver, equations, scoped, *sectors);
     }
     catch (const SingularMatrix &)
     {
       // A divergence lies exactly here: another shift than zero.
       scoped.shift = 0.1;
-      return find_modes(solver, equations, scoped, *sectors);
+      found        = find_modes(solver, equations, scoped, *sectors);
     }
+    found.reuse.assembly = n_assemblies;
+    return found;
+  }
+
+  void ModeTracker::assemble_again(const Parameters::All &parameters,
+                                   const EigenSolution::Reuse &solution)
+  {
+    if (solution.assembly != n_assemblies) // the search for critical values went elsewhere
+      assemble_model(parameters, {});
   }
 
   void ModeTracker::set_expansion_point(const Parameters::All &parameters,
@@ -139,8 +153,7 @@ namespace squeal
       reduced = ReducedSectors(options);
       return;
     }
-    if (!is_as_solved) // the search for critical values went elsewhere
-      assemble_model(parameters, {});
+    assemble_again(parameters, solution);
     reduced.set_expansion_point(whole_problem(), model->terms(), solution, *sectors);
     is_counted  = true;
     counted_key = reference_key();
@@ -166,26 +179,41 @@ namespace squeal
     return result;
   }
 
-  bool ModeTracker::continue_branches(const BranchPoint &before, BranchPoint &next) const
+  std::vector<std::complex<double>> ModeTracker::gram(const EigenPairs &modes) const
   {
-    if (is_whole(before.modes) && is_whole(next.modes))
-      return squeal::continue_branches(whole_problem(), before, options.max_imaginary, next);
-    if (!is_whole(before.modes) && !is_whole(next.modes))
-      return squeal::continue_branches(reduced.biorthogonality(before.modes, next.modes), before,
-                                       options.max_imaginary, next);
-    // Overlaps need no more.
-    QuadraticEigenproblem moving;
-    moving.rows      = whole_rows;
-    moving.M         = sum_of(whole_rows, model->terms(), 2);
-    moving.P         = sum_of(whole_rows, model->terms(), 1);
-    BranchPoint from = before, to = next;
-    from.modes         = whole(before.modes);
-    to.modes           = whole(next.modes);
-    const bool certain = squeal::continue_branches(moving, from, options.max_imaginary, to);
-    next.branches      = to.branches;
-    next.overlaps      = to.overlaps;
-    next.n_branches    = to.n_branches;
-    return certain;
+    return is_whole(modes) ? sesquilinear_form(modes.right, whole_problem().M, modes.right)
+                           : reduced.gram(modes);
+  }
+
+  std::vector<std::complex<double>> ModeTracker::transition(const EigenPairs &before,
+                                                            const EigenPairs &next) const
+  {
+    std::vector<std::complex<double>> form;
+    if (is_whole(before) && is_whole(next))
+      form = biorthogonality(whole_problem(), before, next);
+    else if (!is_whole(before) && !is_whole(next))
+      form = reduced.biorthogonality(before, next);
+    else
+    {
+      // The form needs no more.
+      QuadraticEigenproblem moving;
+      moving.rows = whole_rows;
+      moving.M    = sum_of(whole_rows, model->terms(), 2);
+      moving.P    = sum_of(whole_rows, model->terms(), 1);
+      form        = biorthogonality(moving, in_their_phases(before), in_their_phases(next));
+    }
+    return transition_of(std::move(form), before);
+  }
+
+  ErrorEffects ModeTracker::estimate_errors(const ErrorEstimator &estimator,
+                                            const Parameters::All &parameters,
+                                            const EigenPairs &modes,
+                                            const EigenSolution::Reuse &solution)
+  {
+    const EigenPairs all = whole(modes);
+    assemble_again(parameters, solution);
+    const LifetimeSeconds stopwatch(seconds_.bars);
+    return estimator(*model, all);
   }
 
   const QuadraticEigenproblem &ModeTracker::assemble(const Parameters::All &parameters)

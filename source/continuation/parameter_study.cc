@@ -35,6 +35,7 @@ namespace squeal
     for (const ModeRow &row : rows)
     {
       n_unstable += row.is_unstable();
+      n_undecided += row.verdict == Verdict::undecided;
       if (!worst || row.growth_rate() > worst->growth_rate())
         worst = row;
     }
@@ -72,9 +73,11 @@ namespace squeal
   ParameterStudy::Evaluation ParameterStudy::evaluate(const std::vector<double> &values,
                                                       const std::vector<Complex> &expected)
   {
-    const EigenPairs modes = tracker.solve(parameters_at(values), ModeTracker::Scope::disc).modes;
-    const std::vector<unsigned int> chosen = nearest(modes, expected);
     Evaluation result;
+    result.modes            = tracker.solve(parameters_at(values), ModeTracker::Scope::disc).modes;
+    result.numbers          = nearest(result.modes, expected);
+    const EigenPairs &modes = result.modes;
+    const std::vector<unsigned int> &chosen = result.numbers;
     for (const unsigned int j : chosen)
     {
       result.lambda.push_back(modes.lambda[j]);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <optional>
 
@@ -39,13 +38,14 @@ namespace squeal
 
   Sweep::Sweep(ParameterFile &file, Model &model, const ModelFactory &make_model,
                const EigensolverOptions &options, const std::string &directory, const MPI_Comm comm,
-               Log &log)
+               Log &log, const ErrorEstimator &estimator)
       : parameter(file.parameters().sweep.parameter),
         keeps_mesh(Parameters::Sweep::keeps_mesh(parameter)), make_model(make_model),
         study(file, {parameter}, options, directory, "sweep", "a critical value of " + parameter,
               {"sweep.csv", "critical.csv"}, comm, log),
         tracker(study.tracker), values(file.parameters().sweep.points()),
-        wants_critical_values(file.parameters().sweep.critical_values), log(log)
+        wants_critical_values(file.parameters().sweep.critical_values), log(log),
+        estimator(estimator)
   {
     tracker.set_model(model);
     const std::vector<std::string> sections = {"Rotor/", "Pads/", "Strip/", "Mesh/",
@@ -86,8 +86,14 @@ namespace squeal
       log.line("  At " + number(value) + ": " + lacking_growth);
     bool certain = true;
     if (before)
-      certain = tracker.continue_branches(*before, point);
+      certain = continue_branches(*before, point);
     return certain;
+  }
+
+  bool Sweep::continue_branches(const BranchPoint &from, BranchPoint &to)
+  {
+    transition = tracker.transition(from.modes, to.modes);
+    return squeal::continue_branches(transition, from, study.options.max_imaginary, to);
   }
 
   bool Sweep::is_allowed(const double value)
@@ -129,10 +135,15 @@ namespace squeal
     {
       to = std::move(*known);
       tracker.assemble(study.parameters_at({value}));
-      certain = tracker.continue_branches(from, to);
+      certain = continue_branches(from, to);
     }
     else
-      certain = solve(value, &from, to, scope, n_halvings == 0 && is_state_old());
+    {
+      // Projected vectors are good to what eigenvalues need, whose errors are of second order in
+      // them, not to what bars do: these end where a full solution is.
+      const bool ends_bars = estimator && value == values.back();
+      certain = solve(value, &from, to, scope, n_halvings == 0 && (is_state_old() || ends_bars));
+    }
     if (!certain && n_halvings < max_halvings && is_allowed((from.value + value) / 2))
     {
       const BranchPoint middle =
@@ -153,8 +164,11 @@ namespace squeal
           "  Branches between " + number(from.value) + " and " + number(value) +
           " meet or come too close to be told apart by their vectors: continued by the nearest "
           "eigenvalues.");
+    // The search for critical values compares modes, too.
+    const std::vector<Complex> of_step = transition;
     if (wants_critical_values)
       find_critical_values(from, to);
+    pass(to, of_step, from.modes.size());
     return to;
   }
 
@@ -167,7 +181,7 @@ namespace squeal
     int same = old_rows.begin == new_rows.begin && old_rows.end == new_rows.end &&
                old_rows.size == new_rows.size;
     MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, study.comm);
-    const bool certain = same && tracker.continue_branches(from, to);
+    const bool certain = same && continue_branches(from, to);
     if (!same)
       continue_by_eigenvalues(from, to);
     if (!certain)
@@ -185,25 +199,129 @@ namespace squeal
                    " changes its sign between " + number(from.value) + " and " + number(value) +
                    ".");
       }
+    stops.clear();
+    pass(to, {}, 0);
     return to;
   }
 
-  void Sweep::write(const BranchPoint &point)
+  void Sweep::pass(const BranchPoint &point, std::vector<Complex> from_before,
+                   const unsigned int n_before)
   {
-    const std::vector<ModeRow> &rows = point.rows;
-    for (unsigned int j = 0; j < rows.size(); ++j)
+    stops.push_back(
+        {on_course(point.value, point.modes, point.branches, std::move(from_before), n_before),
+         point.overlaps,
+         {},
+         false,
+         std::move(located)});
+    located.clear();
+  }
+
+  void Sweep::reach(const BranchPoint &point)
+  {
+    Stop &stop          = stops.back();
+    stop.modes.branches = point.branches;
+    stop.overlaps       = point.overlaps;
+    stop.rows           = point.rows;
+    stop.is_value       = true;
+    if (!estimator)
+      write_course({});
+  }
+
+  std::vector<ModesOnCourse> Sweep::course() const
+  {
+    std::vector<ModesOnCourse> result;
+    for (const Stop &stop : stops)
+      result.push_back(stop.modes);
+    return result;
+  }
+
+  void Sweep::estimate_errors(const BranchPoint &point)
+  {
+    log.progress("  error bars at " + parameter + " = " + number(point.value, 6));
+    ErrorEffects here = tracker.estimate_errors(estimator, study.parameters_at({point.value}),
+                                                point.modes, point.reuse);
+    write_course(stops.size() == 1 ? std::vector<KnownEffects>{all_known(here)}
+                                   : effects_along(course(), *effects, here));
+    effects = std::move(here);
+  }
+
+  void Sweep::write_course(const std::vector<KnownEffects> &known)
+  {
+    for (unsigned int s = 0; s < stops.size(); ++s)
     {
-      sweep_csv->add(sweep_fields(point.value, point.branches[j], rows[j], point.overlaps[j]));
+      for (const Critical &critical : stops[s].critical)
+        write(critical, known.empty() ? std::nullopt : bar_of(critical, s, known));
+      if (!known.empty())
+      {
+        const std::vector<unsigned int> &modes = known[s].modes;
+        std::vector<Complex> lambda;
+        std::vector<Parity> parity;
+        for (const unsigned int j : modes)
+        {
+          lambda.push_back(stops[s].modes.lambda[j]);
+          if (!stops[s].modes.parity.empty())
+            parity.push_back(stops[s].modes.parity[j]);
+        }
+        const ErrorBounds bounds = bound_errors(lambda, parity, known[s].effects);
+        for (unsigned int k = 0; k < modes.size() && stops[s].is_value; ++k)
+          set_bar(stops[s].rows[modes[k]], bounds, k, study.options.tolerance);
+      }
+      if (stops[s].is_value)
+        write(stops[s]);
     }
+    // The last one begins what follows.
+    stops.erase(stops.begin(), stops.end() - 1);
+    stops.front().is_value = false;
+    stops.front().critical.clear();
+  }
+
+  void Sweep::write(const Stop &stop)
+  {
+    const std::vector<ModeRow> &rows = stop.rows;
+    for (unsigned int j = 0; j < rows.size(); ++j)
+      sweep_csv->add(
+          sweep_fields(stop.modes.value, stop.modes.branches[j], rows[j], stop.overlaps[j]));
     const GrowthSummary summary(rows);
-    char text[160];
-    std::snprintf(text, sizeof(text), "  %14.6g   %5zu   %8u   %s", point.value, rows.size(),
-                  summary.n_unstable,
-                  summary.worst ? (number(summary.worst->growth_rate()) + " at " +
-                                   number(summary.worst->frequency()) + " Hz")
-                                      .c_str()
-                                : "-");
-    log.line(text);
+    log.line(
+        formatted("  %14.6g   %5zu   %8u   ", stop.modes.value, rows.size(), summary.n_unstable) +
+        (estimator ? formatted("%9u   ", summary.n_undecided) : "") +
+        (summary.worst ? number(summary.worst->growth_rate()) + " at " +
+                             number(summary.worst->frequency()) + " Hz"
+                       : "-"));
+  }
+
+  std::optional<CriticalBar> Sweep::bar_of(const Critical &critical, const unsigned int stop,
+                                           const std::vector<KnownEffects> &known) const
+  {
+    const ModesOnCourse &to = stops[stop].modes;
+    if (stop == 0 || critical.is_at_end) // the slope at the place itself
+      return bound_critical_value(to, known[stop], critical.mode, critical.slope);
+    const ModesOnCourse &from = stops[stop - 1].modes;
+    if (critical.is_beside)
+    {
+      const bool is_ahead = critical.modes.value == to.value;
+      return bound_critical_value(is_ahead ? to : from, known[is_ahead ? stop : stop - 1],
+                                  critical.mode, critical.slope);
+    }
+    if (auto bar = bound_critical_value(from, critical.modes, to, known[stop - 1], known[stop],
+                                        critical.between))
+      return bar;
+    if (critical.other >= 0)
+      return std::nullopt;
+    return bound_critical_value(critical.modes,
+                                carry_forward(known[stop - 1], from, critical.modes), critical.mode,
+                                critical.slope);
+  }
+
+  void Sweep::tell_progress(const unsigned int k, const unsigned int n_before)
+  {
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const unsigned int n_done = k - n_before;
+    std::string text = "  value " + std::to_string(k + 1) + " of " + std::to_string(values.size());
+    if (n_done > 0)
+      text += formatted(", about %.0f s to go", seconds / n_done * (values.size() - k));
+    log.progress(text);
   }
 
   void Sweep::settle(BranchPoint &point)
@@ -216,6 +334,8 @@ namespace squeal
     }
     if (keeps_mesh)
       tracker.set_expansion_point(study.parameters_at({point.value}), point.reuse);
+    if (estimator)
+      estimate_errors(point);
     // The terms that are known to vary are projected apart, also in a run that resumes here.
     const std::vector<double> varying_terms = tracker.varying_terms();
     tracker.keep_apart(varying_terms);
@@ -272,11 +392,14 @@ namespace squeal
       return fail("at " + parameter + " = " + number(point.value) + " there are " +
                   std::to_string(point.modes.lambda.size()) + " modes, there were " +
                   std::to_string(point.branches.size()) + ".");
+    pass(point, {}, 0);
     if (keeps_mesh)
-    {
       tracker.set_expansion_point(study.parameters_at({point.value}), found.reuse);
+    if (estimator)
+      effects = tracker.estimate_errors(estimator, study.parameters_at({point.value}), point.modes,
+                                        found.reuse);
+    if (keeps_mesh)
       tracker.keep_apart(varying_terms);
-    }
     n_done = std::find(values.begin(), values.end(), point.value) - values.begin() + 1;
     last   = std::move(point);
     log.line("Resumed after " + std::to_string(n_done) + " of " + std::to_string(values.size()) +
@@ -296,13 +419,38 @@ namespace squeal
                " changes the mesh. The log says between which values a growth rate changes its "
                "sign.");
     if (wants_critical_values && keeps_mesh)
-      critical_csv = std::make_unique<Table>(study.directory + "/critical.csv", critical_fields({}),
-                                             study.comm, resumed);
-    log.line("\nSweep over " + parameter +
-             "\n           value   modes   unstable   largest growth "
-             "rate, 1/s");
+      critical_csv = std::make_unique<Table>(study.directory + "/critical.csv",
+                                             critical_fields({}, {}), study.comm, resumed);
+    log.line("\nSweep over " + parameter + "\n           value   modes   unstable   " +
+             (estimator ? "undecided   " : "") + "largest growth rate, 1/s");
+    try
+    {
+      walk(last, n_done);
+    }
+    catch (const SolverError &)
+    {
+      // What was found is written, without the bars that are not known.
+      if (!stops.empty())
+        write_course({});
+      throw;
+    }
+    log.line("  " + std::to_string(tracker.n_full_solutions()) + " full solutions for " +
+             std::to_string(values.size() - n_done) + " values" +
+             (critical_csv ? " and the critical ones" : "") + "; bases were restarted " +
+             std::to_string(tracker.n_restarts()) + " times.");
+    const ModeTracker::Seconds &seconds = tracker.seconds();
+    log.line(formatted("  Processor seconds: contact and static states %.1f, counting %.1f, "
+                       "projection %.1f, full solutions %.1f",
+                       seconds.assembly, seconds.counting, seconds.projection, seconds.full) +
+             (estimator ? formatted(", error bars %.1f.", seconds.bars) : "."));
+    study.finish();
+  }
+
+  void Sweep::walk(BranchPoint &last, const unsigned int n_done)
+  {
     for (unsigned int k = n_done; k < values.size(); ++k)
     {
+      tell_progress(k, n_done);
       if (k == 0)
       {
         if (!keeps_mesh)
@@ -314,51 +462,84 @@ namespace squeal
         last.overlaps.assign(last.n_branches, 0.);
         if (critical_csv && values.size() > 1)
           find_critical_values_at(last, nullptr, values[1] - values[0]);
+        pass(last, {}, 0);
       }
       else
       {
         BranchPoint next = advance(last, values[k], Scope::window);
         last             = std::move(next);
       }
-      write(last);
+      reach(last);
       settle(last);
     }
-    log.line("  " + std::to_string(tracker.n_full_solutions()) + " full solutions for " +
-             std::to_string(values.size() - n_done) + " values" +
-             (critical_csv ? " and the critical ones" : "") + "; bases were restarted " +
-             std::to_string(tracker.n_restarts()) + " times.");
-    const ModeTracker::Seconds &seconds = tracker.seconds();
-    char text[160];
-    std::snprintf(text, sizeof(text),
-                  "  Processor seconds: contact and static states %.1f, counting %.1f, projection "
-                  "%.1f, full solutions %.1f.",
-                  seconds.assembly, seconds.counting, seconds.projection, seconds.full);
-    log.line(text);
-    study.finish();
   }
 
-  Fields Sweep::critical_fields(const Critical &critical) const
+  Fields Sweep::critical_fields(const Critical &critical,
+                                const std::optional<CriticalBar> &bar) const
   {
+    const auto of_bar = [&](const double x) { return bar ? number(x, 15) : ""; };
     return {{"kind", critical.kind},
             {"parameter", parameter},
             {"value", number(critical.value, 15)},
-            {"accuracy", critical.accuracy},
+            {"accuracy", critical.accuracy()},
             {"frequency_hz", std::abs(critical.lambda.imag()) / (2 * M_PI)},
             {"growth_rate_1_per_s", critical.lambda.real()},
             {"branch", number_of(critical.branch)},
             {"other_branch", critical.other < 0 ? "" : std::to_string(number_of(critical.other))},
-            {"iterations", critical.iterations}};
+            {"iterations", critical.iterations},
+            {"search_error", critical.search_error},
+            {"reduction_error", critical.reduction_error},
+            {"mesh_error", bar ? number(bar->error, 6) : ""},
+            {"corrected_value", of_bar(critical.value + (bar ? bar->correction : 0))}};
   }
 
-  void Sweep::report(const Critical &critical)
+  void Sweep::report(Critical critical)
   {
-    critical_csv->add(critical_fields(critical));
+    located.push_back(std::move(critical));
+  }
+
+  void Sweep::write(const Critical &critical, const std::optional<CriticalBar> &bar)
+  {
+    critical_csv->add(critical_fields(critical, bar));
+    std::string value = number(critical.value) + " (+- " + number(critical.accuracy(), 2) + ")";
+    if (estimator && !bar)
+      value += ", bar of the mesh not known";
+    if (bar)
+    {
+      value = with_bar(critical.value, 12, 0, bar->error + critical.accuracy());
+      value.erase(value.find_last_not_of(' ') + 1);
+      value += " (mesh +- " + number(bar->error, 2) + ", search and reduction +- " +
+               number(critical.accuracy(), 2) + "; corrected " +
+               number(critical.value + bar->correction, 4) + ")";
+    }
     log.line(
         "  Critical: " + critical.kind + " of branch " +
         std::to_string(number_of(critical.branch)) +
         (critical.other < 0 ? "" : " with branch " + std::to_string(number_of(critical.other))) +
-        " at " + parameter + " = " + number(critical.value) + " (+- " + number(critical.accuracy) +
-        "), " + number(std::abs(critical.lambda.imag()) / (2 * M_PI)) + " Hz");
+        " at " + parameter + " = " + value + ", " +
+        number(std::abs(critical.lambda.imag()) / (2 * M_PI)) + " Hz");
+  }
+
+  void Sweep::keep_modes(const BranchPoint &from, const ParameterStudy::Evaluation &at,
+                         const double value, Critical &critical)
+  {
+    if (!estimator)
+      return;
+    std::vector<Complex> to_here = tracker.transition(from.modes, at.modes);
+    BranchPoint here;
+    here.modes = at.modes;
+    squeal::continue_branches(to_here, from, study.options.max_imaginary, here);
+    critical.modes =
+        on_course(value, at.modes, here.branches, std::move(to_here), from.modes.size());
+    critical.mode          = at.numbers[0];
+    CriticalModes &between = critical.between;
+    between.mode           = index_of(from, critical.branch);
+    if (critical.other >= 0)
+      between.other = index_of(from, critical.other);
+    between.lambda      = critical.lambda;
+    between.slope       = critical.slope;
+    between.gram        = ComplexDense(from.modes.size(), from.modes.size());
+    between.gram.values = tracker.gram(from.modes);
   }
 
   void Sweep::find_critical_values(const BranchPoint &from, const BranchPoint &to)
@@ -422,12 +603,15 @@ namespace squeal
       if (at >= 0 && before->modes.lambda[at].real() * slope.real() * direction > 0)
         continue;
       Critical result;
-      result.kind       = slope.real() * direction > 0 ? "onset" : "end";
-      result.branch     = point.branches[j];
-      const double step = -lambda.real() / slope.real();
-      result.value      = point.value + step;
-      result.lambda     = lambda + slope * step;
-      result.accuracy   = std::abs(step);
+      result.kind         = slope.real() * direction > 0 ? "onset" : "end";
+      result.branch       = point.branches[j];
+      const double step   = -lambda.real() / slope.real();
+      result.value        = point.value + step;
+      result.lambda       = lambda + slope * step;
+      result.search_error = std::abs(step);
+      result.mode         = j;
+      result.slope        = slope.real();
+      result.is_at_end    = true;
       report(result);
     }
   }
@@ -454,11 +638,20 @@ namespace squeal
       return;
     }
     Critical result;
-    result.kind       = after.size() > before.size() ? "divergence" : "divergence_end";
-    result.branch     = divergent.branches[mode];
-    result.value      = root->value;
-    result.accuracy   = root->accuracy;
-    result.iterations = root->iterations;
+    result.kind         = after.size() > before.size() ? "divergence" : "divergence_end";
+    result.branch       = divergent.branches[mode];
+    result.value        = root->value;
+    result.search_error = root->accuracy;
+    result.iterations   = root->iterations;
+    if (estimator)
+    {
+      // Of l^2, which is smooth there, effect and derivative are in the same ratio.
+      const auto beside  = study.evaluate({divergent.value}, {divergent.modes.lambda[mode]});
+      result.modes.value = divergent.value;
+      result.mode        = mode;
+      result.is_beside   = true;
+      result.slope       = beside.derivatives[0].empty() ? 0 : beside.derivatives[0][0].real();
+    }
     report(result);
   }
 
@@ -468,9 +661,10 @@ namespace squeal
     const Complex first = from.modes.lambda[index_of(from, branch)],
                   last  = to.modes.lambda[index_of(to, branch)];
     EigenvaluePredictor predictor(from.value, first, to.value, last);
+    ParameterStudy::Evaluation at;
     const auto growth_rate = [&](const double p)
     {
-      const auto at       = study.evaluate({p}, {predictor(p)});
+      at                  = study.evaluate({p}, {predictor(p)});
       const Complex slope = at.derivatives[0].empty() ? std::nan("") : at.derivatives[0][0];
       predictor.add({p, at.lambda[0], slope, at.uncertainty});
       return std::make_pair(at.lambda[0].real(), slope.real());
@@ -480,12 +674,15 @@ namespace squeal
     const EigenvaluePredictor::Known &at_root = predictor.last();
     const double slope                        = std::abs(at_root.slope.real());
     Critical result;
-    result.kind       = first.real() < 0 ? "onset" : "end";
-    result.branch     = branch;
-    result.value      = root.value;
-    result.accuracy   = root.accuracy + (slope > 0 ? at_root.uncertainty / slope : 0);
-    result.iterations = root.iterations;
-    result.lambda     = at_root.lambda;
+    result.kind            = first.real() < 0 ? "onset" : "end";
+    result.branch          = branch;
+    result.value           = root.value;
+    result.search_error    = root.accuracy;
+    result.reduction_error = slope > 0 ? at_root.uncertainty / slope : 0;
+    result.iterations      = root.iterations;
+    result.lambda          = at_root.lambda;
+    result.slope           = at_root.slope.real();
+    keep_modes(from, at, at_root.at, result);
     return result;
   }
 
@@ -509,6 +706,7 @@ namespace squeal
       Complex difference, mean, slope; ///< of the pair
       double of_eigenvalues;           ///< by what their own errors move the root
     } last{};
+    ParameterStudy::Evaluation at;
     const auto function = [&](const double p)
     {
       // Expected is the mean of the chord and, between the nearest values, a linear discriminant.
@@ -521,7 +719,7 @@ namespace squeal
       const double d   = below->second + (above->second - below->second) * (p - below->first) /
                                            (above->first - below->first);
       const Complex half = std::sqrt(Complex(d));
-      const auto at      = study.evaluate({p}, {mean + half, mean - half});
+      at                 = study.evaluate({p}, {mean + half, mean - half});
       const std::vector<Complex> slopes =
           at.derivatives[0].empty() ? std::vector<Complex>(2, std::nan("")) : at.derivatives[0];
       const Complex difference = at.lambda[0] - at.lambda[1];
@@ -548,14 +746,16 @@ namespace squeal
     const Root root = find_root(from.value, discriminant(low), to.value, discriminant(high),
                                 function, is_converged);
     Critical result;
-    result.kind     = "coalescence";
-    result.branch   = branch;
-    result.other    = other;
-    result.value    = root.value;
-    result.accuracy = last.of_eigenvalues +
-                      std::max(root.accuracy * root.accuracy / range, 1e-12 * std::abs(root.value));
-    result.lambda     = last.mean + last.slope * (root.value - last.value);
-    result.iterations = root.iterations;
+    result.kind   = "coalescence";
+    result.branch = branch;
+    result.other  = other;
+    result.value  = root.value;
+    result.search_error =
+        std::max(root.accuracy * root.accuracy / range, 1e-12 * std::abs(root.value));
+    result.reduction_error = last.of_eigenvalues;
+    result.lambda          = last.mean + last.slope * (root.value - last.value);
+    result.iterations      = root.iterations;
+    keep_modes(from, at, last.value, result);
     return result;
   }
 } // namespace squeal

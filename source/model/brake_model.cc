@@ -302,8 +302,9 @@ namespace squeal
     const bool computed = has_pads ? prm.contact.steady_pressure == SteadyPressure::computed
                                    : prm.prestress.needs_state();
     const bool follows  = nearby && (before.equilibrium || !computed);
-    const bool has_bars =
-        prm.eigenproblem.error_bars && prm.eigenproblem.is_solved() && !prm.sweep.active();
+    // Sweeps estimate errors where states are solved without factors nearby, maps nowhere.
+    const bool has_bars = prm.eigenproblem.error_bars && prm.eigenproblem.is_solved() && !nearby &&
+                          !(prm.sweep.active() && prm.sweep.is_map());
     {
       PhaseTimer::Scope scope(timer, "contact");
       found.contact = std::move(before.contact);

@@ -111,7 +111,8 @@ namespace squeal
 
       /// The sweep or the stability map on the present mesh or, where the parameter changes it, on
       /// meshes of @p make_model; or the ladder.
-      void continue_along_parameters(Model &model, const ModelFactory &make_model)
+      void continue_along_parameters(Model &model, const ModelFactory &make_model,
+                                     const ErrorEstimator &estimator = {})
       {
         const EigensolverOptions options = options_of(prm.eigenproblem, report.log);
         EigenSolution::Cost cost;
@@ -120,7 +121,7 @@ namespace squeal
         else if (prm.sweep.is_map())
           StabilityMap(file, model, options, directory, comm, report.log).run();
         else
-          Sweep(file, model, make_model, options, directory, comm, report.log).run();
+          Sweep(file, model, make_model, options, directory, comm, report.log, estimator).run();
         report.phases(cost);
       }
 
@@ -200,7 +201,7 @@ namespace squeal
             number_unknowns();
             tell_mesh(cycle > 0 ? cycle - 1 : 0);
           }
-          common.continue_along_parameters(model, make_model());
+          common.continue_along_parameters(model, make_model(), make_estimator());
         }
         Checkpoint::remove(common.directory, common.comm);
         common.end();
@@ -587,6 +588,20 @@ namespace squeal
                                                          common.comm, report.log, report.timer);
           other->distribute();
           return other;
+        };
+      }
+
+      /// Of models on this mesh or on another one; nothing without bars.
+      ErrorEstimator make_estimator() const
+      {
+        if (!prm.eigenproblem.error_bars)
+          return {};
+        return [](const Model &any, const EigenPairs &modes)
+        {
+          ErrorEffects effects =
+              squeal::estimate_errors(dynamic_cast<const BrakeModel<dim> &>(any), modes).effects;
+          return_freed_memory();
+          return effects;
         };
       }
 

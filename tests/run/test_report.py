@@ -159,6 +159,7 @@ class Reports(st.TestCase):
         self.assertRegex(words, "Lock-in diagram")
         branches = {row["branch"] for row in st.read_table(results / "sweep.csv")}
         self.assertIn(f"{len(branches)} modes at 2 values of Contact/Friction/Coefficient from 0.1 to 0.2", words)
+        self.assertNotIn("no error bars", words)
         # Branches are numbered as modes are.
         self.assertEqual(branches, set(range(1, len(branches) + 1)))
 
@@ -170,6 +171,7 @@ class Reports(st.TestCase):
         _, words = self.page(results)
         onset = next(row for row in st.read_table(results / "critical.csv") if row["kind"] == "onset")
         self.assertIn(f"Growth begins at {onset['value']:.5g} (branch {onset['branch']:.0f})", words)
+        self.assertIn("This sweep has no error bars", words)  # matrices have no mesh
 
     def test_damaged_tables(self):
         """Lines that a full disk has cut, bytes that are no text: the page leaves them out and says so."""

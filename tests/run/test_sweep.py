@@ -51,6 +51,85 @@ class Sweeps(st.TestCase):
         self.assertGreater(growth[1 + 1e-4], 1e-2)
         self.assertLess(abs(growth[1 + 4e-4] / growth[1 + 1e-4] - 2), 1e-2)
 
+    BARS = ["growth_rate_error_1_per_s", "frequency_error_hz", "corrected_growth_rate_1_per_s", "corrected_frequency_hz"]
+
+    def bars_beside_single_runs(self, settings, parameter, values, estimated, least, most):
+        """Bars of a sweep: at the values in `estimated` those of a run of its own, else `least` to `most` of them."""
+        directory = self.analyse({**settings, "Sweep/Parameter": parameter, "Sweep/Values": ", ".join(map(repr, values))})
+        rows = st.read_table(directory / "sweep.csv")
+        for value in values:
+            own = sorted((row for row in rows if row["parameter"] == value), key=lambda row: row["frequency_hz"])
+            alone = sorted(self.modes({**settings, parameter: value}), key=lambda row: row["frequency_hz"])
+            self.assertEqual(len(own), len(alone))
+            for a, b in zip(own, alone):
+                with self.subTest(value=value, frequency=b["frequency_hz"]):
+                    for column in self.BARS:
+                        if value in estimated:
+                            self.assertLess(abs(a[column] - b[column]), 1e-4 * abs(b[column]) + 1e-6, column)
+                        elif column in self.BARS[:2]:
+                            self.assertLess(a[column], most * b[column])
+                            self.assertGreater(a[column], least * b[column])
+                    if value in estimated:
+                        self.assertEqual(a["verdict"], b["verdict"])
+        return directory, rows
+
+    def test_bars(self):
+        """Pads that touch everywhere: the operators are nearly linear in friction and speed, and so are the bars between
+        the first and the last value, both estimated."""
+        settings = {**st.SMALL_BRAKE, **st.MORTAR, "Contact/Steady pressure": "uniform", "Eigenproblem/Maximum frequency": 3000}
+        values = [0.1, 0.2, 0.35, 0.5]
+        directory, rows = self.bars_beside_single_runs(settings, FRICTION, values, {0.1, 0.5}, 0.95, 1.05)
+        log = (directory / "log.txt").read_text()
+        for value in values:  # the log tells as many as the table
+            unstable, undecided = (sum(row["verdict"] in kinds for row in rows if row["parameter"] == value)
+                                   for kinds in (("flutter", "divergence"), ("undecided",)))
+            self.assertRegex(log, rf"(?m)^ +{value:g} +{len(rows) // 4} +{unstable} +{undecided} ")
+        self.assertIn("error bars", log)
+
+    def test_bars_with_lift_off(self):
+        """Where contacts open on the way, bars between two estimates mix those of both contact zones."""
+        settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 2000}
+        self.bars_beside_single_runs(settings, FRICTION, [0.15, 0.3, 0.45, 0.6], {0.15, 0.6}, 0.4, 4)
+
+    def test_bars_of_critical_values(self):
+        """An onset and a coalescence: bars cover those of one degree more and shrink with it; how the way was divided does
+        not matter."""
+        strip = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 24, 2",
+                 "Discretization/Pad cells": "1, 7, 2", "Eigenproblem/Maximum frequency": 36000, "Output/Fields": "none"}
+        for kind, settings, values in [
+                ("onset", strip, ["0.6, 0.77", "0.65, 0.7, 0.77"]),
+                ("coalescence", {**AT_REST, **st.PENALTY}, ["0 : 0.4 : 5", "0, 0.4"])]:
+            with self.subTest(kind=kind):
+                found = []
+                for degree, steps in [(2, values[0]), (3, values[0]), (2, values[1])]:
+                    directory = self.analyse({**settings, "Discretization/Degree": degree, "Sweep/Parameter": FRICTION,
+                                              "Sweep/Values": steps, "Sweep/Critical values": "true"})
+                    found.append(next(row for row in st.read_table(directory / "critical.csv") if row["kind"] == kind))
+                    row = found[-1]
+                    self.assertAlmostEqual(row["accuracy"], row["search_error"] + row["reduction_error"],
+                                           delta=1e-6 * row["accuracy"])
+                    self.assertLess(row["accuracy"], 1e-3 * row["mesh_error"])
+                coarse, fine, other = found
+                self.assertLess(abs(coarse["value"] - fine["value"]), coarse["mesh_error"] + fine["mesh_error"])
+                self.assertLess(abs(coarse["corrected_value"] - fine["value"]), coarse["mesh_error"] + fine["mesh_error"])
+                self.assertLess(fine["mesh_error"], coarse["mesh_error"])
+                self.assertLess(abs(coarse["mesh_error"] - other["mesh_error"]), 0.2 * coarse["mesh_error"])
+                self.assertLess(abs(coarse["corrected_value"] - other["corrected_value"]), 0.1 * coarse["mesh_error"])
+
+    def test_without_bars(self):
+        """Nothing is estimated: rows appear as values are reached, with the verdicts of the numbers alone."""
+        settings = {**AT_REST, **st.PENALTY, "Eigenproblem/Error bars": "false", "Sweep/Parameter": FRICTION,
+                    "Sweep/Values": "0 : 0.4 : 5", "Sweep/Critical values": "true"}
+        directory = self.analyse(settings)
+        log = (directory / "log.txt").read_text()
+        self.assertNotIn("undecided", log)
+        self.assertNotIn("error bars", log)
+        for row in st.read_table(directory / "sweep.csv"):
+            self.assertEqual([row[column] for column in self.BARS], [None] * 4)
+        for row in st.read_table(directory / "critical.csv"):
+            self.assertIsNone(row["mesh_error"])
+            self.assertIsNone(row["corrected_value"])
+
     def test_points_and_branches(self):
         settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 4000}
         values = [0.1, 0.25, 0.4]

@@ -3,10 +3,35 @@
 #include <squeal/eigen/eigenpairs.h>
 
 #include <complex>
+#include <functional>
 #include <vector>
 
 namespace squeal
 {
+  class Model;
+
+  /// First-order effects of the discretisation on a set of eigenvalues, each column-major and as
+  /// large as the number of modes squared: the eigenvalues of diag(l_i) + F are those that the
+  /// effect F makes. Bounds are made of them.
+  struct ErrorEffects
+  {
+    using Effect = std::vector<std::complex<double>>;
+
+    Effect f; ///< of one polynomial degree more
+    /// Sums of the moduli of the cells' parts of Re F_jj.
+    std::vector<double> growth_rate_parts;
+    unsigned int degree = 1;
+    /// Effects that may be so or not and belong to no correction: of each group of them, which
+    /// exclude each other, the larger change is added.
+    std::vector<std::vector<Effect>> alternatives;
+  };
+
+  /// The effects on some of the modes.
+  ErrorEffects select(const ErrorEffects &effects, const std::vector<unsigned int> &members);
+
+  /// Finds the effects on modes of the model as it is assembled now; modes are whole vectors.
+  using ErrorEstimator = std::function<ErrorEffects(const Model &, const EigenPairs &)>;
+
   struct ErrorBounds
   {
     /// What one polynomial degree more would change, coupling of the modes included: l_j plus this
@@ -16,9 +41,7 @@ namespace squeal
     std::vector<double> growth_rate, imaginary;
   };
 
-  /// Bounds of the discretisation's error from its first-order effect @p f (column-major, as large
-  /// as the number of modes squared) on the eigenvalues: with one degree more they are those of
-  /// diag(l_i) + F. @p growth_rate_parts are sums of the moduli of the cells' parts of Re F_jj.
+  /// Bounds of the discretisation's error from its first-order effects on the eigenvalues.
   ///
   /// One degree more does not see the whole error where the solution is singular: there the error
   /// of the eigenvalue falls like p^(-4a), r^a being the displacement, and a >= 1/2 at edges of
@@ -30,12 +53,9 @@ namespace squeal
   ///
   /// Modes of different @p parity (one for each mode, or empty) cannot couple: each parity has its
   /// own small matrix. An eigenvalue of it belongs to the mode that its vector is nearest to.
-  ///
-  /// @p alternatives are effects like @p f that may be so or not and belong to no correction: of
-  /// each group of them, which exclude each other, the larger change is added.
-  ErrorBounds bound_errors(
-      const std::vector<std::complex<double>> &lambda, const std::vector<Parity> &parity,
-      const std::vector<std::complex<double>> &f, const std::vector<double> &growth_rate_parts,
-      unsigned int degree,
-      const std::vector<std::vector<std::vector<std::complex<double>>>> &alternatives = {});
+  ErrorBounds bound_errors(const std::vector<std::complex<double>> &lambda,
+                           const std::vector<Parity> &parity, const ErrorEffects &effects);
+
+  /// The whole of an effect that one degree more sees, with a margin: a factor.
+  double whole_effect(unsigned int degree);
 } // namespace squeal

@@ -13,6 +13,7 @@ namespace squeal
   struct EigenvalueErrors
   {
     ErrorBounds bounds;
+    ErrorEffects effects; ///< of which the bounds are made
     /// The modes' own parts of the correction, without coupling: for each cell of this rank, in the
     /// order of the mesh, one number per mode.
     std::vector<std::vector<std::complex<float>>> cells;

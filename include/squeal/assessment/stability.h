@@ -133,6 +133,10 @@ namespace squeal
   std::vector<Contribution> contributions(const RayleighParts &parts, const EigenPairs &modes,
                                           const std::vector<ModeRow> &rows);
 
+  /// Gives a mode, the j-th of these bounds, its corrected value, its bars and the verdict with
+  /// them. What the algebra leaves open is added.
+  void set_bar(ModeRow &row, const ErrorBounds &bars, unsigned int j, double tolerance);
+
   /// What is known of the modes of a mesh: verdicts, and why.
   struct ModeTable
   {

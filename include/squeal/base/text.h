@@ -22,4 +22,10 @@ namespace squeal
   /// or not finite.
   std::string number(double value, int n_digits = 12);
   std::string number(const std::optional<double> &value);
+
+  /// A value of @p width characters, rounded to its bar, which has two digits: 1890 +- 120, not
+  /// 1885.547 +- 1.2e+02. Without a bar it has @p n_decimals decimals or, if @p in_digits, five
+  /// digits, however small it is.
+  std::string with_bar(double value, int n_decimals, int width, const std::optional<double> &bar,
+                       bool in_digits = false);
 } // namespace squeal

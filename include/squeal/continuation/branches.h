@@ -19,20 +19,24 @@ namespace squeal
     std::vector<ModeRow> rows;          ///< of the modes
   };
 
+  /// c_ij = z_i^H [(l_i + l'_j) M + P] x'_j / 2 l_i, by the form in brackets (biorthogonality()) of
+  /// the modes before and of the next ones, both column-major:
+  ///     [x'_j; l'_j x'_j] = sum_i c_ij [x_i; l_i x_i],
+  /// but for what is outside of their span.
+  std::vector<std::complex<double>> transition_of(std::vector<std::complex<double>> form,
+                                                  const EigenPairs &before);
+
   /// The branches of the modes of @p next, which continue those of @p before: the assignment with
   /// the largest overlaps
-  ///     o_ij = |z_i^H [(l_i + l'_j) M + P] x'_j| / |2 l_i|,
-  /// z_i the left vector before: at equal operators o_ij = delta_ij. Fills @p next.branches; a mode
-  /// without a predecessor begins a new branch.
+  ///     o_ij = |c_ij|
+  /// of @p transition, z_i the left vector before: at equal operators o_ij = delta_ij. Fills @p
+  /// next.branches; a mode without a predecessor begins a new branch.
   ///
   /// Returns whether every continuation is beyond doubt: an overlap above 0.8 and no second one
   /// above half of it. Modes in the uppermost hundredth of the window or outside of the search disc
   /// may come and go.
-  bool continue_branches(const QuadraticEigenproblem &problem, const BranchPoint &before,
-                         double max_imaginary, BranchPoint &next);
-  /// @p form is biorthogonality() of the modes.
-  bool continue_branches(const std::vector<std::complex<double>> &form, const BranchPoint &before,
-                         double max_imaginary, BranchPoint &next);
+  bool continue_branches(const std::vector<std::complex<double>> &transition,
+                         const BranchPoint &before, double max_imaginary, BranchPoint &next);
 
   /// The same where the vectors cannot be compared, because the meshes differ: the assignment with
   /// the least sum of squared distances of the eigenvalues. A mode that would have to move by more

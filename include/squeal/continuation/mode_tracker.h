@@ -70,9 +70,7 @@ namespace squeal
     }
     EigenPairs whole(const EigenPairs &modes) const
     {
-      if (is_whole(modes))
-        return modes;
-      EigenPairs result = reduced.expand(modes);
+      EigenPairs result = in_their_phases(modes);
       turn_to_real(result); // a projection leaves any phase; real modes are to have real vectors
       return result;
     }
@@ -82,8 +80,17 @@ namespace squeal
     /// Nothing if the model cannot be differentiated by the parameter.
     std::vector<std::complex<double>> sensitivities(const std::string &parameter,
                                                     const EigenPairs &modes) const;
-    /// @p before may be older than the last expansion point only if it is whole.
-    bool continue_branches(const BranchPoint &before, BranchPoint &next) const;
+    /// X^H M X, column-major, with the present M; zero between sectors. Of modes as in
+    /// transition().
+    std::vector<std::complex<double>> gram(const EigenPairs &modes) const;
+    /// transition_of(), column-major. @p before may be older than the last expansion point only if
+    /// it is whole.
+    std::vector<std::complex<double>> transition(const EigenPairs &before,
+                                                 const EigenPairs &next) const;
+
+    /// The effects of the discretisation on a solution for these parameters.
+    ErrorEffects estimate_errors(const ErrorEstimator &estimator, const Parameters::All &parameters,
+                                 const EigenPairs &modes, const EigenSolution::Reuse &solution);
 
     /// Assembles the model and gives the whole problem, to which whole modes belong.
     const QuadraticEigenproblem &assemble(const Parameters::All &parameters);
@@ -102,7 +109,7 @@ namespace squeal
     /// of full solutions.
     struct Seconds
     {
-      double assembly = 0, counting = 0, projection = 0, full = 0;
+      double assembly = 0, counting = 0, projection = 0, full = 0, bars = 0;
     };
     const Seconds &seconds() const
     {
@@ -111,6 +118,12 @@ namespace squeal
 
   private:
     void assemble_model(const Parameters::All &parameters, const LinearOperator &nearby);
+    EigenPairs in_their_phases(const EigenPairs &modes) const
+    {
+      return is_whole(modes) ? modes : reduced.expand(modes);
+    }
+    /// Unless that is how the model is assembled now.
+    void assemble_again(const Parameters::All &parameters, const EigenSolution::Reuse &solution);
     /// Of the model as it is assembled now; relaxation is frozen as in find_modes().
     const QuadraticEigenproblem &whole_problem() const;
     /// Whether the reference problem has as many modes in the disc as the expansion point's:
@@ -129,7 +142,7 @@ namespace squeal
     Seconds seconds_;
     mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
     std::optional<QuadraticEigenproblem> at_rest;        ///< assemble_at_rest(), with relaxation
-    bool is_as_solved = false; ///< whether nothing was assembled since the last full solution
+    unsigned int n_assemblies = 0;
 
     bool is_counted = false; ///< as many modes as the expansion point has, at the counted key
     std::vector<double> counted_key;

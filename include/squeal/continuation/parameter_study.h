@@ -45,7 +45,8 @@ namespace squeal
   {
     explicit GrowthSummary(const std::vector<ModeRow> &rows);
 
-    unsigned int n_unstable = 0;  ///< with the verdict flutter or divergence
+    unsigned int n_unstable  = 0; ///< with the verdict flutter or divergence
+    unsigned int n_undecided = 0;
     std::optional<ModeRow> worst; ///< the mode of the largest growth rate
   };
 
@@ -85,6 +86,8 @@ namespace squeal
       /// Sum over the eigenvalues of condition times |l| times the backward error; of projected
       /// ones at least the tolerance.
       double uncertainty = 0;
+      EigenPairs modes;                  ///< all that were found
+      std::vector<unsigned int> numbers; ///< of the eigenvalues in them
     };
     Evaluation evaluate(const std::vector<double> &values,
                         const std::vector<std::complex<double>> &expected);

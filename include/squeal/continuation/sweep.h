@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/assessment/tables.h>
+#include <squeal/continuation/carried_errors.h>
 #include <squeal/continuation/parameter_study.h>
 
 #include <chrono>
@@ -16,6 +17,10 @@ namespace squeal
   /// after each point. A sweep that was killed resumes after its last full solution, which with the
   /// parameters determines all that follows: the tables become the same to the last digit.
   ///
+  /// With an estimator, every row and every critical value has the bar of the mesh. The effects of
+  /// the discretisation are estimated at the full solutions and at the last value, and carried to
+  /// what lies between two of them (carried_errors.h); the rows between are written then.
+  ///
   /// A parameter of the geometry or the discretisation changes the mesh: each point then has a
   /// model of its own, branches continue by overlaps where the unknowns are the same in number and
   /// by eigenvalues otherwise, and critical values are only bracketed.
@@ -24,9 +29,11 @@ namespace squeal
   public:
     static constexpr unsigned int max_halvings = 5;
 
-    /// @p make_model serves parameters that change the mesh; it may be empty.
+    /// @p make_model serves parameters that change the mesh; it may be empty, and so may
+    /// @p estimator, without which there are no bars.
     Sweep(ParameterFile &file, Model &model, const ModelFactory &make_model,
-          const EigensolverOptions &options, const std::string &directory, MPI_Comm comm, Log &log);
+          const EigensolverOptions &options, const std::string &directory, MPI_Comm comm, Log &log,
+          const ErrorEstimator &estimator = {});
 
     /// Throws InputError, SolverError.
     void run();
@@ -36,10 +43,35 @@ namespace squeal
     struct Critical
     {
       std::string kind; ///< onset, end, coalescence, divergence, divergence_end
-      double value = 0, accuracy = 0;
+      double value        = 0;
+      double search_error = 0, reduction_error = 0; ///< of the root, of the eigenvalues there
       std::complex<double> lambda;
       int branch = -1, other = -1;
       unsigned int iterations = 0;
+
+      /// For the bar: the modes at or beside the value, the number of this one among them, and
+      /// the real part of its dl/dp.
+      ModesOnCourse modes;
+      unsigned int mode = 0;
+      double slope      = 0;
+      CriticalModes between;  ///< of a step
+      bool is_at_end = false; ///< it is at the end of a step itself, whose modes these are
+      bool is_beside = false; ///< the modes are those of an end of the step: the slope must serve
+
+      double accuracy() const
+      {
+        return search_error + reduction_error;
+      }
+    };
+
+    /// A place on the way: a value, or one between two where branches are told apart.
+    struct Stop
+    {
+      ModesOnCourse modes;
+      std::vector<double> overlaps;
+      std::vector<ModeRow> rows;
+      bool is_value                  = false; ///< it has rows in the table
+      std::vector<Critical> critical = {};    ///< on the way to it
     };
 
     /// Modes, rows and branches at a value; those of @p before, if any, go on. Returns whether they
@@ -62,7 +94,26 @@ namespace squeal
     /// Numbers of divergent_modes() that all steps see.
     std::vector<unsigned int> divergent_in_disc(const BranchPoint &point) const;
     BranchPoint advance_on_new_mesh(const BranchPoint &from, double value);
-    void write(const BranchPoint &point);
+    /// How the modes turn into those of the next point, which continue their branches. Returns
+    /// whether they do without doubt.
+    bool continue_branches(const BranchPoint &from, BranchPoint &to);
+    /// Adds a place to the way, to which the modes of the one before turn like this.
+    void pass(const BranchPoint &point, std::vector<std::complex<double>> from_before,
+              unsigned int n_before);
+    /// The last place is a value of the sweep, with these rows. Without an estimator they are
+    /// written.
+    void reach(const BranchPoint &point);
+    /// Estimates the effects of the discretisation on a point and writes what lies before it.
+    void estimate_errors(const BranchPoint &point);
+    /// Writes all places after the first one; @p known is empty where effects are not.
+    void write_course(const std::vector<KnownEffects> &known);
+    void write(const Stop &stop);
+    void write(const Critical &critical, const std::optional<CriticalBar> &bar);
+    std::optional<CriticalBar> bar_of(const Critical &critical, unsigned int stop,
+                                      const std::vector<KnownEffects> &known) const;
+    std::vector<ModesOnCourse> course() const;
+    /// How far it is and how long it will take.
+    void tell_progress(unsigned int k, unsigned int n_before);
     bool resume(BranchPoint &last, unsigned int &n_done);
     /// Makes a point that was solved fully the new expansion point, and saves it. After a
     /// projection it keeps the bases small.
@@ -81,8 +132,12 @@ namespace squeal
     /// are not.
     Critical coalescence(const BranchPoint &from, const BranchPoint &to, unsigned int branch,
                          unsigned int other);
-    Fields critical_fields(const Critical &critical) const;
-    void report(const Critical &critical);
+    Fields critical_fields(const Critical &critical, const std::optional<CriticalBar> &bar) const;
+    void report(Critical critical);
+    /// What the bar of a critical value needs of the modes there.
+    void keep_modes(const BranchPoint &from, const ParameterStudy::Evaluation &at, double value,
+                    Critical &critical);
+    void walk(BranchPoint &last, unsigned int n_done);
 
     const std::string parameter;
     const bool keeps_mesh;
@@ -93,7 +148,13 @@ namespace squeal
     const std::vector<double> values;
     const bool wants_critical_values;
     Log &log;
+    const ErrorEstimator estimator;
     std::unique_ptr<Table> sweep_csv, critical_csv;
-    std::chrono::steady_clock::time_point last_saved = std::chrono::steady_clock::now();
+    std::vector<Stop> stops;                      ///< since the last estimate
+    std::vector<Critical> located;                ///< since the last of them
+    std::optional<ErrorEffects> effects;          ///< at the first of them
+    std::vector<std::complex<double>> transition; ///< of the last call of continue_branches()
+    const std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point last_saved  = std::chrono::steady_clock::now();
   };
 } // namespace squeal

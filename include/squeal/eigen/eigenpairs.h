@@ -102,6 +102,8 @@ namespace squeal
       /// Whether modes of the window that grow outside of the disc were looked for without a sign
       /// of one: else the vectors of the disc lack them.
       bool has_no_growth_beyond = false;
+      /// Of which assembly of the model they are, by a number of who assembles it.
+      unsigned int assembly = 0;
       /// If the modes were found sector by sector: those of the sectors, in their own vectors.
       std::vector<std::shared_ptr<const EigenSolution>> sectors;
 

@@ -273,11 +273,11 @@ namespace squeal::tests::error_estimators_tests
                                f      = {5. * j, 1. * j, 1. * j, -5. * j};
     const std::vector<double> parts(2);
     const double mean = 1000.5, half = std::hypot(4.5, 1.); // of [1005, 1; 1, 996]
-    const ErrorBounds whole = bound_errors(lambda, {}, f, parts, 2);
+    const ErrorBounds whole = bound_errors(lambda, {}, {f, parts, 2, {}});
     CHECK(std::abs(lambda[0] + whole.correction[0] - j * (mean + half)) <= 1e-9);
     CHECK(std::abs(lambda[1] + whole.correction[1] - j * (mean - half)) <= 1e-9);
     const ErrorBounds apart =
-        bound_errors(lambda, {Parity::symmetric, Parity::antisymmetric}, f, parts, 2);
+        bound_errors(lambda, {Parity::symmetric, Parity::antisymmetric}, {f, parts, 2, {}});
     CHECK(std::abs(apart.correction[0] - f[0]) <= 1e-9);
     CHECK(std::abs(apart.correction[1] - f[3]) <= 1e-9);
     CHECK(apart.imaginary[0] < whole.imaginary[0]);

@@ -42,6 +42,12 @@ namespace squeal::tests::branches_tests
         point.branches.push_back(point.n_branches);
       return point;
     }
+
+    bool follow(const QuadraticEigenproblem &problem, const BranchPoint &before, BranchPoint &next)
+    {
+      const auto form = biorthogonality(problem, before.modes, next.modes);
+      return continue_branches(transition_of(form, before.modes), before, 10, next);
+    }
   } // namespace
 
   TEST_CASE("branches: vectors, not frequencies, tell which branch a mode continues")
@@ -51,7 +57,7 @@ namespace squeal::tests::branches_tests
     const auto problem       = unit_masses(2);
     const BranchPoint before = first_point(problem, {1, 1.1}, {{1, 0}, {0, 1}});
     BranchPoint next         = point_of(problem, {1.0, 1.2}, {{0, 1}, {1, 0}});
-    CHECK(continue_branches(problem, before, 10, next));
+    CHECK(follow(problem, before, next));
     CHECK(next.branches == std::vector<unsigned int>{1, 0});
     CHECK(next.n_branches == 2);
     CHECK(relative_error(next.overlaps[0], 2.1 / 2.2) <= 1e-14);
@@ -66,7 +72,7 @@ namespace squeal::tests::branches_tests
     const double h           = std::sqrt(0.5);
     const BranchPoint before = first_point(problem, {1, 1.1}, {{1, 0}, {0, 1}});
     BranchPoint next         = point_of(problem, {1, 1.1}, {{h, h}, {h, -h}});
-    CHECK(!continue_branches(problem, before, 10, next));
+    CHECK(!follow(problem, before, next));
     CHECK(next.branches == std::vector<unsigned int>{0, 1});
   }
 
@@ -79,14 +85,14 @@ namespace squeal::tests::branches_tests
     {
       CAPTURE(w);
       BranchPoint next = point_of(problem, {1, 2, w}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
-      CHECK(continue_branches(problem, before, 10, next) == (w == 9.95));
+      CHECK(follow(problem, before, next) == (w == 9.95));
       CHECK(next.branches == std::vector<unsigned int>{0, 1, 2});
       CHECK(next.n_branches == 3);
       CHECK(next.overlaps[2] == 0);
       // And back: the branch ends.
       next.overlaps.clear();
       BranchPoint last = point_of(problem, {1, 2}, {{1, 0, 0}, {0, 1, 0}});
-      CHECK(continue_branches(problem, next, 10, last) == (w == 9.95));
+      CHECK(follow(problem, next, last) == (w == 9.95));
       CHECK(last.branches == std::vector<unsigned int>{0, 1});
       CHECK(last.n_branches == 3);
     }

@@ -209,7 +209,7 @@ namespace squeal::tests::mode_tracker_tests
         const double p = 0.1 + 0.002 * k;
         next.modes     = tracker.solve(factors(p, 0.002)).modes;
         REQUIRE(!tracker.is_whole(next.modes));
-        CHECK(tracker.continue_branches(before, next));
+        CHECK(continue_branches(tracker.transition(before.modes, next.modes), before, 0.26, next));
         CHECK(next.n_branches == 4);
         CHECK(next.branches == std::vector<unsigned int>{0, 1, 2, 3});
         for (const double overlap : next.overlaps)

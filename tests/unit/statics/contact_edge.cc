@@ -79,9 +79,9 @@ namespace squeal::tests::contact_edge_tests
         f[k] = -(opens ? 3. * effects.smaller[k] + effects.larger[k]
                        : 3. * effects.larger[k] + effects.smaller[k]) /
                (2. * modes.lambda[k % m]);
-      const ErrorBounds bounds = bound_errors(modes.lambda, {}, std::vector<Complex>(m * m),
-                                              std::vector<double>(m), 2, {{f}});
-      double largest           = 0;
+      const ErrorBounds bounds = bound_errors(
+          modes.lambda, {}, {std::vector<Complex>(m * m), std::vector<double>(m), 2, {{f}}});
+      double largest = 0;
       for (unsigned int j = 0; j < m; ++j)
       {
         const Complex change = changed.lambda[partners[j]] - modes.lambda[j];
