@@ -20,7 +20,8 @@ FRICTION = "Contact/Friction/Coefficient"
 BRAKE = {"Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1", "Discretization/Pad cells": "1, 2, 1",
          "Eigenproblem/Maximum frequency": 3000, "Eigenproblem/Error bars": "false", "Output/Fields": "none"}
 SWEEP = {**BRAKE, "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1 : 0.5 : 9"}
-# Long enough to be killed on its way
+# Long enough to be killed on its way; where it is run again as a whole, too, and where another run is to meet it.
+MEDIUM = {**SWEEP, "Sweep/Values": "0.1 : 0.5 : 50"}
 LONG = {**SWEEP, "Sweep/Values": "0.1 : 0.5 : 400"}
 MAP = {**BRAKE, "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1 : 1.5 : 9",
        "Sweep/Second parameter": "Operation/Angular velocity", "Sweep/Second values": "5 : 20 : 3"}
@@ -143,7 +144,7 @@ class RunDirectory(st.TestCase):
 
     def test_lock_of_a_killed_run(self):
         """What kill -9 leaves does not keep others out."""
-        results = self.stopped(LONG)
+        results = self.stopped(MEDIUM, n_lines=1)
         self.assertTrue((results / "run.lock").exists())
         self.resume()
         self.assertFalse((results / "run.lock").exists())
@@ -202,12 +203,12 @@ class RunDirectory(st.TestCase):
     def test_killed_at_the_start(self):
         """Another brake is started in the directory of an interrupted sweep, and killed while it takes the directory.
         Started again it must not go on with the first brake's values."""
-        other = {**LONG, "Pads/Thickness": 0.02}
+        other = {**MEDIUM, "Pads/Thickness": 0.02}
         whole = self.tables(self.analyse(other))
         for call in ["unlink", "rename"]:
             for number in range(1, 6):
                 with self.subTest(call=call, number=number):
-                    self.stopped(LONG)
+                    self.stopped(MEDIUM, n_lines=1)
                     self.write("killed.prm", other)
                     self.traced(call, number, "killed.prm", *self.other())
                     result = self.squeal("killed.prm", *self.other())
@@ -316,13 +317,13 @@ class RunDirectory(st.TestCase):
         self.assertIn(said, (self.directory / "output/b/log.txt").read_text())
 
     def test_interrupted_run_of_other_parameters(self):
-        results = self.stopped(LONG)
+        results = self.stopped(MEDIUM, n_lines=1)
         before = self.tables(results)
-        self.write("killed.prm", {**LONG, "Pads/Thickness": 0.02})
+        self.write("killed.prm", {**MEDIUM, "Pads/Thickness": 0.02})
         result = self.squeal("killed.prm")
         self.assertEqual(result.returncode, 2, result.stdout)
         self.assertEqual(self.tables(results), before)
-        self.write("killed.prm", LONG)
+        self.write("killed.prm", MEDIUM)
         self.resume()
 
     def test_older_version(self):
@@ -345,14 +346,14 @@ class RunDirectory(st.TestCase):
     # Point 7: states and tables that somebody changed.
 
     def test_damaged_state(self):
-        whole = self.tables(self.analyse(LONG))
+        whole = self.tables(self.analyse(MEDIUM))
         damages = {"half": lambda data: data[:len(data) // 2], "empty": lambda data: b"",
                    "a bit": lambda data: data[:40] + bytes([data[40] ^ 1]) + data[41:],
                    "a size": lambda data: data[:15] + b"\xff" * 8 + data[23:], "noise": lambda data: os.urandom(len(data)),
                    "longer": lambda data: data + b"12345678"}
         for name, damage in damages.items():
             with self.subTest(damage=name):
-                results = self.stopped(LONG)
+                results = self.stopped(MEDIUM, n_lines=1)
                 state = results / "sweep.state"
                 state.write_bytes(damage(state.read_bytes()))
                 result = self.squeal("killed.prm")
@@ -362,12 +363,12 @@ class RunDirectory(st.TestCase):
 
     def test_changed_table(self):
         """Shortened, or saved by a spreadsheet: neither bytes of zero nor half lines."""
-        whole = self.tables(self.analyse(LONG))
+        whole = self.tables(self.analyse(MEDIUM))
         changes = {"shorter": lambda text: text[:60], "saved": lambda text: text.replace(",", ";"),
                    "carriage returns": lambda text: text.replace("\n", "\r\n")}
         for name, change in changes.items():
             with self.subTest(change=name):
-                results = self.stopped(LONG)
+                results = self.stopped(MEDIUM, n_lines=1)
                 table = results / "sweep.csv"
                 table.write_bytes(change(table.read_bytes().decode()).encode())
                 result = self.squeal("killed.prm")

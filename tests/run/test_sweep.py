@@ -23,6 +23,8 @@ AT_REST = {
     "Eigenproblem/Maximum frequency": 2000,
 }
 FRICTION = "Contact/Friction/Coefficient"
+# For tests of something else: bars take most of the time of a short sweep.
+NO_BARS = {"Eigenproblem/Error bars": "false"}
 
 
 class Sweeps(st.TestCase):
@@ -34,7 +36,7 @@ class Sweeps(st.TestCase):
         self.assertSameModes(at_end, self.eigenvalues({**settings, "Pads/Pressure": 3e6}), 1e-7)
 
     def test_coalescence(self):
-        directory = self.analyse({**AT_REST, **st.PENALTY, "Sweep/Parameter": FRICTION, "Sweep/Values": "0 : 0.4 : 5",
+        directory = self.analyse({**AT_REST, **NO_BARS, **st.PENALTY, "Sweep/Parameter": FRICTION, "Sweep/Values": "0 : 0.4 : 5",
                                   "Sweep/Critical values": "true"})
         critical = [row for row in st.read_table(directory / "critical.csv") if row["kind"] == "coalescence"]
         self.assertGreater(len(critical), 0)
@@ -42,7 +44,7 @@ class Sweeps(st.TestCase):
         self.assertLess(critical[0]["accuracy"], 1e-6 * mu_c)
         growth = {}
         for factor in [1 - 1e-4, 1 + 1e-4, 1 + 4e-4]:
-            modes = self.eigenvalues({**AT_REST, **st.PENALTY, FRICTION: repr(mu_c * factor)})
+            modes = self.eigenvalues({**AT_REST, **NO_BARS, **st.PENALTY, FRICTION: repr(mu_c * factor)})
             mode = max(modes, key=lambda l: l.real)
             growth[factor] = mode.real
             if factor > 1:
@@ -131,7 +133,7 @@ class Sweeps(st.TestCase):
             self.assertIsNone(row["corrected_value"])
 
     def test_points_and_branches(self):
-        settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 4000}
+        settings = {**st.SMALL_BRAKE, **st.MORTAR, **NO_BARS, "Eigenproblem/Maximum frequency": 4000}
         values = [0.1, 0.25, 0.4]
         directory = self.analyse({**settings, "Sweep/Parameter": FRICTION, "Sweep/Values": ", ".join(map(str, values))})
         rows = st.read_table(directory / "sweep.csv")
@@ -152,7 +154,7 @@ class Sweeps(st.TestCase):
         for name, values in [("Operation/Angular velocity", "5, 10"), ("Pads/Material/Young modulus", "8e9, 1e10"),
                              ("Rotor/Material/Density", "7000, 7200")]:
             with self.subTest(parameter=name):
-                settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 2000}
+                settings = {**st.SMALL_BRAKE, **st.MORTAR, **NO_BARS, "Eigenproblem/Maximum frequency": 2000}
                 directory = self.analyse({**settings, "Sweep/Parameter": name, "Sweep/Values": values})
                 last = float(values.split(",")[1])
                 own = [st.eigenvalue(r) for r in st.read_table(directory / "sweep.csv") if r["parameter"] == last]
@@ -194,7 +196,7 @@ class Sweeps(st.TestCase):
         self.assertLess(max(row["backward_error"] for row in rows), 1e-9)
 
     def test_ranks(self):
-        """One and two ranks: the same branches and eigenvalues."""
+        """One and two ranks: the same branches, eigenvalues, bars and verdicts."""
         settings = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 24, 2",
                     "Discretization/Pad cells": "1, 7, 2", "Eigenproblem/Maximum frequency": 36000,
                     "Output/Fields": "none", "Sweep/Parameter": FRICTION, "Sweep/Values": "0.2, 0.4, 0.6"}
@@ -203,6 +205,9 @@ class Sweeps(st.TestCase):
                          [(row["parameter"], row["branch"]) for row in two])
         for a, b in zip(one, two):
             self.assertLess(abs(st.eigenvalue(a) - st.eigenvalue(b)), 1e-8 * abs(st.eigenvalue(a)))
+            for column in self.BARS[:2]:
+                self.assertLess(abs(a[column] - b[column]), 1e-4 * a[column] + 1e-6, column)
+            self.assertEqual(a["verdict"], b["verdict"])
 
     def test_killed_and_resumed(self):
         settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 2000, "Sweep/Parameter": FRICTION,
@@ -263,7 +268,7 @@ class Sweeps(st.TestCase):
         the frictionless tangent, so that the static tangent is singular at mu/gain. The sweep finds det Q = 0."""
         strip = {"Scene": "strip", "Stage": "friction", "Operation/Angular velocity": 0, "Discretization/Degree": 1,
                  "Discretization/Rotor cells": "1, 16, 2", "Discretization/Pad cells": "1, 5, 2",
-                 "Contact/Steady pressure": "uniform", "Eigenproblem/Maximum frequency": 10000, "Output/Fields": "none"}
+                 "Contact/Steady pressure": "uniform", "Eigenproblem/Maximum frequency": 10000, "Output/Fields": "none", **NO_BARS}
         for formulation in [st.MORTAR, st.PENALTY]:
             gain = {}
             for mu in [0.5, 1]:
@@ -289,9 +294,9 @@ class Sweeps(st.TestCase):
 
     def test_geometry(self):
         """Parameters that change the mesh: the modes of separate runs; branches go on; no critical values."""
-        brake = {**st.SMALL_BRAKE, "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 3000}
+        brake = {**st.SMALL_BRAKE, **NO_BARS, "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 3000}
         strip = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Degree": 2, "Discretization/Rotor cells": "1, 12, 1",
-                 "Discretization/Pad cells": "1, 4, 1", "Eigenproblem/Maximum frequency": 36000, "Output/Fields": "none"}
+                 "Discretization/Pad cells": "1, 4, 1", "Eigenproblem/Maximum frequency": 36000, "Output/Fields": "none", **NO_BARS}
         for settings, name, values, same_size in [(brake, "Rotor/Thickness", [0.012, 0.0125], True),
                                                   (strip, "Strip/Block thickness", [0.02, 0.021], True),
                                                   (strip, "Discretization/Degree", [2, 3], False)]:
