@@ -30,6 +30,8 @@ from pathlib import Path
 from plotting import draw_with_matplotlib, rounded
 from plot import FREQUENCY, FREQUENCY_ERROR, GROWTH, GROWTH_ERROR, STYLES, UNSTABLE, read_parameters
 
+# What a probability is uncertain by
+PROBABILITY_BARS = (("sampling_error", "number of samples"), ("reduction_error", "solver"), ("mesh_error", "mesh"))
 SCRIPTS = Path(__file__).resolve().parent
 RENDERING_SECONDS = 300
 
@@ -67,8 +69,10 @@ def fail(message):
 # Of these columns numbers are taken.
 NUMBERS = {"cycle", "mode", "parameter", "value", "contact_area_m2", "max_pressure_pa", "dofs", "processor_seconds", GROWTH,
            FREQUENCY}
-# In these tables the parameter is a name.
-NAMED = {"critical.csv": {"parameter"}, "sensitivities.csv": {"parameter"}}
+# In these tables the parameter is a name, or a field may be empty: that of all branches has no frequency, a sample may have
+# no mode.
+NAMED = {"critical.csv": {"parameter"}, "sensitivities.csv": {"parameter"}, "indices.csv": {"parameter"},
+         "probability.csv": {FREQUENCY}, "samples.csv": {FREQUENCY, GROWTH}}
 
 
 def is_whole(row, named=frozenset()):
@@ -153,6 +157,7 @@ class Report:
         self.modes = [row for row in modes if int(float(row["cycle"])) == self.cycle]
         self.cycles = self.rows("cycles.csv")
         self.sweep, self.map = self.rows("sweep.csv"), self.rows("map.csv")
+        self.samples, self.probabilities = self.rows("samples.csv"), self.rows("probability.csv")
 
     def rows(self, name):
         return read_table(self.directory, name, self.missing)
@@ -269,6 +274,26 @@ class Report:
                 f"{fixed(worst['growth_rate_1_per_s'], 2, digits=3)} 1/s at {names[0]} = {number(worst['first_value'])}, "
                 f"{names[1]} = {number(worst['second_value'])}.")
 
+    def summary_of_samples(self):
+        of_all = next((row for row in self.probabilities if row["branch"] == "any"), None)
+        if not of_all:
+            return [f"{len(self.samples)} samples so far; probabilities follow when all are there."]
+        bars = ", ".join(f"\N{PLUS-MINUS SIGN} {number(of_all[column], 2)} by the {what}"
+                         for column, what in PROBABILITY_BARS if of_all.get(column))
+        words = [f"A mode grows with a probability of {number(of_all['probability'], 3)} ({bars}), of {of_all['samples']} "
+                 "samples."]
+        likely = sorted((row for row in self.probabilities if row["branch"] != "any" and float(row["probability"]) > 0),
+                        key=lambda row: -float(row["probability"]))
+        if likely:
+            words.append("Most often " + ", ".join(f"{number(row['frequency_hz'], 5)} Hz ({number(row['probability'], 3)})"
+                                                   for row in likely[:3]) + ".")
+        if not of_all.get("mesh_error"):
+            if self.parameters.get("Scene") != "matrices":
+                words.append("Without error bars: the mesh may have decided these verdicts.")
+        elif float(of_all["mesh_error"]) > float(of_all["sampling_error"]):
+            words.append("The mesh leaves more open than the number of samples does: a finer mesh tells more than more samples.")
+        return words
+
     def summary(self):
         unstable = [row for row in self.modes if row["verdict"] in UNSTABLE]
         undecided = [row for row in self.modes if row["verdict"] == "undecided"]
@@ -296,6 +321,8 @@ class Report:
             words += self.summary_of_sweep()
         elif self.map:
             words.append(self.summary_of_map())
+        elif self.samples:
+            words += self.summary_of_samples()
         elif self.cycles:
             words.append(f"No mode up to {number(self.parameters.get('Eigenproblem/Maximum frequency'))} Hz was found.")
         else:
@@ -311,7 +338,7 @@ class Report:
             words.append("But more modes grow than are listed: there are signs of growth outside of the region that was "
                          "searched; see the log.")
         grow = unstable or any(row["verdict"] in UNSTABLE for row in self.sweep) or \
-            any(float(row.get("unstable_modes") or 0) > 0 for row in self.map)
+            any(float(row.get("unstable_modes") or 0) > 0 for row in self.map + self.samples)
         kind = "unstable" if grow or lacks_growing else "undecided" if undecided else ""
         self.body.append(f'<p class="summary {kind}">{html.escape(" ".join(words))}</p>')
 
@@ -324,7 +351,7 @@ class Report:
             return found[-1].strip() if found else ""
 
         of = self.parameters.get
-        varied = {of("Sweep/Parameter"), of("Sweep/Second parameter")}
+        varied = {of("Sweep/Parameter"), of("Sweep/Second parameter"), *self.uncertain_numbers()}
         lines = [("Command", last("^Command: (.*)$")), ("Started", last("^Started: (.*)$")),
                  ("Version", last(r"^(squeal \S+ \(.*)$"))]
         if of("Scene") and of("Scene") != "matrices":
@@ -530,6 +557,76 @@ class Report:
             self.section("Stability map")
             self.drawn_by("Largest growth rate and the border of stability", "stability_map.py")
 
+    # Samples.
+
+    def uncertain_numbers(self):
+        """Columns between the number of the sample and what was found."""
+        columns = list(self.samples[0]) if self.samples else []
+        return columns[1:columns.index("modes")] if "modes" in columns else []
+
+    def sampling(self):
+        if not self.samples:
+            return
+        self.section("Samples")
+        names = self.uncertain_numbers()
+
+        def draw_growth(pyplot):
+            pyplot.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
+            n_columns = min(len(names), 3)
+            n_rows = -(-len(names) // n_columns)
+            figure, axes = pyplot.subplots(n_rows, n_columns, sharey=True, squeeze=False, layout="constrained",
+                                           figsize=(9, 1 + 2.6 * n_rows))
+            known = [row for row in self.samples if row["growth_rate_1_per_s"]]
+            growth = [float(row["growth_rate_1_per_s"]) for row in known]
+            bars = [float(row["mesh_error_1_per_s"] or 0) for row in known]
+            colors = [STYLES["undecided" if abs(g) < bar else "flutter" if g > 0 else "stable"][0]
+                      for g, bar in zip(growth, bars)]
+            for axis, name in zip(axes.flat, names):
+                axis.scatter([float(row[name]) for row in known], growth, s=9, c=colors, linewidths=0)
+                axis.axhline(0, color="black", linewidth=1)
+                axis.set_xlabel(name, fontsize=9)
+                axis.grid(color="0.92")
+            for axis in axes.flat[len(names):]:
+                axis.set_visible(False)
+            for axis in axes[:, 0]:
+                axis.set_ylabel("largest growth rate, 1/s")
+            return figure
+
+        self.figure("The largest growth rate of each sample over each uncertain number; orange samples grow, those in the "
+                    "colour of undecided modes may", draw_growth)
+        shown = [row for row in self.probabilities if float(row["probability"]) > 0 or row["branch"] == "any" or
+                 float(row.get("mesh_error") or 0) > 0]
+        if shown:
+            self.body.append(table(["branch", "frequency, Hz", "probability", "by samples", "by reduction", "by mesh",
+                                    "growth rate: 5 %", "50 %", "95 %, 1/s"],
+                                   [[row["branch"], number(row["frequency_hz"], 6), number(row["probability"], 4),
+                                     *(number(row[column], 2) for column, _ in PROBABILITY_BARS),
+                                     *(number(row[f"growth_rate_{share}_percent_1_per_s"], 4) for share in (5, 50, 95))]
+                                    for row in shown], ["unstable" if float(row["probability"]) > 0.5 else "" for row in shown]))
+            self.note("How probable it is that a branch of modes grows, and that any does. By samples: half of the interval of "
+                      "95 % that so many samples leave; by reduction and by mesh: how far the probability would move if all "
+                      "growth rates were off by their errors to one side. Branches that cannot grow are in probability.csv.")
+        self.sensitivity_indices()
+
+    def sensitivity_indices(self):
+        of_all = [row for row in self.rows("indices.csv") if row["branch"] == "any" and row["total"]]
+        if not of_all:
+            return
+
+        def draw(pyplot):
+            figure, axis = pyplot.subplots(figsize=(9, 1 + 0.6 * len(of_all)), layout="constrained")
+            rows = sorted(of_all, key=lambda row: float(row["total"]))
+            for shift, kind, color in ((-0.18, "first_order", "#0072B2"), (0.18, "total", "#E69F00")):
+                axis.barh([i - shift for i in range(len(rows))], [float(row[kind]) for row in rows], 0.34,
+                          xerr=[float(row[kind + "_error"]) for row in rows], color=color, capsize=3,
+                          label="alone" if kind == "first_order" else "with all others")
+            axis.set_yticks(range(len(rows)), [row["parameter"] for row in rows])
+            axis.set_xlabel("share of the variance of the largest growth rate")
+            axis.legend(frameon=False)
+            return figure
+
+        self.figure("Which uncertain number governs the growth rate", draw)
+
     # What the numbers rest on.
 
     def convergence(self):
@@ -607,7 +704,7 @@ class Report:
         title = f"squeal: {self.directory.name}"
         described = f"Scene {scene}, stage {self.parameters.get('Stage', '')}" if scene else ""
         self.body.append(f"<h1>{html.escape(title)}</h1><p>{html.escape(described)}</p>")
-        for part in (self.summary, self.computed, self.verdicts, self.causes, self.remedies, self.sweeps, self.stability_map,
+        for part in (self.summary, self.computed, self.verdicts, self.causes, self.remedies, self.sweeps, self.stability_map, self.sampling,
                      self.pictures_of_modes, self.contact, self.convergence, self.input_and_log):
             try:
                 part()

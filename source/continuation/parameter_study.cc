@@ -70,6 +70,16 @@ namespace squeal
     return chosen;
   }
 
+  double ParameterStudy::uncertainty(const EigenPairs &modes, const unsigned int j) const
+  {
+    // A projected eigenvalue is of the first order in what the basis lacks, which its backward
+    // error in the whole norm hardly shows: it is known to the tolerance.
+    const double relative = tracker.is_whole(modes)
+                                ? modes.backward_error[j]
+                                : std::max(modes.backward_error[j], options.tolerance);
+    return modes.condition[j] * relative * std::abs(modes.lambda[j]);
+  }
+
   ParameterStudy::Evaluation ParameterStudy::evaluate(const std::vector<double> &values,
                                                       const std::vector<Complex> &expected)
   {
@@ -81,12 +91,7 @@ namespace squeal
     for (const unsigned int j : chosen)
     {
       result.lambda.push_back(modes.lambda[j]);
-      // A projected eigenvalue is of the first order in what the basis lacks, which its backward
-      // error in the whole norm hardly shows: it is known to the tolerance.
-      const double relative = tracker.is_whole(modes)
-                                  ? modes.backward_error[j]
-                                  : std::max(modes.backward_error[j], options.tolerance);
-      result.uncertainty += modes.condition[j] * relative * std::abs(modes.lambda[j]);
+      result.uncertainty += uncertainty(modes, j);
     }
     for (const std::string &parameter : parameters)
     {

@@ -224,8 +224,20 @@ namespace squeal
       ++line_number;
       const std::string where = filename + ":" + std::to_string(line_number);
 
-      line                 = line.substr(0, line.find('#'));
-      line                 = trim(line);
+      const auto without_comment = [](const std::string &text)
+      { return trim(text.substr(0, text.find('#'))); };
+      line = without_comment(line);
+      // As in deal.II: a line that ends with a backslash goes on in the next one.
+      while (!line.empty() && line.back() == '\\')
+      {
+        line.pop_back();
+        line = trim(line);
+        std::string next;
+        if (!std::getline(in, next))
+          break;
+        ++line_number;
+        line += " " + without_comment(next);
+      }
       const auto first_gap = line.find_first_of(" \t");
       const auto word      = line.substr(0, first_gap);
       const auto rest      = first_gap == std::string::npos ? "" : trim(line.substr(first_gap));

@@ -407,6 +407,7 @@ namespace squeal
       eigenproblem.declare(prm);
       prestress.declare(prm);
       sweep.declare(prm);
+      sampling.declare(prm);
       matrices.declare(prm);
       output.declare(prm);
     }
@@ -503,8 +504,8 @@ namespace squeal
         if (scene != Scene::mesh)
           throw InputError("Output/Superelement: allowed with Scene = mesh only.");
       }
-      if (sweep.active())
-        refuse("Sweep/Parameter = " + sweep.parameter,
+      if (varies_parameters())
+        refuse(sweep.active() ? "Sweep/Parameter = " + sweep.parameter : "the section Sampling",
                "there would be matrices for each value. Run the value that is wanted by itself.");
       if (stage == Stage::ladder)
         refuse("Stage = ladder",
@@ -546,32 +547,37 @@ namespace squeal
     void All::check()
     {
       sweep.check();
+      sampling.check();
+      if (sweep.active() && sampling.active())
+        throw InputError(
+            "Sampling/Parameters: allowed without a sweep only, with Sweep/Parameter = none.");
       eigenproblem.check();
       if (eigenproblem.is_matrix_free())
         check_matrix_free();
-      if (sweep.active() && eigenproblem.minimum_frequency > 0)
+      if (varies_parameters() && eigenproblem.minimum_frequency > 0)
         fail("Eigenproblem/Minimum frequency", eigenproblem.minimum_frequency,
-             "sweeps and maps follow all modes from zero on; allowed with Sweep/Parameter is 0.");
+             "sweeps, maps and samples follow all modes from zero on; allowed with them is 0.");
       refinement.check();
       if (output.matrices || !output.superelement.empty())
         check_export();
       if (!refinement.reference.empty() &&
-          (sweep.active() || stage == Stage::ladder || scene == Scene::matrices))
-        throw InputError("Refinement/Reference = " + refinement.reference +
-                         ": the modes of one scene with a mesh are compared; not in a sweep, in "
-                         "Stage = ladder or in Scene = matrices.");
+          (varies_parameters() || stage == Stage::ladder || scene == Scene::matrices))
+        throw InputError(
+            "Refinement/Reference = " + refinement.reference +
+            ": the modes of one scene with a mesh are compared; not in a sweep or of samples, in "
+            "Stage = ladder or in Scene = matrices.");
       if (refinement.edge_levels > 0)
         check_edge_levels();
       if (refinement.strategy == Strategy::adaptive && !eigenproblem.error_bars)
         throw InputError(
             "Refinement/Strategy = adaptive: it needs Eigenproblem/Error bars = true.");
       if (!eigenproblem.is_solved() &&
-          (sweep.active() || stage == Stage::ladder || scene == Scene::matrices ||
+          (varies_parameters() || stage == Stage::ladder || scene == Scene::matrices ||
            refinement.strategy == Strategy::adaptive))
         throw InputError("Eigenproblem/Solver = none: sweeps, Stage = ladder, Scene = matrices and "
                          "Refinement/Strategy = adaptive need modes.");
       if (stage == Stage::ladder &&
-          (sweep.active() || refinement.n_cycles() > 1 || scene == Scene::matrices))
+          (varies_parameters() || refinement.n_cycles() > 1 || scene == Scene::matrices))
         throw InputError(
             "Stage = ladder: it climbs on one mesh of the scenes brake, strip and mesh, without a "
             "sweep.");

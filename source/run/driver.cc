@@ -2,6 +2,7 @@
 #include <squeal/assessment/modal_damping.h>
 #include <squeal/base/memory.h>
 #include <squeal/contact/contact_fields.h>
+#include <squeal/continuation/sampling.h>
 #include <squeal/continuation/stability_map.h>
 #include <squeal/continuation/sweep.h>
 #include <squeal/mesh/fields.h>
@@ -118,6 +119,8 @@ namespace squeal
         EigenSolution::Cost cost;
         if (prm.stage == Stage::ladder)
           cost = climb(model);
+        else if (prm.sampling.active())
+          Sampling(file, model, options, directory, comm, report.log, estimator).run();
         else if (prm.sweep.is_map())
           StabilityMap(file, model, options, directory, comm, report.log).run();
         else
@@ -211,7 +214,7 @@ namespace squeal
       /// Whether a sweep, a map or the ladder follows.
       bool continues() const
       {
-        return prm.sweep.active() || prm.stage == Stage::ladder;
+        return prm.varies_parameters() || prm.stage == Stage::ladder;
       }
       bool refines() const
       {
@@ -491,7 +494,7 @@ namespace squeal
       {
         checkpoint.finished =
             checkpoint.cycles.size() == prm.refinement.n_cycles() || !divide_cells(rows, errors);
-        if (refines() && (!checkpoint.finished || prm.sweep.active()))
+        if (refines() && (!checkpoint.finished || prm.varies_parameters()))
           checkpoint.save(common.directory, common.comm);
       }
 
@@ -627,7 +630,7 @@ namespace squeal
         model->assemble(common.prm);
         report.log.line("\nMatrices of size " + std::to_string(model->size()));
       }
-      if (common.prm.sweep.active())
+      if (common.prm.varies_parameters())
         common.continue_along_parameters(*model, {});
       else
       {

@@ -22,7 +22,8 @@ namespace squeal
   {
     const std::string manifest_name = "run.manifest", lock_name = "run.lock",
                       first_line          = "squeal manifest 1";
-    const std::vector<std::string> states = {"refinement.state", "sweep.state", "map.state"};
+    const std::vector<std::string> states = {"refinement.state", "sweep.state", "map.state",
+                                             "samples.state"};
     constexpr std::size_t most_bytes      = 1 << 28;
 
     /// Whether a run may give this name to a file that it writes; @p exports: one with
@@ -31,9 +32,10 @@ namespace squeal
     {
       static const std::regex pattern(
           "(modes|contributions|sensitivities|cycles|static|ladder|convergence|sweep|critical|map|"
-          "border|mesh)\\.csv|convergence\\.tex|log\\.txt|(original|parameters)\\.prm|run\\."
+          "border|mesh|samples|probability|indices)\\.csv|convergence\\.tex|log\\.txt|(original|"
+          "parameters)\\.prm|run\\."
           "manifest|"
-          "(refinement|sweep|map)\\.state|(state|mode|contact)-[0-9].*\\.(vtu|pvtu|pvd)");
+          "(refinement|sweep|map|samples)\\.state|(state|mode|contact)-[0-9].*\\.(vtu|pvtu|pvd)");
       static const std::regex exported(names_of_exported_files());
       const std::string part = ".part";
       const bool is_part     = name.size() > part.size() &&
@@ -83,6 +85,7 @@ namespace squeal
         for (const Parameters::BodyMaterial &body : prm.materials())
           all.push_back({body.section + "/Material/Modulus table", body.material.modulus_table});
       all.push_back({"Refinement/Reference", prm.refinement.reference});
+      all.push_back({"Sampling/File", prm.sampling.file});
       all.erase(std::remove_if(all.begin(), all.end(),
                                [](const InputFile &file) { return file.name.empty(); }),
                 all.end());
@@ -425,7 +428,8 @@ namespace squeal
 
   bool RunDirectory::has_results(const Manifest &earlier) const
   {
-    std::vector<std::string> worth = {"modes.csv", "ladder.csv", "sweep.csv", "map.csv"};
+    std::vector<std::string> worth = {"modes.csv", "ladder.csv", "sweep.csv", "map.csv",
+                                      "samples.csv"};
     worth.insert(worth.end(), states.begin(), states.end());
     return earlier.finished ||
            std::any_of(worth.begin(), worth.end(),

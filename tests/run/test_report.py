@@ -173,6 +173,23 @@ class Reports(st.TestCase):
         self.assertIn(f"Growth begins at {onset['value']:.5g} (branch {onset['branch']:.0f})", words)
         self.assertIn("This sweep has no error bars", words)  # matrices have no mesh
 
+    def test_samples(self):
+        """Two masses of test_sampling.py: the probability with its bars in the first sentence, pictures, indices."""
+        theory = st.PROJECT / "prm/theory"
+        results = self.analyse({"Scene": "matrices", "Matrices/Mass": theory / "mass.mtx",
+                                "Matrices/Stiffness": theory / "stiffness.mtx", "Matrices/Circulatory": theory / "friction.mtx",
+                                "Eigenproblem/Maximum frequency": 1,
+                                "Sampling/Samples": 16, "Sampling/Sensitivity indices": "true",
+                                "Sampling/Parameters": "Matrices/Circulatory factor uniform 0.3 1; "
+                                                       "Operation/Angular velocity uniform 1 2"})
+        _, words = self.page(results)
+        found = st.read_table(results / "probability.csv")[0]
+        self.assertRegex(words, f"A mode grows with a probability of {found['probability']:.3g} "
+                                f"\\(. {found['sampling_error']:.2g} by the number of samples, .* by the solver\\), of 32 samples")
+        self.assertNotIn("Without error bars", words)  # matrices have no mesh
+        self.assertRegex(words, "The largest growth rate of each sample")
+        self.assertRegex(words, "Which uncertain number governs the growth rate")
+
     def test_damaged_tables(self):
         """Lines that a full disk has cut, bytes that are no text: the page leaves them out and says so."""
         results = self.analyse({**st.SMALL_BRAKE, "Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1",

@@ -37,6 +37,12 @@ namespace squeal
     void set_expansion_point(const Parameters::All &parameters,
                              const EigenSolution::Reuse &solution);
 
+    /// Whether values can be solved by projection. What has failed for a reason that lasts, such as
+    /// a coefficient that was not known to vary, waits for the next expansion point.
+    bool has_expansion_point() const
+    {
+      return reduced.has_expansion_point();
+    }
     /// Whether the bases of the projection have become so large that it is time for restart().
     bool is_crowded() const
     {

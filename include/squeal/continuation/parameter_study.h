@@ -77,15 +77,17 @@ namespace squeal
     std::vector<unsigned int> nearest(const EigenPairs &modes,
                                       const std::vector<std::complex<double>> &expected) const;
 
+    /// What the solver may have done to an eigenvalue: condition times |l| times the backward
+    /// error; of a projected one at least the tolerance.
+    double uncertainty(const EigenPairs &modes, unsigned int j) const;
+
     /// Eigenvalues and, by parameter, their derivatives; none where the terms cannot be
     /// differentiated by the parameter.
     struct Evaluation
     {
       std::vector<std::complex<double>> lambda;
       std::vector<std::vector<std::complex<double>>> derivatives;
-      /// Sum over the eigenvalues of condition times |l| times the backward error; of projected
-      /// ones at least the tolerance.
-      double uncertainty = 0;
+      double uncertainty = 0;            ///< sum over the eigenvalues
       EigenPairs modes;                  ///< all that were found
       std::vector<unsigned int> numbers; ///< of the eigenvalues in them
     };

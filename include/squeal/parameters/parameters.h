@@ -357,6 +357,52 @@ namespace squeal
       void check() const;
     };
 
+    /// Uncertain numbers, and samples of them.
+    struct Sampling
+    {
+      /// The distribution of a number, independent of the others but for Sampling/Correlation.
+      struct Distribution
+      {
+        enum class Kind
+        {
+          uniform,
+          normal,
+          lognormal,
+          table
+        };
+        std::string parameter; ///< the path of its key
+        Kind kind = Kind::uniform;
+        /// Bounds; mean and standard deviation; median and standard deviation of the logarithm;
+        /// values at which the probability of a smaller one is as in probabilities.
+        std::vector<double> numbers, probabilities;
+
+        /// The value that is not exceeded with this probability, in (0, 1).
+        double quantile(double probability) const;
+      };
+
+      std::string parameters   = "";
+      unsigned int samples     = 1024;
+      std::string correlation  = "";
+      bool sensitivity_indices = false;
+      std::string file         = "";
+
+      bool active() const
+      {
+        return !parameters.empty() || !file.empty();
+      }
+      /// In the order of the key. Throws InputError.
+      std::vector<Distribution> distributions() const;
+      /// L of the correlation matrix L L^T, row by row; the unit matrix if none is given. Throws
+      /// InputError.
+      std::vector<std::vector<double>> correlation_factor() const;
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+    inline std::array<std::string, 4> names_of(Sampling::Distribution::Kind)
+    {
+      return {{"uniform", "normal", "lognormal", "table"}};
+    }
+
     struct Matrices
     {
       std::string mass, velocity, stiffness, circulatory;
@@ -420,6 +466,7 @@ namespace squeal
       Eigenproblem eigenproblem;
       Prestress prestress;
       Sweep sweep;
+      Sampling sampling;
       Matrices matrices;
       Output output;
 
@@ -455,6 +502,11 @@ namespace squeal
 
       /// Whether a stiffness depends on how fast it is strained: the eigenproblem is not quadratic.
       bool has_relaxation() const;
+      /// Whether parameters vary: a sweep, a map or samples.
+      bool varies_parameters() const
+      {
+        return sweep.active() || sampling.active();
+      }
       /// Whether the stage, or one of the ladder's, has the damping of materials.
       bool has_damping() const
       {

@@ -132,6 +132,20 @@ namespace squeal::tests::parameter_file_tests
     CHECK(p.contact.friction.kind == FrictionLaw::Kind::falling);
   }
 
+  TEST_CASE("parameter_file: a backslash continues a line, and lines keep their numbers")
+  {
+    const auto file = read("subsection Sweep\n"
+                           "  set Parameter = Pads/Pressure\n"
+                           "  set Values = 1e6, \\\n"
+                           "     2e6, \\  # the second\n"
+                           "     3e6\n"
+                           "end\n"
+                           "set Stage = full \\");
+    CHECK(file->parameters().sweep.points() == std::vector<double>{1e6, 2e6, 3e6});
+    check_error("set Stage = \\\n full\nset Stag = full\n", {}, {"FILE:3", "Stag"});
+    check_error("set Stage = \\\n half\n", {}, {"FILE:1", "half"});
+  }
+
   TEST_CASE("parameter_file: overrides come last and reach every section")
   {
     const auto file = read("set Stage = elastic\nsubsection Pads\n  set Pressure = 3\nend\n",
