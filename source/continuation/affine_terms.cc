@@ -56,6 +56,14 @@ namespace squeal
         varying.push_back(expansion[static_cast<unsigned int>(k)]);
   }
 
+  void AffineTerms::learn(const std::vector<Term> &terms)
+  {
+    for (const Member &member : members_of(terms))
+      if (const Member *known = find(expansion, member);
+          known && known->coefficient != member.coefficient && !find(varying, member))
+        varying.push_back(*known);
+  }
+
   std::vector<char> AffineTerms::split(const RowRange &rows, const std::vector<Term> &terms)
   {
     const Members now = members_of(terms);

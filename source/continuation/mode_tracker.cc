@@ -5,7 +5,6 @@
 #include <squeal/symmetry/sectors.h>
 
 #include <cmath>
-#include <cstdint>
 
 namespace squeal
 {
@@ -21,23 +20,8 @@ namespace squeal
     reduced = ReducedSectors(options);
     sectors.reset();
     summed.reset();
-    fingerprints.clear();
-    counted_key.clear();
+    counts = ReferenceCounts(model->has_semidefinite_terms());
   }
-
-  namespace
-  {
-    /// A number that hardly two different matrices share.
-    double fingerprint(const Matrix &matrix)
-    {
-      double sum = 0;
-      for_entries(matrix, [&](const std::int64_t row, const std::int64_t column, const double value)
-                  { sum += value * (1 + column * 7919 % 1009) * (1 + row * 104729 % 1013); });
-      MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM,
-                    PetscObjectComm(reinterpret_cast<PetscObject>(Mat(matrix))));
-      return sum;
-    }
-  } // namespace
 
   void ModeTracker::assemble_model(const Parameters::All &parameters, const LinearOperator &nearby)
   {
@@ -63,32 +47,30 @@ namespace squeal
     return *summed;
   }
 
-  std::vector<double> ModeTracker::reference_key()
-  {
-    std::vector<double> key;
-    std::map<std::shared_ptr<const Matrix>, double> present;
-    for (const Term &term : model->terms())
-      if (term.order != 1 && term.matrix && *term.matrix && is_conservative(term.origin))
-      {
-        const auto known = fingerprints.find(term.matrix);
-        present[term.matrix] =
-            known != fingerprints.end() ? known->second : fingerprint(*term.matrix);
-        key.insert(key.end(), {double(term.order), term.coefficient, present[term.matrix]});
-      }
-    fingerprints = std::move(present);
-    return key;
-  }
-
   bool ModeTracker::has_count_of_expansion_point()
   {
     const LifetimeSeconds stopwatch(seconds_.counting);
-    std::vector<double> key = reference_key();
-    if (key != counted_key)
-    {
-      is_counted  = reduced.has_count_of_expansion_point(model->terms());
-      counted_key = std::move(key);
-    }
-    return is_counted;
+    const ReferenceCounts::Key key = counts.key_of(model->terms());
+    if (const std::optional<bool> known = counts.find(key))
+      return *known;
+    const bool is_same = reduced.has_count_of_expansion_point(model->terms());
+    counts.add(key, is_same);
+    return is_same;
+  }
+
+  ReferenceCounts::Key ModeTracker::look_at(const Parameters::All &parameters)
+  {
+    assemble_model(parameters, reduced.inverse());
+    reduced.learn(model->terms());
+    return counts.key_of(model->terms());
+  }
+
+  void ModeTracker::count_at(const Parameters::All &parameters)
+  {
+    if (!reduced.has_expansion_point())
+      return;
+    assemble_model(parameters, reduced.inverse());
+    has_count_of_expansion_point();
   }
 
   EigenSolution ModeTracker::solve(const Parameters::All &parameters, const Scope scope)
@@ -151,12 +133,13 @@ namespace squeal
     if (solution.empty()) // what an older one projects may lack modes that this one has
     {
       reduced = ReducedSectors(options);
+      counts.clear();
       return;
     }
     assemble_again(parameters, solution);
     reduced.set_expansion_point(whole_problem(), model->terms(), solution, *sectors);
-    is_counted  = true;
-    counted_key = reference_key();
+    counts.clear();
+    counts.add(counts.key_of(model->terms()), true);
   }
 
   std::vector<ModeRow> ModeTracker::analyse(const EigenPairs &modes) const

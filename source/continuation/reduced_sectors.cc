@@ -142,6 +142,14 @@ namespace squeal
       part.reduced.keep_apart(varying_terms);
   }
 
+  void ReducedSectors::learn(const std::vector<Term> &terms)
+  {
+    if (!has_expansion_point() || !restrict(terms))
+      return;
+    for (Part &part : parts)
+      part.reduced.learn(part.terms);
+  }
+
   bool ReducedSectors::has_expansion_point() const
   {
     return !parts.empty() &&
@@ -288,6 +296,12 @@ namespace squeal
   {
     return std::any_of(parts.begin(), parts.end(),
                        [](const Part &part) { return part.reduced.is_crowded(); });
+  }
+
+  bool ReducedSectors::is_full() const
+  {
+    return std::any_of(parts.begin(), parts.end(),
+                       [](const Part &part) { return part.reduced.is_full(); });
   }
 
   EigenPairs ReducedSectors::restart(const EigenPairs &modes)

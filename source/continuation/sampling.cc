@@ -231,8 +231,13 @@ namespace squeal
     const Point middle  = centre();
     EigenSolution found = tracker.solve_fully(study.parameters_at(middle));
     tracker.set_expansion_point(study.parameters_at(middle), found.reuse);
-    is_projected            = tracker.has_expansion_point(); // not for small problems
-    found.reuse             = {};
+    is_projected = tracker.has_expansion_point(); // not for small problems
+    found.reuse  = {};
+    if (is_projected && !are_corners_known)
+      find_corners();
+    if (is_projected)
+      for (const Point &corner : corners)
+        tracker.count_at(study.parameters_at(corner));
     EigenSolution projected = tracker.solve(study.parameters_at(middle));
     const auto transition   = tracker.transition(at_centre.modes, projected.modes);
     reduced_centre          = {};
@@ -240,6 +245,38 @@ namespace squeal
     continue_branches(transition, at_centre, study.options.max_imaginary, reduced_centre);
     reduced_place = on_course(0, reduced_centre.modes, reduced_centre.branches, transition,
                               at_centre.modes.size());
+  }
+
+  /// Looks at the ends of each number: which terms vary, and between which corners samples need not
+  /// be counted one by one.
+  void Sampling::find_corners()
+  {
+    const Point middle = centre();
+    const auto key     = tracker.look_at(study.parameters_at(middle));
+    corners            = {middle, middle}; // the softest and the stiffest
+    bool is_monotonic  = true;
+    for (unsigned int i = 0; i < middle.size(); ++i)
+    {
+      double lowest = middle[i], highest = middle[i];
+      for (const Point &point : points)
+      {
+        lowest  = std::min(lowest, point[i]);
+        highest = std::max(highest, point[i]);
+      }
+      Point above = middle;
+      above[i]    = highest;
+      const std::optional<int> moved =
+          ReferenceCounts::compare(tracker.look_at(study.parameters_at(above)), key);
+      is_monotonic &= moved.has_value(); // else it acts both ways, or on other matrices
+      if (moved.value_or(0) != 0)
+      {
+        corners[0][i] = *moved > 0 ? lowest : highest;
+        corners[1][i] = *moved > 0 ? highest : lowest;
+      }
+    }
+    if (!is_monotonic || corners[0] == corners[1])
+      corners.clear();
+    are_corners_known = true;
   }
 
   void Sampling::Growth::include(const Growth &other)
@@ -463,7 +500,7 @@ namespace squeal
       outcomes.push_back(solve(k));
       // Which terms vary is learnt by samples. Bases may become as large as they can: samples lie
       // all around, and what one adds serves others.
-      if (is_projected && (!tracker.has_expansion_point() || (was_full && tracker.is_crowded())))
+      if (is_projected && (!tracker.has_expansion_point() || (was_full && tracker.is_full())))
         expand_about_centre();
       constexpr std::chrono::seconds interval(30);
       int is_old = std::chrono::steady_clock::now() - last_saved > interval;

@@ -26,6 +26,8 @@ namespace squeal
     /// The expansion point's terms whose coefficients have been seen to change, by number.
     std::vector<double> varying_terms() const;
     void keep_apart(const std::vector<double> &varying_terms);
+    /// Keeps those apart, before split(), that have another coefficient among these terms.
+    void learn(const std::vector<Term> &terms);
 
     /// Makes the constant matrices from the expansion point's terms and others. Returns by row
     /// whether a matrix that may change couples it on this rank.

@@ -2,8 +2,7 @@
 
 #include <squeal/continuation/branches.h>
 #include <squeal/continuation/reduced_sectors.h>
-
-#include <map>
+#include <squeal/continuation/reference_counts.h>
 
 namespace squeal
 {
@@ -43,10 +42,21 @@ namespace squeal
     {
       return reduced.has_expansion_point();
     }
+    /// Before the first solution about an expansion point: learns which terms are to vary, and
+    /// gives the reference problem of these parameters, to which others can be compared.
+    ReferenceCounts::Key look_at(const Parameters::All &parameters);
+    /// Counts modes there, so that parameters between such places need not be counted.
+    void count_at(const Parameters::All &parameters);
+
     /// Whether the bases of the projection have become so large that it is time for restart().
     bool is_crowded() const
     {
       return reduced.is_crowded();
+    }
+    /// Whether the bases cannot take the corrections of another solution.
+    bool is_full() const
+    {
+      return reduced.is_full();
     }
     /// Bases of the last solutions only. Modes in coordinates become invalid, but for these of the
     /// last solution, which are given in the new ones.
@@ -135,8 +145,6 @@ namespace squeal
     /// Whether the reference problem has as many modes in the disc as the expansion point's:
     /// counted again where it is another one.
     bool has_count_of_expansion_point();
-    /// What tells reference problems apart.
-    std::vector<double> reference_key();
 
     Model *model = nullptr;
     EigensolverOptions options;
@@ -150,8 +158,6 @@ namespace squeal
     std::optional<QuadraticEigenproblem> at_rest;        ///< assemble_at_rest(), with relaxation
     unsigned int n_assemblies = 0;
 
-    bool is_counted = false; ///< as many modes as the expansion point has, at the counted key
-    std::vector<double> counted_key;
-    std::map<std::shared_ptr<const Matrix>, double> fingerprints; ///< of matrices that stay
+    ReferenceCounts counts; ///< of the expansion point
   };
 } // namespace squeal

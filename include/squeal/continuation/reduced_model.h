@@ -44,6 +44,11 @@ namespace squeal
       projection.terms.keep_apart(varying_terms);
     }
 
+    void learn(const std::vector<Term> &terms)
+    {
+      projection.terms.learn(terms);
+    }
+
     bool has_expansion_point() const
     {
       return bool(factors);
@@ -62,6 +67,11 @@ namespace squeal
       // Overdamped modes are in V, but not in what the last solutions span.
       return !counts.overdamped && !recent.empty() &&
              dimension() > (is_steady ? 56 + 6 * counts.in_disc : 106 + 9 * counts.in_disc);
+    }
+    /// Whether V cannot take a vector for each mode any more.
+    bool is_full() const
+    {
+      return has_expansion_point() && dimension() + counts.in_disc > largest_dimension();
     }
     /// Makes V and W anew of what the last solutions span: the parameters' path is smooth, and what
     /// has been learnt far back on it is of no more use. Modes in coordinates become invalid.

@@ -28,6 +28,8 @@ namespace squeal
                              const EigenSolution::Reuse &found, const Sectors &sectors);
     std::vector<double> varying_terms() const;
     void keep_apart(const std::vector<double> &varying_terms);
+    /// Which coefficients are to vary, from such terms before the first solution.
+    void learn(const std::vector<Term> &terms);
 
     bool has_expansion_point() const;
     /// Whether nothing grows outside of the disc at the expansion point, as far as there are signs.
@@ -60,6 +62,7 @@ namespace squeal
     /// expansion point's clearance: then strongly damped modes may have come into the disc.
     std::optional<EigenPairs> solve(const std::vector<Term> &terms);
     bool is_crowded() const;
+    bool is_full() const;
     /// Gives these modes of the last solution in the new coordinates.
     EigenPairs restart(const EigenPairs &modes);
     ReducedModel::RayleighForms rayleigh_forms(const EigenPairs &modes) const;

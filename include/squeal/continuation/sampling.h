@@ -60,6 +60,7 @@ namespace squeal
     /// expansion point.
     void prepare();
     void expand_about_centre();
+    void find_corners();
     Outcome solve(unsigned int sample);
     /// The effects on the modes of a point, carried from the centre.
     KnownEffects effects_at(const Point &point, const BranchPoint &modes) const;
@@ -100,7 +101,9 @@ namespace squeal
     std::vector<Outcome> outcomes;
     std::unique_ptr<Table> samples_csv;
     std::chrono::steady_clock::time_point begin, last_saved;
-    bool is_projected = false; ///< once there was an expansion point
-    bool was_full     = false; ///< the last sample
+    std::vector<Point> corners; ///< between which modes need not be counted
+    bool are_corners_known = false;
+    bool is_projected      = false; ///< once there was an expansion point
+    bool was_full          = false; ///< the last sample
   };
 } // namespace squeal

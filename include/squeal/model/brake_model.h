@@ -78,6 +78,10 @@ namespace squeal
                                                  const LinearOperator &nearby = {}) const override;
 
     std::pair<std::vector<std::string>, std::vector<unsigned int>> bodies_of_rows() const override;
+    bool has_semidefinite_terms() const override
+    {
+      return true;
+    }
     Sectors sectors() const override
     {
       return prm.eigenproblem.mirror_symmetry ? find_sectors(spaces_) : Sectors();

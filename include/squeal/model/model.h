@@ -78,6 +78,12 @@ namespace squeal
     virtual std::pair<std::vector<std::string>, std::vector<unsigned int>>
     bodies_of_rows() const = 0;
 
+    /// Whether the matrices of inertia, elasticity and transport are known to be semidefinite.
+    virtual bool has_semidefinite_terms() const
+    {
+      return false;
+    }
+
     /// The sectors that the mesh has, and that the parameters allow for.
     virtual Sectors sectors() const
     {

@@ -38,6 +38,24 @@ namespace squeal::tests::mode_tracker_tests
     }
   } // namespace
 
+  TEST_CASE("mode tracker: what is to vary may be looked at before the first solution")
+  {
+    for (const bool looks : {false, true})
+    {
+      const auto model = TwoChains::model();
+      ModeTracker tracker(window(0.26), ModeSolver::block_krylov);
+      tracker.set_model(*model);
+      begin(tracker, factors(0.1, 0.002));
+      if (looks)
+        tracker.look_at(factors(0.2, 0.003));
+      CHECK(!tracker.is_whole(tracker.solve(factors(0.1, 0.002)).modes));
+      // What has not been seen to vary is in a sum then.
+      const EigenPairs modes = tracker.solve(factors(0.2, 0.003)).modes;
+      CHECK(tracker.is_whole(modes) == !looks);
+      CHECK(distance_of_sets(modes.lambda, TwoChains::eigenvalues(2, 0.2, 0.003)) <= 1e-9);
+    }
+  }
+
   TEST_CASE("mode tracker: one full solution serves for many parameters")
   {
     // TwoChains: modes 1 and 2 have frequencies up to sqrt(0.0409 + 0.02) = 0.247, mode 3 from
