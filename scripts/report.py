@@ -364,6 +364,8 @@ class Report:
             name = of(f"Sweep/{key}Parameter".replace("Second P", "Second p"), "none")
             if name != "none":
                 lines.append(("Along", f"{name} = {of(f'Sweep/{key}Values'.replace('Second V', 'Second v'))}"))
+        if self.samples:
+            lines.append(("Samples of", of("Sampling/File") or of("Sampling/Parameters", "")))
         self.section("What was computed")
         self.body.append("<dl>" + "".join(f"<dt>{html.escape(key)}</dt><dd>{html.escape(value)}</dd>"
                                           for key, value in lines if value) + "</dl>")
@@ -423,7 +425,8 @@ class Report:
     def materials(self, of):
         """Elastic constants, density, damping by part, and masses where mesh.csv has them."""
         parts = [("rotor", "Rotor/Material")] + ([("pads", "Pads/Material")] if of("Pads/Arrangement") != "none" else [])
-        parts += [(of(f"Mesh/Part {i}/Volumes"), f"Mesh/Part {i}/Material") for i in range(1, 5)
+        numbers = sorted(int(found[1]) for key in self.parameters if (found := re.fullmatch(r"Mesh/Part (\d+)/Volumes", key)))
+        parts += [(of(f"Mesh/Part {i}/Volumes"), f"Mesh/Part {i}/Material") for i in numbers
                   if of("Scene") == "mesh" and of(f"Mesh/Part {i}/Volumes")]
         if of("Scene") == "mesh" and of("Mesh/Rotor"):
             parts[0] = (of("Mesh/Rotor"), "Rotor/Material")
@@ -432,10 +435,16 @@ class Report:
             young = number(1e-9 * float(of(path + "/Young modulus")))
             if of(path + "/Law") == "transversely_isotropic":
                 young += f" ({number(1e-9 * float(of(path + '/Axial Young modulus')))} along z)"
+            of_frequency = [f"{key.lower()} {of(path + '/' + key)}" for key in
+                            ("Loss factor", "Prony series", "Fractional Zener", "Modulus table")
+                            if of(path + "/" + key, "") not in ("", "0")]
             rows.append([name, young, number(of(path + "/Poisson ratio")), number(of(path + "/Density")),
-                         number(of(path + "/Mass proportional damping")), number(of(path + "/Stiffness proportional damping"))])
-        self.body.append(table(["material of<", "E, GPa", "\N{GREEK SMALL LETTER NU}", "density, kg/m\N{SUPERSCRIPT THREE}",
-                                "damping \N{GREEK SMALL LETTER ALPHA}, 1/s", "\N{GREEK SMALL LETTER BETA}, s"], rows))
+                         number(of(path + "/Mass proportional damping")), number(of(path + "/Stiffness proportional damping")),
+                         "; ".join(of_frequency)])
+        header = ["material of<", "E, GPa", "\N{GREEK SMALL LETTER NU}", "density, kg/m\N{SUPERSCRIPT THREE}",
+                  "damping \N{GREEK SMALL LETTER ALPHA}, 1/s", "\N{GREEK SMALL LETTER BETA}, s", "over frequency<"]
+        n_columns = len(header) if any(row[-1] for row in rows) else len(header) - 1
+        self.body.append(table(header[:n_columns], [row[:n_columns] for row in rows]))
         masses = [f"{row['name']} {number(row['mass_kg'], 4)} kg" for row in self.rows("mesh.csv")
                   if row.get("kind") == "body" and row.get("mass_kg")]
         if masses:

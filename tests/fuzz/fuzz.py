@@ -99,6 +99,8 @@ def bases():
             settings["Sweep/Values"] = "0.2, 0.4"
         if "Second values" in text:
             settings["Sweep/Second values"] = "10, 20"
+        if "Samples" in text:
+            settings["Sampling/Samples"] = 4
         result.append(Case(name, {f"{name}.prm": with_settings(text, settings).encode()}))
     brake = with_settings(examples["brake"], SMALL)
     ladder = {"Stage": "ladder", "Output/Sensitivities": "true"}
@@ -109,8 +111,10 @@ def bases():
         text = path.read_text()
         names = sorted(set(re.findall(r"prm/theory/\w+\.mtx", text)))
         files = {name: (st.PROJECT / name).read_bytes() for name in names}
-        sweep = {"Sweep/Values": "0.1 : 1 : 4"} if "Values" in text else {}
-        files[f"{path.stem}.prm"] = with_settings(text, sweep).encode()
+        settings = dict(SMALL) if "Rotor cells" in text else {}
+        if "Values" in text:
+            settings["Sweep/Values"] = "0.1 : 1 : 4"
+        files[f"{path.stem}.prm"] = with_settings(text, settings).encode()
         result.append(Case(path.stem, files))
 
     cells = {"rotor_cells": (2, 8, 1), "pad_cells": (1, 2, 1)}

@@ -110,6 +110,15 @@ class Reports(st.TestCase):
         else:
             self.assertIn("matplotlib", words)
 
+    def test_materials(self):
+        """Damping over frequency is named where a material has it."""
+        results = self.analyse({**st.SMALL_BRAKE, "Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1",
+                                "Discretization/Pad cells": "1, 2, 1", "Eigenproblem/Maximum frequency": 2000,
+                                "Eigenproblem/Error bars": "false", "Pads/Material/Loss factor": 0.02})
+        page, words = self.page(results)
+        self.assertIn("over frequency", words)
+        self.assertIn("loss factor 0.02", page.cells)
+
     def test_adaptive(self):
         """An adaptive run is not told to refine adaptively."""
         results = self.analyse({**st.SMALL_BRAKE, **st.MORTAR, "Discretization/Degree": 1, "Refinement/Strategy": "adaptive",
