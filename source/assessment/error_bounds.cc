@@ -104,6 +104,17 @@ namespace squeal
       return members;
     }
 
+    /// Where two modes come closest as their effects grow together: t for which the discriminant of
+    /// [l_k, 0; 0, l_j] + t F, (l_k - l_j + t (F_kk - F_jj))^2 + 4 t^2 F_kj F_jk, is stationary.
+    double closest_approach(const std::vector<Complex> &lambda, const std::vector<Complex> &f,
+                            const unsigned int k, const unsigned int j)
+    {
+      const unsigned int m   = lambda.size();
+      const Complex distance = lambda[k] - lambda[j], difference = f[k + m * k] - f[j + m * j];
+      return (-distance * difference / (difference * difference + 4. * f[k + m * j] * f[j + m * k]))
+          .real();
+    }
+
     using Effect = ErrorEffects::Effect;
 
     ErrorBounds bound_errors_of_sector(const std::vector<Complex> &lambda,
@@ -141,6 +152,12 @@ namespace squeal
             t[varied] *= seen_only ? 1 + unequal : 1 - unequal;
             changes.push_back(coupled(lambda, f, members, t)[0] - lambda[k]);
           }
+        // Two that meet on the way are as they were on both sides of it, and flutter between.
+        for (const unsigned int j : members)
+          if (const double t = j == k ? 0 : closest_approach(lambda, f, k, j);
+              t >= 1 - unequal && t <= (1 + unequal) * whole)
+            changes.push_back(
+                coupled(lambda, f, members, std::vector<double>(members.size(), t))[0] - lambda[k]);
         double re = 0, im = 0;
         for (const Complex &change : changes)
         {

@@ -107,9 +107,10 @@ class ModesWithoutFactors(st.TestCase):
                                      self.TOLERANCE)
 
     def test_contact(self):
-        """Each kind of contact, pads that lift off, a given pressure; 1, 2 and 4 ranks."""
-        self.compare({}, ranks=[1, 2, 4])
-        for settings in ({"Contact/Formulation": "penalty"},
+        """Each kind of contact, pads that lift off, a given pressure; 1, 2 and 4 ranks, these in a window of few modes:
+        ranks without a core of their own are slow."""
+        self.compare({"Eigenproblem/Maximum frequency": 1500}, ranks=[2, 4])
+        for settings in ({}, {"Contact/Formulation": "penalty"},
                          {"Contact/Formulation": "mortar_penalty", "Contact/Penalty stiffness": 5e12},
                          {"Pads/Pressure profile": "1 - 20*y", "Contact/Friction/Coefficient": 1.0},
                          {"Contact/Steady pressure": "uniform"}):

@@ -47,8 +47,9 @@ namespace squeal
   /// of the eigenvalue falls like p^(-4a), r^a being the displacement, and a >= 1/2 at edges of
   /// contact and clamps. So the bounds take the part that is seen for 1 - (p/(p+1))^2 of the whole,
   /// with a margin of one fifth. Modes that are close to each other may have different parts: each
-  /// one's is varied between what is seen and the whole, the others' held at either. Parts of a
-  /// growth rate cancel over the mesh; a fiftieth of their moduli is added for those that are not
+  /// one's is varied between what is seen and the whole, the others' held at either; and where two
+  /// come closest as their effects grow together, the effects are taken as they are there. Parts of
+  /// a growth rate cancel over the mesh; a fiftieth of their moduli is added for those that are not
   /// seen and may cancel less.
   ///
   /// Modes of different @p parity (one for each mode, or empty) cannot couple: each parity has its

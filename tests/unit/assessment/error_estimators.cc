@@ -282,4 +282,28 @@ namespace squeal::tests::error_estimators_tests
     CHECK(std::abs(apart.correction[1] - f[3]) <= 1e-9);
     CHECK(apart.imaginary[0] < whole.imaginary[0]);
   }
+
+  TEST_CASE("error bounds: a pair that meets on the way of its effects flutters there")
+  {
+    // i [d, c; -c, -d] has +- i sqrt(d^2 - c^2): nothing grows but for |d| < c. The effects take d
+    // from 3 by 1.9 to 1.1, and by 1.9 times 2.16, the whole of degree 2, to -1.1: past the
+    // flutter.
+    const Complex j(0, 1);
+    const double distance = 3, shift = 1.9, c = 0.05, omega = 1000;
+    const auto bars = [&](const double sign)
+    {
+      const std::vector<Complex> lambda = {j * (omega + distance), j * (omega - distance)};
+      // At t with d = 0 the coupling is c.
+      const double coupling        = c / (distance / shift);
+      const std::vector<Complex> f = {-shift * j, sign * coupling * j, coupling * j, shift * j};
+      return bound_errors(lambda, {}, {f, std::vector<double>(2), 2, {}});
+    };
+    const ErrorBounds meeting = bars(-1), passing = bars(1);
+    for (const unsigned int k : {0, 1})
+    {
+      CHECK(meeting.growth_rate[k] == doctest::Approx(c).epsilon(1e-2));
+      // Two that only pass each other, as symmetric coupling lets them, do not grow.
+      CHECK(passing.growth_rate[k] <= 1e-9);
+    }
+  }
 } // namespace squeal::tests::error_estimators_tests
