@@ -21,6 +21,20 @@ namespace squeal
     return result;
   }
 
+  ErrorBounds bound_errors(const KnownEffects &known, const std::vector<Complex> &lambda,
+                           const std::vector<Parity> &parity)
+  {
+    std::vector<Complex> of_known;
+    std::vector<Parity> parity_of_known;
+    for (const unsigned int number : known.modes)
+    {
+      of_known.push_back(lambda[number]);
+      if (!parity.empty())
+        parity_of_known.push_back(parity[number]);
+    }
+    return bound_errors(of_known, parity_of_known, known.effects);
+  }
+
   KnownEffects all_known(ErrorEffects effects)
   {
     KnownEffects result;
@@ -570,15 +584,7 @@ namespace squeal
     const auto place = std::lower_bound(known.modes.begin(), known.modes.end(), mode);
     if (place == known.modes.end() || *place != mode || slope == 0)
       return std::nullopt;
-    std::vector<Complex> lambda;
-    std::vector<Parity> parity;
-    for (const unsigned int number : known.modes)
-    {
-      lambda.push_back(at.lambda[number]);
-      if (!at.parity.empty())
-        parity.push_back(at.parity[number]);
-    }
-    const ErrorBounds bounds = bound_errors(lambda, parity, known.effects);
+    const ErrorBounds bounds = bound_errors(known, at.lambda, at.parity);
     const unsigned int k     = place - known.modes.begin();
     return CriticalBar{-bounds.correction[k].real() / slope,
                        bounds.growth_rate[k] / std::abs(slope)};

@@ -108,7 +108,8 @@ namespace squeal
       {
         throw InputError("Sample " + std::to_string(k + 1) + " is not allowed: " + error.what());
       }
-    study.parameters_at(centre());
+    middle = centre();
+    study.parameters_at(middle);
   }
 
   bool Sampling::has_indices() const
@@ -182,7 +183,6 @@ namespace squeal
 
   void Sampling::prepare()
   {
-    const Point middle = centre();
     log.progress("  centre of the samples");
     EigenSolution found  = tracker.solve_fully(study.parameters_at(middle));
     at_centre.modes      = std::move(found.modes);
@@ -228,7 +228,6 @@ namespace squeal
 
   void Sampling::expand_about_centre()
   {
-    const Point middle  = centre();
     EigenSolution found = tracker.solve_fully(study.parameters_at(middle));
     tracker.set_expansion_point(study.parameters_at(middle), found.reuse);
     is_projected = tracker.has_expansion_point(); // not for small problems
@@ -251,10 +250,9 @@ namespace squeal
   /// be counted one by one.
   void Sampling::find_corners()
   {
-    const Point middle = centre();
-    const auto key     = tracker.look_at(study.parameters_at(middle));
-    corners            = {middle, middle}; // the softest and the stiffest
-    bool is_monotonic  = true;
+    const auto key    = tracker.look_at(study.parameters_at(middle));
+    corners           = {middle, middle}; // the softest and the stiffest
+    bool is_monotonic = true;
     for (unsigned int i = 0; i < middle.size(); ++i)
     {
       double lowest = middle[i], highest = middle[i];
@@ -300,7 +298,6 @@ namespace squeal
   {
     KnownEffects known   = all_known(effects);
     const unsigned int n = known.modes.size();
-    const Point middle   = centre();
     for (unsigned int i = 0; i < point.size(); ++i)
     {
       const KnownEffects &there = beside[i].effects;
@@ -344,15 +341,7 @@ namespace squeal
     if (estimator)
     {
       const KnownEffects known = effects_at(points[sample], here);
-      std::vector<Complex> lambda;
-      std::vector<Parity> parity;
-      for (const unsigned int j : known.modes)
-      {
-        lambda.push_back(here.modes.lambda[j]);
-        if (!here.modes.parity.empty())
-          parity.push_back(here.modes.parity[j]);
-      }
-      const ErrorBounds bounds = bound_errors(lambda, parity, known.effects);
+      const ErrorBounds bounds = bound_errors(known, here.modes.lambda, here.modes.parity);
       for (unsigned int k = 0; k < known.modes.size(); ++k)
       {
         set_bar(here.rows[known.modes[k]], bounds, k, study.options.tolerance);

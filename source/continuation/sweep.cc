@@ -254,15 +254,8 @@ namespace squeal
       if (!known.empty())
       {
         const std::vector<unsigned int> &modes = known[s].modes;
-        std::vector<Complex> lambda;
-        std::vector<Parity> parity;
-        for (const unsigned int j : modes)
-        {
-          lambda.push_back(stops[s].modes.lambda[j]);
-          if (!stops[s].modes.parity.empty())
-            parity.push_back(stops[s].modes.parity[j]);
-        }
-        const ErrorBounds bounds = bound_errors(lambda, parity, known[s].effects);
+        const ErrorBounds bounds =
+            bound_errors(known[s], stops[s].modes.lambda, stops[s].modes.parity);
         for (unsigned int k = 0; k < modes.size() && stops[s].is_value; ++k)
           set_bar(stops[s].rows[modes[k]], bounds, k, study.options.tolerance);
       }

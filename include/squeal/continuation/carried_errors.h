@@ -41,6 +41,10 @@ namespace squeal
   /// (1 - share) a + share b; where only one is known, that.
   KnownEffects blend(const KnownEffects &a, const KnownEffects &b, double share);
   KnownEffects all_known(ErrorEffects effects);
+  /// bound_errors() of those of the modes whose effects are known, in the order of known.modes.
+  ErrorBounds bound_errors(const KnownEffects &known,
+                           const std::vector<std::complex<double>> &lambda,
+                           const std::vector<Parity> &parity);
 
   /// The effects on the modes of all places of a course, from those at its two ends: carried from
   /// both, and between them linear in the parameter, as the operators nearly are (theory.md,

@@ -84,6 +84,7 @@ namespace squeal
     Log &log;
     const ErrorEstimator &estimator;
     std::vector<Point> points;
+    Point middle;            ///< centre()
     unsigned int n_base = 0; ///< points A; B and, with indices, A with numbers of B follow
     BranchPoint at_centre;   ///< whole modes
     BranchPoint reduced_centre;
