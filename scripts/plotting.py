@@ -64,3 +64,32 @@ def rounded(value, bar):
         decimals, unit = max(-place, 0), 10.0 ** place
         texts = f"{round(value / unit) * unit + 0.0:.{decimals}f}", f"{float(f'{bar:.1e}'):.{decimals}f}"
     return tuple(text.replace("-", "\N{MINUS SIGN}") for text in texts)
+
+
+# By the last words of a key: what an axis calls it, its unit there, and by what numbers are multiplied.
+QUANTITIES = {"Friction/Coefficient": ("friction coefficient", "", 1), "Angular velocity": ("angular velocity", "rad/s", 1),
+              "Pressure": ("pressure", "MPa", 1e-6), "Young modulus": ("Young's modulus", "GPa", 1e-9),
+              "Axial Young modulus": ("axial Young's modulus", "GPa", 1e-9),
+              "Axial shear modulus": ("axial shear modulus", "GPa", 1e-9), "Density": ("density", "kg/m\u00b3", 1),
+              "Poisson ratio": ("Poisson's ratio", "", 1), "Loss factor": ("loss factor", "", 1),
+              "Mass proportional damping": ("mass proportional damping", "1/s", 1),
+              "Stiffness proportional damping": ("stiffness proportional damping", "\u00b5s", 1e6),
+              "Penalty stiffness": ("contact stiffness", "N/mm\u00b3", 1e-9), "Decay speed": ("decay speed", "m/s", 1),
+              "Smoothing speed": ("smoothing speed", "m/s", 1), "Normal dashpot": ("normal dashpot", "N s/m\u00b3", 1),
+              "Tangential dashpot": ("tangential dashpot", "N s/m\u00b3", 1), "Thickness": ("thickness", "mm", 1e3),
+              "Inner radius": ("inner radius", "mm", 1e3), "Outer radius": ("outer radius", "mm", 1e3),
+              "Sector angle": ("sector angle", "degrees", 1)}
+
+
+def axis_of(key, scene="brake"):
+    """What the axis of a parameter is called, with its unit, and by what its values are multiplied there. A parameter
+    without a name here keeps its key."""
+    words = key.split("/")
+    name, unit, factor = QUANTITIES.get("/".join(words[-2:])) or QUANTITIES.get(words[-1]) or (key, "", 1)
+    if scene == "matrices":
+        return key, 1
+    if scene == "strip" and key == "Operation/Angular velocity":
+        name, unit = "belt speed", "m/s"
+    owner = {"Rotor": "rotor", "Pads": "pads", "Strip": "strip", "Mesh": "/".join(words[1:2]).lower()}.get(words[0], "")
+    label = f"{name} ({owner})" if owner and name != key else name
+    return label + (f", {unit}" if unit else ""), factor

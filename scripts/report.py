@@ -27,7 +27,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from plotting import draw_with_matplotlib, rounded
+from plotting import axis_of, draw_with_matplotlib, rounded
 from plot import FREQUENCY, FREQUENCY_ERROR, GROWTH, GROWTH_ERROR, STYLES, UNSTABLE, read_parameters
 
 # What a probability is uncertain by
@@ -262,17 +262,19 @@ class Report:
         return [*words, described]
 
     def summary_of_map(self):
-        names = [self.parameters.get("Sweep/" + key, "?") for key in ("Parameter", "Second parameter")]
+        names = list(self.map[0])[:2]
         points = [row for row in self.map if row.get("growth_rate_1_per_s")]
         growing = [row for row in points if float(row.get("unstable_modes") or 0) > 0]
         if not points:
             return "A stability map without points yet."
+        undecided = sum(float(row.get("undecided_modes") or 0) > 0 for row in points)
+        left = f" The mesh leaves some mode undecided at {undecided} of them." if undecided else ""
         if not growing:
-            return f"No mode grows at any of {len(points)} points of {names[0]} and {names[1]}."
+            return f"No mode grows at any of {len(points)} points of {names[0]} and {names[1]}.{left}"
         worst = max(growing, key=lambda row: float(row["growth_rate_1_per_s"]))
         return (f"A mode grows at {len(growing)} of {len(points)} points of {names[0]} and {names[1]}, fastest with "
-                f"{fixed(worst['growth_rate_1_per_s'], 2, digits=3)} 1/s at {names[0]} = {number(worst['first_value'])}, "
-                f"{names[1]} = {number(worst['second_value'])}.")
+                f"{fixed(worst['growth_rate_1_per_s'], 2, digits=3)} 1/s at {names[0]} = {number(worst[names[0]])}, "
+                f"{names[1]} = {number(worst[names[1]])}.{left}")
 
     def summary_of_samples(self):
         of_all = next((row for row in self.probabilities if row["branch"] == "any"), None)
@@ -546,7 +548,10 @@ class Report:
             lower.set_yscale("symlog", linthresh=10)
             lower.set_ylabel("growth rate, 1/s (linear within 10)")
             upper.set_ylabel("frequency, Hz")
-            lower.set_xlabel(name)
+            label, factor = axis_of(name, self.parameters.get("Scene"))
+            lower.set_xlabel(label)
+            if factor != 1:
+                lower.xaxis.set_major_formatter(lambda value, _: f"{factor * value:.6g}")
             for axis in (upper, lower):
                 axis.grid(color="0.92")
             return figure
@@ -565,6 +570,28 @@ class Report:
         if self.map:
             self.section("Stability map")
             self.drawn_by("Largest growth rate and the border of stability", "stability_map.py")
+            curves = {}
+            for row in self.rows("border.csv"):
+                curves.setdefault(row["curve"], []).append(row)
+            if not curves:
+                return
+            names, scene = list(self.map[0])[:2], self.parameters.get("Scene")
+            (first, by_first), (second, by_second) = (axis_of(name, scene) for name in names)
+
+            def span(rows, name, factor):
+                values = [factor * float(row[name]) for row in rows]
+                return f"{number(min(values), 4)} to {number(max(values), 4)}"
+
+            def half_width(rows, name, factor):
+                known = [abs(factor * float(row["band_" + name])) for row in rows if row.get("mesh_error_cells")]
+                return number(max(known), 2) if known else "\N{EN DASH}"
+
+            self.body.append(table(["curve", "kind<", "frequency, Hz", first, second, "band, first", "band, second"],
+                                   [[curve, rows[0]["kind"], span(rows, "frequency_hz", 1), span(rows, names[0], by_first),
+                                     span(rows, names[1], by_second), half_width(rows, names[0], by_first),
+                                     half_width(rows, names[1], by_second)] for curve, rows in curves.items()]))
+            self.note("Black: where a mode begins to grow. The band: what the mesh may move the curve by, to both sides, at most "
+                      "along it, in the units of the parameters; dotted: corrected. border.csv has all points.")
 
     # Samples.
 
@@ -591,9 +618,10 @@ class Report:
             colors = [STYLES["undecided" if abs(g) < bar else "flutter" if g > 0 else "stable"][0]
                       for g, bar in zip(growth, bars)]
             for axis, name in zip(axes.flat, names):
-                axis.scatter([float(row[name]) for row in known], growth, s=9, c=colors, linewidths=0)
+                label, factor = axis_of(name, self.parameters.get("Scene"))
+                axis.scatter([factor * float(row[name]) for row in known], growth, s=9, c=colors, linewidths=0)
                 axis.axhline(0, color="black", linewidth=1)
-                axis.set_xlabel(name, fontsize=9)
+                axis.set_xlabel(label, fontsize=9)
                 axis.grid(color="0.92")
             for axis in axes.flat[len(names):]:
                 axis.set_visible(False)
@@ -629,7 +657,8 @@ class Report:
                 axis.barh([i - shift for i in range(len(rows))], [float(row[kind]) for row in rows], 0.34,
                           xerr=[float(row[kind + "_error"]) for row in rows], color=color, capsize=3,
                           label="alone" if kind == "first_order" else "with all others")
-            axis.set_yticks(range(len(rows)), [row["parameter"] for row in rows])
+            axis.set_yticks(range(len(rows)), [axis_of(row["parameter"], self.parameters.get("Scene"))[0].split(",")[0]
+                                               for row in rows])
             axis.set_xlabel("share of the variance of the largest growth rate")
             axis.legend(frameon=False)
             return figure

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Draw a stability map over two parameters: the largest growth rate as colour, the border of stability as curves.
+"""Draw a stability map over two parameters: the largest growth rate as colour, the border of stability as curves with the
+band that the mesh leaves.
 
     scripts/stability_map.py OUTPUT_DIR [--output FILE.png]
 
 Reads OUTPUT_DIR/map.csv, border.csv and parameters.prm of a run with Sweep/Second parameter.
-Needs matplotlib and numpy (Debian: apt-get install python3-matplotlib).
+Needs matplotlib (Debian: apt-get install python3-matplotlib).
 """
 
 import argparse
@@ -12,7 +13,7 @@ import csv
 import os
 import re
 
-from plotting import load_pyplot, stop
+from plotting import axis_of, load_pyplot, stop
 
 
 def fail(message):
@@ -28,49 +29,95 @@ def read_table(directory, name):
         fail(f"{path} cannot be read ({error.strerror}); runs with Sweep/Second parameter write it")
 
 
-def names_of(directory):
-    """Sweep/Parameter and Sweep/Second parameter of the run."""
+def scene_of(directory):
     try:
         with open(os.path.join(directory, "parameters.prm"), encoding="utf-8") as file:
-            text = file.read()
-    except OSError:
-        return "first parameter", "second parameter"
-    section = text[text.find("subsection Sweep"):]
-    found = {key: value.strip() for key, value in re.findall(r"set\s+(Parameter|Second parameter)\s*=(.*)", section)}
-    return found.get("Parameter", "first parameter"), found.get("Second parameter", "second parameter")
+            return re.search(r"^set\s+Scene\s*=\s*(\S+)", file.read(), re.MULTILINE).group(1)
+    except (OSError, AttributeError):
+        return "brake"
 
 
-def draw(numpy, plt, directory):
+def column(rows, name, factor=1):
+    return [factor * float(row[name]) for row in rows]
+
+
+class Axis:
+    """A parameter: its column, label and scale."""
+
+    def __init__(self, name, rows, scene):
+        self.name = name
+        self.label, self.factor = axis_of(name, scene)
+        self.values = sorted(set(column(rows, name, self.factor)))
+        self.width = self.values[-1] - self.values[0] or 1
+
+    def of(self, rows, prefix=""):
+        return column(rows, prefix + self.name, self.factor)
+
+
+def field_of_growth(first, second, rows, border):
+    """Points and growth rates to be coloured: those of the grid, and zero on the border of stability, where no other mode
+    grows, so that colours change there and not half a cell beside."""
+    rows = [row for row in rows if row["growth_rate_1_per_s"]]
+    outer = [row for row in border if row.get("other_growing_modes") == "0"]
+    points = dict(zip(zip(first.of(rows), second.of(rows)), column(rows, "growth_rate_1_per_s")))
+    points.update(((x, y), 0.0) for x, y in zip(first.of(outer), second.of(outer)))
+    x, y = zip(*points)
+    return x, y, list(points.values())
+
+
+def draw_band(axis, first, second, points):
+    """What the mesh may move a curve by."""
+    known = [row for row in points if row.get("mesh_error_cells")]
+    if not known:
+        return
+    x, y = first.of(known), second.of(known)
+    u, v = first.of(known, "band_"), second.of(known, "band_")
+    edges = [list(zip((a + sign * da for a, da in zip(x, u)), (b + sign * db for b, db in zip(y, v)))) for sign in (1, -1)]
+    axis.fill(*zip(*(edges[0] + edges[1][::-1])), facecolor="0.35", alpha=0.25, edgecolor="0.35", linewidth=0.6)
+    axis.plot(first.of(known, "corrected_"), second.of(known, "corrected_"), color="black", linewidth=1, linestyle=":")
+
+
+def draw(plt, directory):
     rows, border = read_table(directory, "map.csv"), read_table(directory, "border.csv")
-    first = sorted({float(row["first_value"]) for row in rows})
-    second = sorted({float(row["second_value"]) for row in rows})
-    growth = numpy.full((len(second), len(first)), numpy.nan)
-    for row in rows:
-        if row["growth_rate_1_per_s"]:
-            growth[second.index(float(row["second_value"])), first.index(float(row["first_value"]))] = \
-                float(row["growth_rate_1_per_s"])
-    largest = numpy.nanmax(abs(growth))
+    if not any(row["growth_rate_1_per_s"] for row in rows):
+        fail(f"{directory}/map.csv has no growth rates yet")
+    first, second = (Axis(name, rows, scene_of(directory)) for name in list(rows[0])[:2])
+    x, y, growth = field_of_growth(first, second, rows, border)
+    largest = max(map(abs, growth)) or 1
 
     plt.rcParams.update({"font.size": 10})
     figure, axis = plt.subplots(figsize=(8, 5.5), layout="constrained")
-    image = axis.pcolormesh(first, second, growth, shading="nearest", cmap="RdBu_r", vmin=-largest, vmax=largest)
+    # Triangles in units of the map: those of points that lie on a line are none.
+    from matplotlib.tri import Triangulation
+    triangles = Triangulation([a / first.width for a in x], [b / second.width for b in y]).triangles
+    image = axis.tripcolor(x, y, triangles, growth, shading="gouraud", cmap="RdBu_r", vmin=-largest, vmax=largest)
     figure.colorbar(image, label="largest growth rate, 1/s (red: some mode grows)")
     curves = {}
     for row in border:
         curves.setdefault(row["curve"], []).append(row)
-    for number, points in curves.items():
-        x, y = ([float(row[key]) for row in points] for key in ("first_value", "second_value"))
-        middle = points[len(points) // 2]
-        what = "divergence" if middle["kind"] == "divergence" else f"{float(middle['frequency_hz']):.5g} Hz"
-        line, = axis.plot(x, y, "k." if len(points) == 1 else "k-", linewidth=1.6)
-        axis.annotate(what, (float(middle["first_value"]), float(middle["second_value"])), xytext=(5, 5),
-                      textcoords="offset points", fontsize=9, color=line.get_color(), annotation_clip=True,
-                      bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1})
-    axis.set_xlim(first[0], first[-1])
-    axis.set_ylim(second[0], second[-1])
-    axis.set_xlabel(names_of(directory)[0])
-    axis.set_ylabel(names_of(directory)[1])
-    axis.set_title("Stability map: where a mode begins to grow (black)", fontweight="bold", fontsize=11)
+    for points in curves.values():
+        draw_band(axis, first, second, points)
+        x, y = first.of(points), second.of(points)
+        middle = len(points) // 2
+        what = "divergence" if points[0]["kind"] == "divergence" else f"{float(points[middle]['frequency_hz']):.5g} Hz"
+        axis.plot(x, y, "k." if len(points) == 1 else "k-", linewidth=1.6)
+        axis.annotate(what, (x[middle], y[middle]), xytext=(5, 5), textcoords="offset points", fontsize=9,
+                      annotation_clip=True, bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1})
+    for marks, look in (([row for row in rows if float(row.get("undecided_modes") or 0) > 0],
+                         {"marker": "o", "facecolors": "none", "edgecolors": "0.2", "s": 26, "label": "some mode undecided"}),
+                        ([row for row in rows if float(row["unstable_modes"]) > 0],
+                         {"marker": "x", "color": "0.2", "s": 14, "label": "some mode grows"})):
+        if marks:
+            axis.scatter(first.of(marks), second.of(marks), linewidths=0.9, zorder=3, clip_on=False, **look)
+    if axis.get_legend_handles_labels()[0]:
+        axis.legend(loc="upper right", bbox_to_anchor=(1, -0.09), ncol=2, frameon=False, fontsize=9)
+    axis.set_xlim(first.values[0], first.values[-1])
+    axis.set_ylim(second.values[0], second.values[-1])
+    axis.set_xlabel(first.label)
+    axis.set_ylabel(second.label)
+    has_band = any(row.get("mesh_error_cells") for row in border)
+    axis.set_title("Stability map. Black: where a mode begins to grow" + ("; grey: what the mesh leaves open" if has_band else ""),
+                   fontweight="bold", fontsize=10)
     return figure
 
 
@@ -80,10 +127,9 @@ def main():
     parser.add_argument("--output", metavar="FILE.png", help="default: OUTPUT_DIR/stability_map.png")
     arguments = parser.parse_args()
     plt = load_pyplot(fail)
-    import numpy  # matplotlib needs it, so it is there
     output = arguments.output or os.path.join(arguments.directory, "stability_map.png")
     try:
-        draw(numpy, plt, arguments.directory).savefig(output, dpi=110)
+        draw(plt, arguments.directory).savefig(output, dpi=110)
     except (OSError, ValueError, KeyError) as error:
         fail(f"{output} cannot be made: {error!r}")
     print(output)

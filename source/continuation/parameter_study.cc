@@ -56,8 +56,7 @@ namespace squeal
 
   const Parameters::All &ParameterStudy::parameters_at(const std::vector<double> &values)
   {
-    for (unsigned int k = 0; k < parameters.size(); ++k)
-      file.vary(parameters[k], values[k]);
+    file.vary(parameters, values);
     return file.parameters();
   }
 

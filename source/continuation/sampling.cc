@@ -184,45 +184,31 @@ namespace squeal
   void Sampling::prepare()
   {
     log.progress("  centre of the samples");
-    EigenSolution found  = tracker.solve_fully(study.parameters_at(middle));
-    at_centre.modes      = std::move(found.modes);
-    at_centre.rows       = tracker.analyse(at_centre.modes);
-    at_centre.n_branches = at_centre.modes.size();
-    for (unsigned int j = 0; j < at_centre.n_branches; ++j)
+    // By parameter, where nine of ten samples are smaller
+    std::vector<Point> places;
+    std::vector<std::pair<unsigned int, double>> moved; // which one is, by how much
+    for (unsigned int i = 0; i < middle.size(); ++i)
     {
-      at_centre.branches.push_back(j);
-      frequencies.push_back(at_centre.rows[j].frequency());
+      std::vector<double> of_samples;
+      for (unsigned int k = 0; k < n_base; ++k)
+        of_samples.push_back(points[k][i]);
+      Point place = middle;
+      place[i]    = quantile_of(of_samples, 0.9);
+      if (place[i] == middle[i])
+        continue;
+      places.push_back(place);
+      moved.emplace_back(i, place[i] - middle[i]);
     }
-    whole_place = on_course(0, at_centre.modes, at_centre.branches, {}, 0);
-    if (estimator)
+    const auto shares = [this, moved](const Point &point)
     {
-      effects = tracker.estimate_errors(estimator, study.parameters_at(middle), at_centre.modes,
-                                        found.reuse);
-      // Where nine of ten samples are smaller
-      for (unsigned int i = 0; i < middle.size(); ++i)
-      {
-        std::vector<double> of_samples;
-        for (unsigned int k = 0; k < n_base; ++k)
-          of_samples.push_back(points[k][i]);
-        Point place = middle;
-        place[i]    = quantile_of(of_samples, 0.9);
-        beside.push_back({place[i] - middle[i], {}});
-        if (beside.back().distance == 0)
-          continue;
-        log.progress("  error bars at " + study.parameters[i] + " = " + number(place[i], 6));
-        found.reuse           = {}; // two factorisations would double the memory
-        EigenSolution shifted = tracker.solve_fully(study.parameters_at(place));
-        BranchPoint there;
-        there.modes           = std::move(shifted.modes);
-        const auto transition = tracker.transition(at_centre.modes, there.modes);
-        continue_branches(transition, at_centre, study.options.max_imaginary, there);
-        const KnownEffects known = all_known(tracker.estimate_errors(
-            estimator, study.parameters_at(place), there.modes, shifted.reuse));
-        const ModesOnCourse at =
-            on_course(1, there.modes, there.branches, transition, at_centre.modes.size());
-        beside.back().effects = carry_back(known, whole_place, at);
-      }
-    }
+      std::vector<double> result;
+      for (const auto &[i, distance] : moved)
+        result.push_back((point[i] - middle[i]) / distance);
+      return result;
+    };
+    effects.emplace(study, estimator, middle, places, shares);
+    for (const ModeRow &row : effects->centre().rows)
+      frequencies.push_back(row.frequency());
     expand_about_centre();
   }
 
@@ -237,10 +223,11 @@ namespace squeal
     if (is_projected)
       for (const Point &corner : corners)
         tracker.count_at(study.parameters_at(corner));
-    EigenSolution projected = tracker.solve(study.parameters_at(middle));
-    const auto transition   = tracker.transition(at_centre.modes, projected.modes);
-    reduced_centre          = {};
-    reduced_centre.modes    = std::move(projected.modes);
+    EigenSolution projected      = tracker.solve(study.parameters_at(middle));
+    const BranchPoint &at_centre = effects->centre();
+    const auto transition        = tracker.transition(at_centre.modes, projected.modes);
+    reduced_centre               = {};
+    reduced_centre.modes         = std::move(projected.modes);
     continue_branches(transition, at_centre, study.options.max_imaginary, reduced_centre);
     reduced_place = on_course(0, reduced_centre.modes, reduced_centre.branches, transition,
                               at_centre.modes.size());
@@ -296,32 +283,11 @@ namespace squeal
 
   KnownEffects Sampling::effects_at(const Point &point, const BranchPoint &modes) const
   {
-    KnownEffects known   = all_known(effects);
-    const unsigned int n = known.modes.size();
-    for (unsigned int i = 0; i < point.size(); ++i)
-    {
-      const KnownEffects &there = beside[i].effects;
-      if (there.modes.size() != n) // a mode has left: nothing is known of the slope
-        continue;
-      const double share = (point[i] - middle[i]) / beside[i].distance;
-      for (std::size_t k = 0; k < known.effects.f.size(); ++k)
-        known.effects.f[k] += share * (there.effects.f[k] - effects.f[k]);
-      for (unsigned int j = 0; j < n; ++j)
-        known.effects.growth_rate_parts[j] = std::max(
-            known.effects.growth_rate_parts[j] +
-                share * (there.effects.growth_rate_parts[j] - effects.growth_rate_parts[j]),
-            0.);
-      const auto &groups = there.effects.alternatives;
-      for (std::size_t g = 0; g < groups.size() && g < effects.alternatives.size(); ++g)
-        for (std::size_t a = 0; a < groups[g].size() && a < effects.alternatives[g].size(); ++a)
-          for (std::size_t k = 0; k < groups[g][a].size(); ++k)
-            known.effects.alternatives[g][a][k] +=
-                share * (groups[g][a][k] - effects.alternatives[g][a][k]);
-    }
-    const KnownEffects of_reduced = carry_forward(known, whole_place, reduced_place);
-    const ModesOnCourse to        = on_course(1, modes.modes, modes.branches,
-                                              tracker.transition(reduced_centre.modes, modes.modes),
-                                              reduced_centre.modes.size());
+    const KnownEffects of_reduced =
+        carry_forward(effects->at(point), effects->place(), reduced_place);
+    const ModesOnCourse to = on_course(1, modes.modes, modes.branches,
+                                       tracker.transition(reduced_centre.modes, modes.modes),
+                                       reduced_centre.modes.size());
     return carry_forward(of_reduced, reduced_place, to);
   }
 
@@ -341,12 +307,9 @@ namespace squeal
     if (estimator)
     {
       const KnownEffects known = effects_at(points[sample], here);
-      const ErrorBounds bounds = bound_errors(known, here.modes.lambda, here.modes.parity);
+      const ErrorBounds bounds = set_bars(here.rows, here.modes, known, study.options.tolerance);
       for (unsigned int k = 0; k < known.modes.size(); ++k)
-      {
-        set_bar(here.rows[known.modes[k]], bounds, k, study.options.tolerance);
         bars[known.modes[k]] = bounds.growth_rate[k];
-      }
     }
     for (unsigned int j = 0; j < here.modes.size(); ++j)
     {

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 
 namespace squeal
@@ -13,13 +15,14 @@ namespace squeal
   using Scope   = ModeTracker::Scope;
 
   StabilityMap::StabilityMap(ParameterFile &file, Model &model, const EigensolverOptions &options,
-                             const std::string &directory, const MPI_Comm comm, Log &log)
+                             const std::string &directory, const MPI_Comm comm, Log &log,
+                             const ErrorEstimator &estimator)
       : study(file, {file.parameters().sweep.parameter, file.parameters().sweep.second_parameter},
               options, directory, "map", "the border of stability", {"map.csv", "border.csv"}, comm,
               log),
         tracker(study.tracker), values{{file.parameters().sweep.points(),
                                         file.parameters().sweep.second_points()}},
-        log(log)
+        log(log), estimator(estimator)
   {
     tracker.set_model(model);
     for (unsigned int k = 0; k < 2; ++k)
@@ -38,6 +41,16 @@ namespace squeal
     const std::vector<double> &v = values[k];
     const unsigned int i         = std::clamp(int(std::floor(position)), 0, int(v.size()) - 2);
     return position == i + 1. ? v[i + 1] : v[i] + (position - i) * (v[i + 1] - v[i]);
+  }
+
+  double StabilityMap::position_at(const unsigned int k, const double value) const
+  {
+    const std::vector<double> &v = values[k];
+    const bool ascends           = v.back() > v.front();
+    unsigned int i               = 0;
+    while (i + 2 < v.size() && (ascends ? v[i + 1] < value : v[i + 1] > value))
+      ++i;
+    return i + (value - v[i]) / (v[i + 1] - v[i]);
   }
 
   double StabilityMap::cell_size(const unsigned int k, const double position) const
@@ -95,9 +108,11 @@ namespace squeal
 
   StabilityMap::Evaluation StabilityMap::evaluate(const Position &at, const Complex expected)
   {
-    const auto here = study.evaluate(values_at(at), {expected});
+    auto here = study.evaluate(values_at(at), {expected});
     Evaluation result;
     result.lambda      = here.lambda[0];
+    result.modes       = std::move(here.modes);
+    result.mode        = here.numbers[0];
     result.value       = result.lambda.real();
     result.uncertainty = here.uncertainty;
     for (unsigned int k = 0; k < 2; ++k)
@@ -143,31 +158,95 @@ namespace squeal
   Fields StabilityMap::map_fields(const Position &at, const GrowthSummary &summary) const
   {
     const auto &worst = summary.worst;
-    return {{"first_value", number(parameter_at(0, at[0]), 15)},
-            {"second_value", number(parameter_at(1, at[1]), 15)},
+    return {{study.parameters[0], number(parameter_at(0, at[0]), 15)},
+            {study.parameters[1], number(parameter_at(1, at[1]), 15)},
             {"unstable_modes", summary.n_unstable},
+            {"undecided_modes", summary.n_undecided},
             {"growth_rate_1_per_s", worst ? number(worst->growth_rate()) : ""},
+            {"growth_rate_error_1_per_s", worst ? number(worst->growth_rate_error) : ""},
             {"frequency_hz", worst ? number(worst->frequency()) : ""},
             {"verdict", worst ? name_of(worst->verdict) : ""}};
   }
 
   Fields StabilityMap::border_fields(const unsigned int curve, const BoundaryPoint &point) const
   {
-    return {{"curve", curve},
-            {"kind", point.divergence ? "divergence" : "flutter"},
-            {"first_value", number(parameter_at(0, point.at[0]), 15)},
-            {"second_value", number(parameter_at(1, point.at[1]), 15)},
-            {"frequency_hz", point.lambda.imag() / (2 * M_PI)},
-            {"accuracy_cells", point.accuracy}};
+    Fields fields = {
+        {"curve", curve},
+        {"kind", point.divergence ? "divergence" : "flutter"},
+        {study.parameters[0], number(parameter_at(0, point.at[0]), 15)},
+        {study.parameters[1], number(parameter_at(1, point.at[1]), 15)},
+        {"frequency_hz", point.lambda.imag() / (2 * M_PI)},
+        {"other_growing_modes", point.n_growing ? std::to_string(*point.n_growing) : ""},
+        {"accuracy_cells", point.accuracy()},
+        {"search_error_cells", point.search_error},
+        {"reduction_error_cells", point.reduction_error},
+        {"mesh_error_cells", point.bar ? number(point.bar->error, 6) : ""}};
+    for (unsigned int k = 0; k < 2; ++k)
+    {
+      const double shift = point.bar ? point.bar->correction * point.across[k] : 0,
+                   half  = point.bar ? point.bar->error + point.accuracy() : 0,
+                   there = std::clamp(point.at[k] + shift, -0.5, values[k].size() - 0.5);
+      fields.push_back({"corrected_" + study.parameters[k],
+                        point.bar ? number(parameter_at(k, there), 15) : ""});
+      fields.push_back(
+          {"band_" + study.parameters[k],
+           point.bar ? number(half * point.across[k] * cell_size(k, point.at[k]), 6) : ""});
+    }
+    return fields;
   }
 
   void StabilityMap::write(const Position &at, const EigenPairs &modes)
   {
-    const GrowthSummary summary(tracker.analyse(modes));
+    std::vector<ModeRow> rows = tracker.analyse(modes);
+    if (effects)
+    {
+      BranchPoint here;
+      here.modes = modes;
+      set_bars(rows, modes, effects->on(values_at(at), here), study.options.tolerance);
+    }
+    const GrowthSummary summary(rows);
     map_csv->add(map_fields(at, summary));
     log.progress("  " + study.parameters[0] + " = " + number(parameter_at(0, at[0])) + ", " +
                  study.parameters[1] + " = " + number(parameter_at(1, at[1])) + ": " +
-                 std::to_string(summary.n_unstable) + " unstable");
+                 std::to_string(summary.n_unstable) + " unstable" +
+                 (effects ? ", " + std::to_string(summary.n_undecided) + " undecided" : ""));
+  }
+
+  void StabilityMap::sort_map() const
+  {
+    int rank;
+    MPI_Comm_rank(study.comm, &rank);
+    if (rank != 0)
+      return;
+    const std::string filename = study.directory + "/map.csv";
+    std::ifstream file(filename);
+    std::string header, line;
+    std::getline(file, header);
+    std::vector<std::pair<std::array<std::size_t, 2>, std::string>> lines;
+    while (std::getline(file, line))
+    {
+      std::istringstream stream(line);
+      std::array<std::size_t, 2> place{};
+      for (unsigned int k = 0; k < 2; ++k)
+      {
+        std::string field;
+        std::getline(stream, field, ',');
+        const double value = std::stod(field);
+        place[1 - k]       = std::min_element(values[k].begin(), values[k].end(),
+                                              [&](const double a, const double b)
+                                              { return std::abs(a - value) < std::abs(b - value); }) -
+                       values[k].begin();
+      }
+      lines.emplace_back(place, line);
+    }
+    std::sort(lines.begin(), lines.end());
+    write_file(filename,
+               [&](std::ostream &out)
+               {
+                 out << header << '\n';
+                 for (const auto &[place, text] : lines)
+                   out << text << '\n';
+               });
   }
 
   void StabilityMap::add_divergence(const unsigned int before, const unsigned int now,
@@ -195,9 +274,9 @@ namespace squeal
     if (!root)
       return;
     BoundaryPoint point;
-    point.at         = between(from, to, std::clamp(root->value, 0., 1.));
-    point.accuracy   = root->accuracy;
-    point.divergence = true;
+    point.at           = between(from, to, std::clamp(root->value, 0., 1.));
+    point.search_error = root->accuracy;
+    point.divergence   = true;
     crossings.push_back(point);
   }
 
@@ -234,9 +313,10 @@ namespace squeal
     if (std::abs(last.slope.real()) <= 1e-4 * std::abs(last.slope))
       return true;
     BoundaryPoint point;
-    point.at       = between(from, to, std::clamp(root.value, 0., 1.));
-    point.accuracy = root.accuracy + uncertainty / std::abs(last.slope.real());
-    point.lambda   = {0, last.lambda.imag()};
+    point.at              = between(from, to, std::clamp(root.value, 0., 1.));
+    point.search_error    = root.accuracy;
+    point.reduction_error = uncertainty / std::abs(last.slope.real());
+    point.lambda          = {0, last.lambda.imag()};
     found.push_back(point);
     return true;
   }
@@ -288,6 +368,59 @@ namespace squeal
     add_divergence(before, now, modes);
   }
 
+  void StabilityMap::estimate_errors()
+  {
+    log.progress("  centre of the map");
+    const double n = values[0].size() - 1, m = values[1].size() - 1;
+    const Position centre = {{n / 2, m / 2}};
+    // Where signs change rest may lie, and effects grow without bound.
+    std::vector<double> between_signs = values_at(centre);
+    for (unsigned int k = 0; k < 2; ++k)
+      if (values[k].front() * values[k].back() < 0)
+        between_signs[k] = 0;
+    try
+    {
+      study.parameters_at(between_signs);
+    }
+    catch (const InputError &)
+    {
+      log.line("\nThis map has no error bars: " + study.parameters[0] + " = " +
+               number(between_signs[0]) + " with " + study.parameters[1] + " = " +
+               number(between_signs[1]) +
+               " is not allowed, and effects of the mesh are not interpolated across it.");
+      return;
+    }
+    const std::array<Position, 4> corners = {{{{0, 0}}, {{n, 0}}, {{n, m}}, {{0, m}}}};
+    std::vector<std::vector<double>> places;
+    for (const Position &corner : corners)
+      places.push_back(values_at(corner));
+    const auto first = values_at(centre);
+    // In the triangle of the centre and two neighbouring corners in which it lies
+    const auto shares = [corners, centre, this](const std::vector<double> &point)
+    {
+      const Position p = {{position_at(0, point[0]), position_at(1, point[1])}};
+      std::vector<double> result(4, 0.);
+      double least = -HUGE_VAL;
+      for (unsigned int k = 0; k < 4; ++k)
+      {
+        const Position &a = corners[k], &b = corners[(k + 1) % 4];
+        const auto cross = [&](const Position &u, const Position &v) {
+          return (u[0] - centre[0]) * (v[1] - centre[1]) - (u[1] - centre[1]) * (v[0] - centre[0]);
+        };
+        const double area = cross(a, b), of_a = cross(p, b) / area, of_b = cross(a, p) / area,
+                     smallest = std::min({of_a, of_b, 1 - of_a - of_b});
+        if (smallest <= least)
+          continue;
+        least = smallest;
+        std::fill(result.begin(), result.end(), 0.);
+        result[k]           = of_a;
+        result[(k + 1) % 4] = of_b;
+      }
+      return result;
+    };
+    effects.emplace(study, estimator, first, places, shares);
+  }
+
   void StabilityMap::walk_grid()
   {
     const unsigned int n = values[0].size(), n_points = n * values[1].size();
@@ -321,7 +454,7 @@ namespace squeal
   // The boundaries.
 
   bool StabilityMap::correct(const BoundaryFunction &function, Position &at, const int held,
-                             Evaluation &result, double &accuracy)
+                             Evaluation &result, BoundaryPoint &point)
   {
     constexpr unsigned int max_iterations = 10;
     for (unsigned int i = 0; i < max_iterations; ++i)
@@ -331,20 +464,18 @@ namespace squeal
       if (held >= 0)
         g[held] = 0;
       const double square = g[0] * g[0] + g[1] * g[1];
+      point.search_error = point.reduction_error = 0;
       if (!(square > 0))
-      {
-        accuracy = 0;
         return result.value == 0;
-      }
       const double factor = result.value / square;
       for (unsigned int k = 0; k < 2; ++k)
         at[k] -= factor * g[k];
-      accuracy = std::abs(factor) * std::sqrt(square);
-      if (accuracy > 1)
+      point.search_error = std::abs(factor) * std::sqrt(square);
+      if (point.search_error > 1)
         return false;
-      if (accuracy <= 1e-9)
+      if (point.search_error <= 1e-9)
       {
-        accuracy += result.uncertainty / std::sqrt(square);
+        point.reduction_error = result.uncertainty / std::sqrt(square);
         return true;
       }
     }
@@ -385,11 +516,11 @@ namespace squeal
         int held    = clip(last.at, at);
         if (distance(at, last.at) < 1e-6)
           return false; // at the edge of the map
-        bool good = correct(function, at, held, there, next.accuracy);
+        bool good = correct(function, at, held, there, next);
         if (good && !inside(at, 1e-9)) // back onto the edge that it left by
         {
           held = clip(last.at, at);
-          good = held >= 0 && correct(function, at, held, there, next.accuracy);
+          good = held >= 0 && correct(function, at, held, there, next);
         }
         Position turned = tangent_of(there.gradient);
         double cosine   = turned[0] * tangent[0] + turned[1] * tangent[1];
@@ -435,8 +566,65 @@ namespace squeal
     return nullptr;
   }
 
-  std::vector<StabilityMap::BoundaryPoint> StabilityMap::trace(const BoundaryPoint &seed)
+  std::optional<CriticalBar> StabilityMap::bar_of(const Position &at, const EigenPairs &modes,
+                                                  const unsigned int mode, const double slope) const
   {
+    if (!effects)
+      return std::nullopt;
+    BranchPoint here;
+    here.modes               = modes;
+    const KnownEffects known = effects->on(values_at(at), here);
+    return bound_critical_value(on_course(0, modes, here.branches, {}, 0), known, mode, slope);
+  }
+
+  void StabilityMap::assess(BoundaryPoint &point, const Evaluation &there)
+  {
+    const double slope = std::hypot(there.gradient[0], there.gradient[1]);
+    if (!(slope > 0))
+      return;
+    point.across = {{there.gradient[0] / slope, there.gradient[1] / slope}};
+    if (point.divergence)
+    {
+      assess_divergence(point);
+      return;
+    }
+    point.n_growing = 0;
+    for (unsigned int j = 0; j < there.modes.size(); ++j)
+      *point.n_growing += j != there.mode && there.modes.lambda[j].real() > 0 &&
+                          !study.is_marginal(there.modes.lambda[j]);
+    point.bar = bar_of(point.at, there.modes, there.mode, slope);
+  }
+
+  void StabilityMap::assess_divergence(BoundaryPoint &point)
+  {
+    if (!effects)
+      return;
+    constexpr double beside = 0.05; // cells
+    for (const double sign : {1., -1.})
+    {
+      const Position at = {{point.at[0] + sign * beside * point.across[0],
+                            point.at[1] + sign * beside * point.across[1]}};
+      if (!inside(at, 0))
+        continue;
+      const EigenPairs modes = tracker.solve(study.parameters_at(values_at(at)), Scope::disc).modes;
+      const std::vector<unsigned int> divergent = divergent_modes(modes);
+      if (divergent.empty())
+        continue;
+      const Evaluation there = evaluate(at, modes.lambda[divergent.front()]);
+      double slope           = 0;
+      for (unsigned int k = 0; k < 2; ++k)
+        slope += there.gradient[k] * point.across[k];
+      point.n_growing = divergent.size() - 1;
+      for (const std::complex<double> l : modes.lambda)
+        *point.n_growing += l.imag() > 0 && l.real() > 0 && !study.is_marginal(l);
+      point.bar = bar_of(at, there.modes, there.mode, slope);
+      return;
+    }
+  }
+
+  std::vector<StabilityMap::BoundaryPoint> StabilityMap::trace(const BoundaryPoint &crossing)
+  {
+    BoundaryPoint seed = crossing;
     std::unique_ptr<StaticInstability> instability;
     // A curve depends on its seed alone, whatever was solved before.
     if (!seed.divergence)
@@ -451,7 +639,8 @@ namespace squeal
                          : evaluate(at, last.lambda + here.slope[0] * (at[0] - last.at[0]) +
                                             here.slope[1] * (at[1] - last.at[1]));
     };
-    const Evaluation start           = function(seed.at);
+    const Evaluation start = function(seed.at);
+    assess(seed, start);
     const unsigned int most_points   = 20 * (values[0].size() + values[1].size());
     std::vector<BoundaryPoint> curve = {seed};
     for (const double sign : {1., -1.})
@@ -466,6 +655,7 @@ namespace squeal
       while (!at_edge && curve.size() < most_points &&
              step(last, function, tangent, length, next, there))
       {
+        assess(next, there);
         curve.push_back(next);
         last   = next;
         here   = std::move(there);
@@ -528,9 +718,11 @@ namespace squeal
       for (const Complex l : list)
         state.insert(state.end(), {l.real(), l.imag()});
     }
+    state.push_back(crossings.size());
     for (const BoundaryPoint &point : crossings)
-      state.insert(state.end(), {point.at[0], point.at[1], point.lambda.imag(), point.accuracy,
-                                 double(point.divergence), double(point.done)});
+      state.insert(state.end(),
+                   {point.at[0], point.at[1], point.lambda.imag(), point.search_error,
+                    point.reduction_error, double(point.divergence), double(point.done)});
     study.save(state);
   }
 
@@ -574,16 +766,18 @@ namespace squeal
           l.imag(next());
         }
       }
-      while (at < state->size())
+      found.resize(count(7));
+      for (BoundaryPoint &point : found)
       {
-        BoundaryPoint point;
-        point.at         = {{next(), next()}};
-        point.lambda     = {0, next()};
-        point.accuracy   = next();
-        point.divergence = next() != 0;
-        point.done       = next() != 0;
-        found.push_back(point);
+        point.at              = {{next(), next()}};
+        point.lambda          = {0, next()};
+        point.search_error    = next();
+        point.reduction_error = next();
+        point.divergence      = next() != 0;
+        point.done            = next() != 0;
       }
+      if (at != state->size())
+        throw std::out_of_range("state");
     }
     catch (const std::out_of_range &)
     {
@@ -608,6 +802,8 @@ namespace squeal
 
   void StabilityMap::run()
   {
+    if (estimator)
+      estimate_errors();
     const bool resumed = resume();
     map_csv            = std::make_unique<Table>(study.directory + "/map.csv",
                                       map_fields({}, GrowthSummary({})), study.comm, resumed);
@@ -617,6 +813,7 @@ namespace squeal
              std::to_string(values[0].size()) + " x " + std::to_string(values[1].size()) +
              " points");
     walk_grid();
+    sort_map();
     trace_boundaries();
     study.finish();
   }

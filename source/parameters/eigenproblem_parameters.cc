@@ -40,7 +40,7 @@ namespace squeal
           Patterns::Double(0, 1));
       prm.add_parameter("Error bars", error_bars,
                         "Estimate what the mesh does to every growth rate and frequency (scenes "
-                        "with a mesh; not in sweeps). Without, verdicts trust the mesh.",
+                        "with a mesh). Without, verdicts trust the mesh.",
                         Patterns::Bool());
       prm.add_parameter(
           "Mirror symmetry", mirror_symmetry,

@@ -383,12 +383,31 @@ namespace squeal
     }
   }
 
-  void ParameterFile::vary(const std::string &path, const double value)
+  void ParameterFile::vary(const std::vector<std::string> &paths, const std::vector<double> &values)
   {
-    char text[40];
-    std::snprintf(text, sizeof(text), "%.17g", value);
-    set(path, text, "Sweep/Values");
-    all->check();
+    std::vector<double> before;
+    for (const std::string &path : paths)
+      before.push_back(value_of(path));
+    const auto set_all = [&](const std::vector<double> &to)
+    {
+      for (unsigned int k = 0; k < paths.size(); ++k)
+      {
+        char text[40];
+        std::snprintf(text, sizeof(text), "%.17g", to[k]);
+        set(paths[k], text, "Sweep/Values");
+      }
+    };
+    try
+    {
+      set_all(values);
+      all->check();
+    }
+    catch (const InputError &)
+    {
+      set_all(before);
+      all->check(); // it also works out what follows from the values
+      throw;
+    }
   }
 
   void ParameterFile::choose(const std::string &path, const std::string &value)

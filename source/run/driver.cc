@@ -122,7 +122,7 @@ namespace squeal
         else if (prm.sampling.active())
           Sampling(file, model, options, directory, comm, report.log, estimator).run();
         else if (prm.sweep.is_map())
-          StabilityMap(file, model, options, directory, comm, report.log).run();
+          StabilityMap(file, model, options, directory, comm, report.log, estimator).run();
         else
           Sweep(file, model, make_model, options, directory, comm, report.log, estimator).run();
         report.phases(cost);

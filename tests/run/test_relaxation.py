@@ -289,7 +289,7 @@ class Brake(BrakeCase):
         rows = st.read_table(results / "map.csv")
         self.assertEqual(len(rows), 4)
         for row in rows:
-            growth = max(l.real for l in self.eigenvalues({**case, first: row["first_value"], second: row["second_value"]}))
+            growth = max(l.real for l in self.eigenvalues({**case, first: row[first], second: row[second]}))
             self.assertAlmostEqual(growth, row["growth_rate_1_per_s"], delta=1e-4)
 
     def test_how_far_from_modal(self):

@@ -188,7 +188,7 @@ class RunDirectory(st.TestCase):
             return min(modes, key=lambda l: abs(l.imag - 2 * math.pi * frequency)).real
 
         for row in border:
-            mu, speed, frequency = row["first_value"], row["second_value"], row["frequency_hz"]
+            mu, speed, frequency = row[FRICTION], row["Operation/Angular velocity"], row["frequency_hz"]
             h = 1e-3
             slope = math.hypot(*((growth(mu + h * cell[0] * i, speed + h * cell[1] * j, frequency) -
                                   growth(mu - h * cell[0] * i, speed - h * cell[1] * j, frequency)) / (2 * h)

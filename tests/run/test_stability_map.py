@@ -17,6 +17,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 import squeal_testing as st  # noqa: E402
 
 ZIEGLER_MAP = st.PROJECT / "prm/theory/ziegler_map.prm"
+LOAD, DAMPING, FRICTION, SPEED = ("Matrices/Circulatory factor", "Matrices/Velocity factor", "Contact/Friction/Coefficient",
+                                  "Operation/Angular velocity")
 STRIP = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 12, 1",
          "Discretization/Degree": 1,
          "Discretization/Pad cells": "1, 4, 1", "Contact/Friction/Law": "falling", "Contact/Friction/Coefficient": 0.6,
@@ -38,8 +40,8 @@ class StabilityMaps(st.TestCase):
     def assertPolyline(self, points, cell):
         """Pieces of at most half a cell of the grid."""
         for a, b in zip(points, points[1:]):
-            length = math.hypot((a["first_value"] - b["first_value"]) / cell[0],
-                                (a["second_value"] - b["second_value"]) / cell[1])
+            length = math.hypot((a[LOAD] - b[LOAD]) / cell[0],
+                                (a[DAMPING] - b[DAMPING]) / cell[1])
             self.assertLess(length, 0.5 + 1e-9)
             self.assertGreater(length, 0)
 
@@ -47,16 +49,16 @@ class StabilityMaps(st.TestCase):
         grid, border = self.ziegler()
         self.assertEqual(len(grid), 16 * 13)
         for row in grid:
-            p, b = row["first_value"], row["second_value"]
+            p, b = row[LOAD], row[DAMPING]
             grows = p > 41 / 28 + b ** 2 / 2
             self.assertEqual((row["unstable_modes"], row["verdict"]), (1, "flutter") if grows else (0, "stable"), (p, b))
             self.assertEqual(row["growth_rate_1_per_s"] > 0, grows)
         self.assertEqual({row["curve"] for row in border}, {0}, "one curve, found once")
         for row in border:
-            self.assertLess(abs(row["first_value"] - 41 / 28 - row["second_value"] ** 2 / 2), 1e-8)
+            self.assertLess(abs(row[LOAD] - 41 / 28 - row[DAMPING] ** 2 / 2), 1e-8)
             self.assertLess(abs(2 * math.pi * row["frequency_hz"] - math.sqrt(2 / 7)), 1e-8)
             self.assertEqual(row["kind"], "flutter")
-        ends = sorted(row["second_value"] for row in border)
+        ends = sorted(row[DAMPING] for row in border)
         self.assertEqual((ends[0], ends[-1]), (0.02, 1.22), "from edge to edge of the map")
         self.assertPolyline(border, (0.1, 0.1))
 
@@ -66,8 +68,8 @@ class StabilityMaps(st.TestCase):
         grid, border = self.ziegler(f"Sweep/Values=1.2, 1.4, {on_border!r}, 1.8", "Sweep/Second values=0.25, 0.5, 0.75")
         self.assertEqual({row["curve"] for row in border}, {0})
         for row in border:
-            self.assertLess(abs(row["first_value"] - 41 / 28 - row["second_value"] ** 2 / 2), 1e-8)
-        self.assertEqual({0.25, 0.75} - {row["second_value"] for row in border}, set())
+            self.assertLess(abs(row[LOAD] - 41 / 28 - row[DAMPING] ** 2 / 2), 1e-8)
+        self.assertEqual({0.25, 0.75} - {row[DAMPING] for row in border}, set())
 
     def test_divergence(self):
         load = st.PROJECT / "prm/theory/quarter_follower_load.mtx"
@@ -76,9 +78,9 @@ class StabilityMaps(st.TestCase):
         expected = (3 - math.sqrt(11 / 3)) / 2
         self.assertEqual({(row["curve"], row["kind"]) for row in border}, {(0, "divergence")})
         for row in border:
-            self.assertLess(abs(row["first_value"] - expected), 1e-10)
+            self.assertLess(abs(row[LOAD] - expected), 1e-10)
             self.assertEqual(row["frequency_hz"], 0)
-        self.assertEqual({row["verdict"] for row in grid if row["first_value"] > expected}, {"divergence"})
+        self.assertEqual({row["verdict"] for row in grid if row[LOAD] > expected}, {"divergence"})
         self.assertPolyline(border, (0.2, 0.1))
 
     def test_undamped_border_is_no_zero_of_the_growth_rate(self):
@@ -86,7 +88,7 @@ class StabilityMaps(st.TestCase):
         grid, border = self.ziegler("Matrices/Velocity=", "Sweep/Second parameter=Operation/Angular velocity",
                                     "Sweep/Second values=1, 2")
         self.assertEqual(border, [])
-        self.assertEqual({row["verdict"] for row in grid if row["first_value"] < 3.5 - math.sqrt(2)}, {"marginal"})
+        self.assertEqual({row["verdict"] for row in grid if row[LOAD] < 3.5 - math.sqrt(2)}, {"marginal"})
 
     def test_contact(self):
         """On a strip: growth changes its sign across every point of the border, and nowhere else."""
@@ -98,12 +100,45 @@ class StabilityMaps(st.TestCase):
         for row in border[::3]:
             growth = []
             for factor in [1 - 1e-4, 1, 1 + 1e-4]:
-                modes = self.eigenvalues({**STRIP, "Contact/Friction/Coefficient": repr(row["first_value"] * factor),
-                                          "Operation/Angular velocity": repr(row["second_value"])})
+                modes = self.eigenvalues({**STRIP, "Contact/Friction/Coefficient": repr(row[FRICTION] * factor),
+                                          "Operation/Angular velocity": repr(row[SPEED])})
                 own = min(modes, key=lambda l: abs(l.imag - 2 * math.pi * row["frequency_hz"]))
                 growth.append(own.real)
             self.assertLess(growth[0] * growth[2], 0)
             self.assertLess(abs(growth[1]), 1e-5 * abs(growth[2] - growth[0]))
+
+    def test_bars(self):
+        """The points of the grid have nearly the bars of single runs; a finer mesh changes sign within the band."""
+        case = {"Discretization/Degree": 2}
+        directory = self.analyse({**STRIP_MAP, **case})
+        grid, border = st.read_table(directory / "map.csv"), st.read_table(directory / "border.csv")
+        self.assertEqual([(row[SPEED], row[FRICTION]) for row in grid],
+                         [(speed, friction) for speed in (1, 2, 3) for friction in (0.3, 0.5, 0.7)], "sorted")
+        for row in grid:
+            modes = self.modes({**STRIP, **case, FRICTION: row[FRICTION], SPEED: row[SPEED]})
+            worst = max(modes, key=lambda mode: mode["growth_rate_1_per_s"])
+            longer = row["growth_rate_error_1_per_s"] / worst["growth_rate_error_1_per_s"]
+            at_corner = row[FRICTION] != 0.5 and row[SPEED] != 2
+            self.assertLess(abs(longer - 1), 0.01 if at_corner else 0.7, row)
+            self.assertGreater(longer, 0.8, "not much shorter")
+            self.assertEqual(row["verdict"], worst["verdict"])
+            self.assertEqual(row["undecided_modes"], sum(mode["verdict"] == "undecided" for mode in modes))
+        self.assertGreater(len(border), 3)
+        fine = {**STRIP, "Discretization/Degree": 4, "Eigenproblem/Error bars": "false"}
+        for row in border[::4]:
+            self.assertGreater(row["mesh_error_cells"], 0)
+            self.assertAlmostEqual(row["accuracy_cells"], row["search_error_cells"] + row["reduction_error_cells"], delta=1e-15)
+            growth = [min(self.eigenvalues({**fine, FRICTION: repr(row[FRICTION] + sign * row["band_" + FRICTION]),
+                                            SPEED: repr(row[SPEED] + sign * row["band_" + SPEED])}),
+                          key=lambda l: abs(l.imag - 2 * math.pi * row["frequency_hz"])).real for sign in (-1, 1)]
+            self.assertLess(growth[0], 0)
+            self.assertGreater(growth[1], 0)
+
+    def test_no_bars_across_rest(self):
+        """Damping grows like 1/Omega there, and so do the effects of the mesh."""
+        directory = self.analyse({**STRIP_MAP, "Sweep/Second values": "-1, 3"})
+        self.assertIn("no error bars", (directory / "log.txt").read_text())
+        self.assertEqual({row["growth_rate_error_1_per_s"] for row in st.read_table(directory / "map.csv")}, {None})
 
     def test_killed_and_resumed(self):
         whole = self.analyse(STRIP_MAP)

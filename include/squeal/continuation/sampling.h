@@ -2,7 +2,7 @@
 
 #include <squeal/assessment/tables.h>
 #include <squeal/continuation/branches.h>
-#include <squeal/continuation/carried_errors.h>
+#include <squeal/continuation/interpolated_effects.h>
 #include <squeal/continuation/parameter_study.h>
 #include <squeal/continuation/sample_statistics.h>
 
@@ -19,8 +19,8 @@ namespace squeal
   /// certify; they are told apart by the branches of the centre.
   ///
   /// samples.csv has a line for each, probability.csv and indices.csv what follows. Probabilities
-  /// have three bars: of the number of samples, of the solver and of the mesh. Effects of the mesh
-  /// are estimated at the centre and at a place for each parameter, and taken to be linear between.
+  /// have three bars: of the number of samples, of the solver and of the mesh
+  /// (InterpolatedEffects).
   class Sampling
   {
   public:
@@ -86,19 +86,10 @@ namespace squeal
     std::vector<Point> points;
     Point middle;            ///< centre()
     unsigned int n_base = 0; ///< points A; B and, with indices, A with numbers of B follow
-    BranchPoint at_centre;   ///< whole modes
+    std::optional<InterpolatedEffects> effects; ///< with the whole modes of the centre
     BranchPoint reduced_centre;
     std::vector<double> frequencies; ///< of the branches at the centre, Hz
-    ErrorEffects effects;            ///< at the centre
-    /// By parameter: where effects were estimated, and the difference there, in modes of the
-    /// centre.
-    struct Beside
-    {
-      double distance = 0;
-      KnownEffects effects;
-    };
-    std::vector<Beside> beside;
-    ModesOnCourse whole_place, reduced_place;
+    ModesOnCourse reduced_place;
     std::vector<Outcome> outcomes;
     std::unique_ptr<Table> samples_csv;
     std::chrono::steady_clock::time_point begin, last_saved;

@@ -1,11 +1,12 @@
 #pragma once
 
 #include <squeal/assessment/tables.h>
-#include <squeal/continuation/parameter_study.h>
+#include <squeal/continuation/interpolated_effects.h>
 
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace squeal
 {
@@ -21,13 +22,18 @@ namespace squeal
   /// Newton's method along the gradient. The derivatives come from left and right vectors, so the
   /// operators are never differentiated numerically here.
   ///
+  /// With an estimator, every point of the grid and of the boundaries has the bar of the mesh
+  /// (InterpolatedEffects), from the map's centre and corners: a boundary has a band,
+  /// bar(Re l) / |grad Re l| to both sides (theory.md, section 10).
+  ///
   /// What is done is on disk after each point of the grid and each curve; a map that was killed
-  /// resumes there.
+  /// resumes there. When the grid is complete, map.csv is sorted by the second value and the first.
   class StabilityMap
   {
   public:
     StabilityMap(ParameterFile &file, Model &model, const EigensolverOptions &options,
-                 const std::string &directory, MPI_Comm comm, Log &log);
+                 const std::string &directory, MPI_Comm comm, Log &log,
+                 const ErrorEstimator &estimator = {});
 
     /// Throws InputError, SolverError.
     void run();
@@ -43,9 +49,21 @@ namespace squeal
       std::complex<double> lambda;
       /// The last step of Newton's method and what the eigenvalue's own error, by its backward
       /// error and condition, moves the boundary by; cells.
-      double accuracy = 0;
+      double search_error = 0, reduction_error = 0;
       bool divergence = false;
       bool done       = false; ///< on a curve that was traced
+
+      /// The unit vector of cells across the boundary, of flutter towards growth; what the mesh
+      /// moves the boundary by along it, cells; and how many other modes grow here: all of points
+      /// of a curve.
+      Position across{};
+      std::optional<CriticalBar> bar;
+      std::optional<unsigned int> n_growing;
+
+      double accuracy() const
+      {
+        return search_error + reduction_error;
+      }
     };
 
     /// The function that vanishes on the boundary, its gradient by position, and what is needed to
@@ -57,10 +75,13 @@ namespace squeal
       double uncertainty = 0; ///< of the value
       std::complex<double> lambda;
       std::array<std::complex<double>, 2> slope{}; ///< dl by position
+      EigenPairs modes;                            ///< all that were found, if any were asked for
+      unsigned int mode = 0;                       ///< this one's number
     };
     using BoundaryFunction = std::function<Evaluation(const Position &)>;
 
     double parameter_at(unsigned int k, double position) const;
+    double position_at(unsigned int k, double value) const;
     double cell_size(unsigned int k, double position) const;
     std::vector<double> values_at(const Position &at) const
     {
@@ -76,10 +97,14 @@ namespace squeal
     Evaluation evaluate(const Position &at, std::complex<double> expected);
     Evaluation evaluate(const Position &at, const StaticInstability &instability);
 
+    /// Estimates effects at the centre and the corners of the map.
+    void estimate_errors();
     void walk_grid();
     Fields map_fields(const Position &at, const GrowthSummary &summary) const;
     Fields border_fields(unsigned int curve, const BoundaryPoint &point) const;
     void write(const Position &at, const EigenPairs &modes);
+    /// Puts the lines of map.csv in order.
+    void sort_map() const;
     /// The crossings between two neighbours of the grid, of which the second has just been solved.
     void find_crossings(unsigned int before, unsigned int now, const EigenPairs &modes);
     /// Points of the boundary between two points of a line with these eigenvalues. Where modes meet
@@ -95,15 +120,22 @@ namespace squeal
     void trace_boundaries();
     /// Whether a point lies on a curve that was traced.
     static bool is_on(const std::vector<BoundaryPoint> &curve, const BoundaryPoint &point);
-    std::vector<BoundaryPoint> trace(const BoundaryPoint &seed);
+    std::vector<BoundaryPoint> trace(const BoundaryPoint &crossing);
     /// The function of a divergent mode beside a point, or none.
     std::unique_ptr<StaticInstability> instability_beside(const Position &at);
+    /// What is across the boundary at a point of it, and the band that the mesh leaves.
+    void assess(BoundaryPoint &point, const Evaluation &there);
+    /// Of divergence: by l^2 of the divergent mode beside, whose effect and derivative are in the
+    /// same ratio as there.
+    void assess_divergence(BoundaryPoint &point);
+    std::optional<CriticalBar> bar_of(const Position &at, const EigenPairs &modes,
+                                      unsigned int mode, double slope) const;
     /// One step along the boundary; false at its end.
     bool step(const BoundaryPoint &last, const BoundaryFunction &function, Position &tangent,
               double &length, BoundaryPoint &next, Evaluation &there);
     /// Newton's method along the gradient, or along one axis if the other coordinate is held.
     static bool correct(const BoundaryFunction &function, Position &at, int held,
-                        Evaluation &result, double &accuracy);
+                        Evaluation &result, BoundaryPoint &point);
 
     void save();
     bool resume();
@@ -114,6 +146,8 @@ namespace squeal
     ModeTracker &tracker;
     const std::array<std::vector<double>, 2> values;
     Log &log;
+    const ErrorEstimator estimator;
+    std::optional<InterpolatedEffects> effects; ///< with an estimator
     std::unique_ptr<Table> map_csv, border_csv;
 
     std::vector<std::vector<std::complex<double>>>

@@ -34,11 +34,11 @@ namespace squeal
     /// The present value of a number. Throws InputError, naming the nearest key, if there is none
     /// of that path or if it is not a number.
     double value_of(const std::string &path) const;
-    /// Sets a number and checks all rules; parameters() then refers to the new value. Throws
-    /// InputError.
-    void vary(const std::string &path, double value);
+    /// Sets numbers, all of them before the rules are checked; parameters() then refers to the new
+    /// values. Throws InputError, with the old values again.
+    void vary(const std::vector<std::string> &paths, const std::vector<double> &values);
 
-    /// Sets any key as vary() does.
+    /// Sets any key and checks all rules. Throws InputError.
     void choose(const std::string &path, const std::string &value);
 
     /// The name of the file that was read.

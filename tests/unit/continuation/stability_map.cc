@@ -59,7 +59,7 @@ namespace squeal::tests::stability_map_tests
     CHECK(points.size() == 9);
     for (const auto &point : points)
     {
-      const bool unstable = value(point, "first_value") > critical(value(point, "second_value"));
+      const bool unstable = value(point, first_factor) > critical(value(point, second_factor));
       CHECK(value(point, "unstable_modes") == (unstable ? 1 : 0));
       CHECK(point.at("verdict") == (unstable ? "flutter" : "stable"));
     }
@@ -68,10 +68,10 @@ namespace squeal::tests::stability_map_tests
     double lowest = HUGE_VAL, highest = 0;
     for (const auto &point : border)
     {
-      const double c = value(point, "second_value");
+      const double c = value(point, second_factor);
       CHECK(point.at("curve") == "0");
       CHECK(point.at("kind") == "flutter");
-      CHECK(relative_error(value(point, "first_value"), critical(c)) <= 1e-7);
+      CHECK(relative_error(value(point, first_factor), critical(c)) <= 1e-7);
       CHECK(relative_error(value(point, "frequency_hz"), std::sqrt(mean) / (2 * M_PI)) <= 1e-6);
       lowest  = std::min(lowest, c);
       highest = std::max(highest, c);
@@ -106,8 +106,8 @@ namespace squeal::tests::stability_map_tests
     for (const auto &point : border)
     {
       CHECK(point.at("kind") == "divergence");
-      CHECK(relative_error(value(point, "first_value"),
-                           (1 + value(point, "second_value")) * chain_square(40, 1)) <= 1e-7);
+      CHECK(relative_error(value(point, first_factor),
+                           (1 + value(point, second_factor)) * chain_square(40, 1)) <= 1e-7);
     }
   }
 

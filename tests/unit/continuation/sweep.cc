@@ -16,7 +16,7 @@ namespace squeal::tests::sweep_tests
       file->choose("Sweep/Values", values); // first: a sweep without values is refused
       file->choose("Sweep/Parameter", parameter);
       file->choose("Sweep/Critical values", "true");
-      file->vary(second_factor, second);
+      file->vary({second_factor}, {second});
       return file;
     }
 

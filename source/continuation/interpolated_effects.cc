@@ -1,0 +1,106 @@
+#include <squeal/base/text.h>
+#include <squeal/continuation/interpolated_effects.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace squeal
+{
+  InterpolatedEffects::InterpolatedEffects(ParameterStudy &study, const ErrorEstimator &estimator,
+                                           const Point &centre, const std::vector<Point> &places,
+                                           const Shares &shares)
+      : study(study), shares(shares)
+  {
+    ModeTracker &tracker = study.tracker;
+    EigenSolution found  = tracker.solve_fully(study.parameters_at(centre));
+    at_centre.modes      = std::move(found.modes);
+    at_centre.rows       = tracker.analyse(at_centre.modes);
+    at_centre.n_branches = at_centre.modes.size();
+    at_centre.branches.resize(at_centre.n_branches);
+    std::iota(at_centre.branches.begin(), at_centre.branches.end(), 0u);
+    course = on_course(0, at_centre.modes, at_centre.branches, {}, 0);
+    if (!estimator)
+      return;
+    effects     = tracker.estimate_errors(estimator, study.parameters_at(centre), at_centre.modes,
+                                          found.reuse);
+    found.reuse = {}; // two factorisations would double the memory
+    for (const Point &place : places)
+    {
+      std::string where;
+      for (unsigned int i = 0; i < place.size(); ++i)
+        if (place[i] != centre[i])
+          where += (where.empty() ? "" : ", ") + study.parameters[i] + " = " + number(place[i], 6);
+      study.options.progress("  error bars at " + where);
+      EigenSolution shifted = tracker.solve_fully(study.parameters_at(place));
+      BranchPoint there;
+      there.modes           = std::move(shifted.modes);
+      const auto transition = tracker.transition(at_centre.modes, there.modes);
+      continue_branches(transition, at_centre, study.options.max_imaginary, there);
+      const KnownEffects known = all_known(tracker.estimate_errors(
+          estimator, study.parameters_at(place), there.modes, shifted.reuse));
+      const ModesOnCourse at =
+          on_course(1, there.modes, there.branches, transition, at_centre.modes.size());
+      at_places.push_back(carry_back(known, course, at));
+    }
+  }
+
+  KnownEffects InterpolatedEffects::at(const Point &point) const
+  {
+    KnownEffects known              = all_known(effects);
+    const std::vector<double> share = shares(point);
+    for (unsigned int i = 0; i < at_places.size(); ++i)
+    {
+      const KnownEffects &there = at_places[i];
+      if (there.modes.size() != known.modes.size()) // a mode has left: the centre must serve
+        continue;
+      const auto add = [&](auto &sum, const auto &of_place, const auto &of_centre)
+      {
+        for (std::size_t k = 0; k < sum.size(); ++k)
+          sum[k] += share[i] * (of_place[k] - of_centre[k]);
+      };
+      add(known.effects.f, there.effects.f, effects.f);
+      add(known.effects.growth_rate_parts, there.effects.growth_rate_parts,
+          effects.growth_rate_parts);
+      const auto &groups = there.effects.alternatives;
+      for (std::size_t g = 0; g < groups.size() && g < effects.alternatives.size(); ++g)
+        for (std::size_t a = 0; a < groups[g].size() && a < effects.alternatives[g].size(); ++a)
+          add(known.effects.alternatives[g][a], groups[g][a], effects.alternatives[g][a]);
+    }
+    for (double &part : known.effects.growth_rate_parts)
+      part = std::max(part, 0.);
+    // Between two places effects are as far from linear as a quarter of their difference, bent by
+    // s (1 - s): where they cancel on the way the bar must not vanish.
+    constexpr double bend = 0.25;
+    for (unsigned int i = 0; i < at_places.size(); ++i)
+    {
+      const KnownEffects &there = at_places[i];
+      const double weight       = bend * whole_effect(effects.degree) * share[i] * (1 - share[i]);
+      if (there.modes.size() != known.modes.size() || weight == 0)
+        continue;
+      ErrorEffects::Effect bent(effects.f.size());
+      for (std::size_t k = 0; k < bent.size(); ++k)
+        bent[k] = weight * (there.effects.f[k] - effects.f[k]);
+      known.effects.alternatives.push_back({std::move(bent)});
+    }
+    return known;
+  }
+
+  KnownEffects InterpolatedEffects::on(const Point &point, BranchPoint &modes) const
+  {
+    std::vector<std::complex<double>> transition =
+        study.tracker.transition(at_centre.modes, modes.modes);
+    continue_branches(transition, at_centre, study.options.max_imaginary, modes);
+    return carry_forward(
+        at(point), course,
+        on_course(0, modes.modes, modes.branches, std::move(transition), at_centre.modes.size()));
+  }
+
+  ErrorBounds set_bars(std::vector<ModeRow> &rows, const EigenPairs &modes,
+                       const KnownEffects &known, const double tolerance)
+  {
+    ErrorBounds bounds = bound_errors(known, modes.lambda, modes.parity);
+    for (unsigned int k = 0; k < known.modes.size(); ++k)
+      set_bar(rows[known.modes[k]], bounds, k, tolerance);
+    return bounds;
+  }
+} // namespace squeal
