@@ -129,6 +129,14 @@ def with_bar(row, value, error, decimals):
     return fixed(row[value], decimals, digits=3 if row["verdict"] in UNSTABLE else None)
 
 
+def shape_of(row):
+    """What a mode looks like: of the disc nodal diameters and circles."""
+    if not row.get("shape"):
+        return "\N{EN DASH}"
+    of_disc = f"{row['nodal_diameters']} diameters, {row['nodal_circles']} circles"
+    return {"bending": "bending, ", "in_plane": "in-plane, ", "pads": "pads; disc "}[row["shape"]] + of_disc
+
+
 def critical_value(row):
     """A critical value with what the mesh may have done to it, if that is known."""
     return (with_bar(row, "value", "mesh_error", 5) if row.get("mesh_error") else number(row["value"]))
@@ -456,9 +464,11 @@ class Report:
         if not self.modes:
             return
         self.section("Verdicts")
-        header = ["mode", "verdict<", "growth rate, 1/s", "frequency, Hz", "damping ratio", "backward error", "condition"]
+        header = ["mode", "verdict<", "growth rate, 1/s", "frequency, Hz", "shape<", "damping ratio", "backward error",
+                  "condition"]
         self.body.append(table(header, [[row["mode"], row["verdict"], with_bar(row, GROWTH, GROWTH_ERROR, 4),
-                                         with_bar(row, FREQUENCY, FREQUENCY_ERROR, 3), number(row["damping_ratio"], 3),
+                                         with_bar(row, FREQUENCY, FREQUENCY_ERROR, 3), shape_of(row),
+                                         number(row["damping_ratio"], 3),
                                          number(row["backward_error"], 2), number(row["condition_number"], 3)]
                                         for row in self.modes],
                                ["unstable" if row["verdict"] in UNSTABLE else

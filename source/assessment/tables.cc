@@ -71,6 +71,20 @@ namespace squeal
             {"mirror", name_of(row.parity)}};
   }
 
+  Fields shape_fields(const std::optional<ModeShape> &shape)
+  {
+    const auto field      = [&](const double x) { return shape ? number(x, 6) : ""; };
+    const auto count      = [&](const unsigned int n) { return shape ? std::to_string(n) : ""; };
+    const ModeShape known = shape.value_or(ModeShape());
+    return {{"shape", shape ? name_of(known) : ""},
+            {"nodal_diameters", count(known.nodal_diameters)},
+            {"nodal_circles", count(known.nodal_circles)},
+            {"rotor_share", field(known.rotor_share)},
+            {"axial_share", field(known.axial_share)},
+            {"order_share", field(known.order_share)},
+            {"travelling", field(known.travelling)}};
+  }
+
   Fields contributions_fields(const unsigned int cycle, const Contribution &c)
   {
     return {{"cycle", cycle},

@@ -436,7 +436,16 @@ namespace squeal
       {
         if (!prm.eigenproblem.is_solved())
           return {};
-        const ModeTable table = common.assess_stability(model, found.modes, cycle, bars);
+        ModeTable table = common.assess_stability(model, found.modes, cycle, bars);
+        {
+          PhaseTimer::Scope scope(report.timer, "eigenproblem");
+          std::vector<double> densities;
+          for (const Parameters::BodyMaterial &part : prm.materials())
+            densities.push_back(part.material.density);
+          const std::vector<ModeShape> shapes = mode_shapes(model.spaces(), densities, found.modes);
+          for (unsigned int j = 0; j < shapes.size(); ++j)
+            table.rows[j].shape = shapes[j];
+        }
         common.tell(model, cycle, found, table, seconds_of_bars);
         return table;
       }

@@ -137,10 +137,10 @@ namespace squeal
   void Report::modes(const unsigned int cycle, const EigenSolution &found, const ModeTable &table,
                      const double seconds_of_bars)
   {
-    Table &modes_csv         = this->table("modes.csv", modes_fields({}));
+    Table &modes_csv         = this->table("modes.csv", modes_fields({}) + shape_fields({}));
     Table &contributions_csv = this->table("contributions.csv", contributions_fields(cycle, {}));
     for (const ModeRow &row : table.rows)
-      modes_csv.add(modes_fields(row));
+      modes_csv.add(modes_fields(row) + shape_fields(row.shape));
     for (const Contribution &part : table.contributions)
       contributions_csv.add(contributions_fields(cycle, part));
 
@@ -201,6 +201,10 @@ namespace squeal
     if (largest > rounding)
       log.print("Why: the growth rate as a sum over its causes\n" +
                 contributions_table(table.contributions, numbers));
+
+    for (const ModeRow &row : table.rows)
+      if (row.shape && std::find(numbers.begin(), numbers.end(), row.mode) != numbers.end())
+        log.line("Mode " + std::to_string(row.mode) + ": " + described(*row.shape) + ".");
 
     constexpr double large_condition = 100;
     for (const ModeRow &row : table.rows)

@@ -34,6 +34,21 @@ class Rotor(st.TestCase):
             # Cells of one patch are no stiffer than the body: Ritz values lie above.
             self.assertGreater(mode["frequency_hz"], f)
             self.assertEqual(mode["verdict"], "marginal")
+        # Bending with up to one circle, and in-plane where a section shrinks or turns
+        named = sorted(reference, key=lambda row: row["frequency_hz"])
+        diameters = [row["nodal_diameters"] for row in named for _ in range(int(row["multiplicity"]))]
+        self.assertEqual([mode["nodal_diameters"] for mode in modes], diameters)
+        for mode in modes:
+            self.assertEqual(mode["shape"], "bending" if mode["axial_share"] > 0.5 else "in_plane")
+            self.assertGreater(max(mode["axial_share"], 1 - mode["axial_share"]), 0.9)
+            self.assertEqual(mode["rotor_share"], 1)
+            self.assertGreater(mode["order_share"], 0.95)
+        seen = [(mode["shape"], mode["nodal_diameters"], mode["nodal_circles"]) for mode in modes]
+        expected = {("bending", n, 0) for n in range(7)} | {("bending", n, 1) for n in range(3)} | {("in_plane", 0, 0),
+                                                                                                   ("in_plane", 1, 0)}
+        self.assertEqual(set(seen), expected)
+        for shape in expected:
+            self.assertEqual(seen.count(shape), 1 if shape[1] == 0 else 2, shape)
 
         # Modes with nodal diameters come in pairs of one frequency: 24 cells around do not split them below
         # n = 12, because the mesh has the symmetry of a 24-gon.
@@ -61,6 +76,20 @@ class Rotor(st.TestCase):
         frequencies = [a.imag / (2 * math.pi) for a, _ in self.pairs(computed, expected)]
         for f, row in zip(frequencies, reference):
             self.assertLess(abs(f - row["frequency_hz"]), FREQUENCY_TOLERANCE * row["frequency_hz"])
+
+        # Waves with the rotation are the faster ones.
+        waves = {}
+        for mode in modes:
+            if mode["nodal_diameters"] > 0:
+                waves.setdefault((mode["shape"], mode["nodal_diameters"], mode["nodal_circles"]), []).append(mode)
+        self.assertEqual(len(waves), 9)
+        for shape, pair in waves.items():
+            self.assertEqual(len(pair), 2, shape)
+            if shape[0] == "bending":
+                self.assertEqual([round(mode["travelling"], 3) for mode in pair], [-1, 1], shape)
+        two = self.modes({**ROTOR, "Stage": "transport", "Operation/Angular velocity": omega}, ranks=2)
+        for name in ("nodal_diameters", "nodal_circles", "shape"):
+            self.assertEqual([mode[name] for mode in two], [mode[name] for mode in modes])
 
         # Backward and forward waves: consecutive lines of one number of nodal diameters.
         n_pairs = 0

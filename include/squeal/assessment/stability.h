@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/assessment/error_bounds.h>
+#include <squeal/assessment/mode_shapes.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/model/model.h>
 
@@ -32,6 +33,7 @@ namespace squeal
     /// it is positive.
     double criterion = 0;
     Parity parity    = Parity::none;
+    std::optional<ModeShape> shape; ///< of bodies that turn
 
     bool is_unstable() const
     {

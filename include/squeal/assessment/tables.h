@@ -54,6 +54,8 @@ namespace squeal
   /// A line of modes.csv, contributions.csv and sensitivities.csv. Users rely on the first columns
   /// of modes.csv.
   Fields modes_fields(const ModeRow &row);
+  /// The last columns of modes.csv.
+  Fields shape_fields(const std::optional<ModeShape> &shape);
   Fields contributions_fields(unsigned int cycle, const Contribution &c);
   Fields sensitivities_fields(unsigned int cycle, unsigned int mode,
                               const ParameterDerivative &derivative, std::complex<double> d_lambda);

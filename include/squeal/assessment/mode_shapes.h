@@ -1,0 +1,51 @@
+#pragma once
+
+#include <squeal/eigen/eigenpairs.h>
+#include <squeal/mesh/finite_element_space.h>
+
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// How a mode looks, by its kinetic energy rho |u|^2 without the motion of transport.
+  struct ModeShape
+  {
+    /// Of the energy in all bodies that have a mesh.
+    double rotor_share = 0;
+    /// Of the rotor's energy that of u_z. A mode of which it is at least one half is called
+    /// bending, another one in-plane.
+    double axial_share = 0;
+    /// The order n of the waves exp(+- i n phi) with most of the energy, bending of that of u_z,
+    /// in-plane of that of the other components, and their share of it.
+    unsigned int nodal_diameters = 0;
+    double order_share           = 0;
+    /// Zeros along the radius of these waves in their larger component.
+    unsigned int nodal_circles = 0;
+    /// (E_+ - E_-) / (E_+ + E_-) of the waves with the rotation and against it: 0 for a standing
+    /// wave. Of u exp(l t), Im l > 0, exp(- i n phi) turns with +z.
+    double travelling = 0;
+
+    bool is_bending() const
+    {
+      return axial_share >= 0.5;
+    }
+    bool is_of_rotor() const
+    {
+      return rotor_share >= 0.5;
+    }
+  };
+
+  /// bending, in_plane, or pads where less than half of the energy is the rotor's: the pads and all
+  /// that does not turn.
+  std::string name_of(const ModeShape &shape);
+  /// In words: "bending, 6 nodal diameters, 0 circles".
+  std::string described(const ModeShape &shape);
+
+  /// The shapes of all modes of bodies that turn about z, or nothing (two dimensions; no rotor).
+  /// @p densities by material, kg/m^3. Fourier coefficients are taken in rings of the rotor between
+  /// its inner and outer radius, over its thickness together. Collective.
+  template <int dim>
+  std::vector<ModeShape> mode_shapes(const FiniteElementSpace<dim> &spaces,
+                                     const std::vector<double> &densities, const EigenPairs &modes);
+} // namespace squeal
