@@ -10,8 +10,9 @@ Needs numpy; matrices need scipy. The program is the one named by the environmen
 PATH, else build/release/squeal of the directory or of one above it. doc/python.md has the manual.
 """
 
-from .program import InputError, ProgramError, SolverError, find_program, run
+from .program import InputError, ProgramError, SolverError, find_program, run, sample
 from .results import Results, read
 from .shapes import Shape, mac
 
-__all__ = ["InputError", "ProgramError", "Results", "Shape", "SolverError", "find_program", "mac", "read", "run"]
+__all__ = ["InputError", "ProgramError", "Results", "Shape", "SolverError", "find_program", "mac", "read", "run",
+           "sample"]

@@ -51,6 +51,28 @@ def text_of(value):
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
+def sample(file, uncertain, samples=None, correlation=None, indices=False, **options):
+    """How probable growth is: the run of a parameter file whose numbers are uncertain. Returns its Results.
+
+    `uncertain` is {"Section/Key": distribution}, a distribution as text, "uniform 0.3 0.6", or as a tuple, ("normal", 1e6,
+    1e5); or the path of a CSV file of samples. `samples` is their number; `correlation` the matrix between normal scores, in
+    the order of `uncertain`. With `indices` sensitivity indices are computed, too. All else is run()'s.
+    results.table("probability"), "samples" and "indices" are what comes out (doc/sampling.md).
+    """
+    settings = {"Sampling/Sensitivity indices": bool(indices)}
+    if samples is not None:
+        settings["Sampling/Samples"] = int(samples)
+    if hasattr(uncertain, "items"):
+        words = [f"{key} {law if isinstance(law, str) else ' '.join(text_of(part) for part in law)}"
+                 for key, law in uncertain.items()]
+        settings["Sampling/Parameters"] = "; ".join(words)
+    else:
+        settings["Sampling/File"] = os.path.abspath(os.fspath(uncertain))
+    if correlation is not None:
+        settings["Sampling/Correlation"] = "; ".join(text_of(list(row)) for row in correlation)
+    return run(file, **{**settings, **options})
+
+
 def run(file, ranks=1, echo=False, overwrite=False, program=None, **overrides):
     """Runs a parameter file and returns its Results.
 

@@ -54,6 +54,25 @@ class Package(st.TestCase):
         self.assertEqual(set(results.modes["cycle"]), {1})
         self.assertTrue(numpy.isnan(results.modes["growth_rate_error_1_per_s"]).all())
 
+    def test_sample(self):
+        """Distributions as text and as tuples, a correlation, a file of samples; probabilities as their table has them."""
+        brief = {"Output/Fields": "none", "Output/Matrices": False, "Eigenproblem/Error bars": False}
+        uncertain = {"Contact/Friction/Coefficient": ("uniform", 0.2, numpy.float64(0.7)), "Pads/Pressure": "normal 1e6 1e5"}
+        results = squeal.sample(self.file, uncertain, 4, correlation=[[1, 0.5], [0.5, 1]], indices=False,
+                                **{"Output/Directory": self.directory / "a", **brief})
+        samples = results.table("samples")
+        self.assertEqual(len(samples), 4)
+        frictions = samples["Contact/Friction/Coefficient"]
+        self.assertTrue(0.2 < frictions.min() < frictions.max() < 0.7)
+        self.assertEqual(results.parameters["Sampling/Correlation"].replace(" ", ""), "1,0.5;0.5,1")
+        of_all = results.table("probability")[0]
+        self.assertAlmostEqual(of_all["probability"], (samples["growth_rate_1_per_s"] > 0).mean())
+
+        given = self.directory / "given.csv"
+        given.write_text("Contact/Friction/Coefficient\n" + "\n".join(repr(float(value)) for value in frictions[:2]) + "\n")
+        of_file = squeal.sample(self.file, given, **{"Output/Directory": self.directory / "b", **brief})
+        self.assertEqual(list(of_file.table("samples")["Contact/Friction/Coefficient"]), list(frictions[:2]))
+
     def test_failures(self):
         with self.assertRaisesRegex(squeal.InputError, "unknown key 'Output/Matrces'.*Output/Matrices") as caught:
             self.run_squeal("a", **{"Output/Matrces": True})
