@@ -36,7 +36,7 @@ SCRIPTS = Path(__file__).resolve().parent
 RENDERING_SECONDS = 300
 
 STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #1b1b1b; margin: 0 auto; padding: 1rem; max-width: 64rem; }
+body { font: 16px/1.5 system-ui, sans-serif; color: #1b1b1b; margin: 0 auto; padding: 1rem; max-width: 70rem; }
 h1 { font-size: 1.6rem; line-height: 1.2; margin: .5rem 0; }
 h2 { font-size: 1.15rem; margin: 2rem 0 .5rem; border-bottom: 1px solid #ccc; }
 .summary { font-size: 1.1rem; padding: .75rem 1rem; border-left: .4rem solid #0072B2; background: #f3f7fa; }
@@ -130,11 +130,10 @@ def with_bar(row, value, error, decimals):
 
 
 def shape_of(row):
-    """What a mode looks like: of the disc nodal diameters and circles."""
+    """What a mode looks like: bending or in-plane, the disc's nodal diameters and circles."""
     if not row.get("shape"):
         return "\N{EN DASH}"
-    of_disc = f"{row['nodal_diameters']} diameters, {row['nodal_circles']} circles"
-    return {"bending": "bending, ", "in_plane": "in-plane, ", "pads": "pads; disc "}[row["shape"]] + of_disc
+    return f"{row['shape'].replace('_', '-')} {row['nodal_diameters']}, {row['nodal_circles']}"
 
 
 def critical_value(row):
@@ -476,6 +475,8 @@ class Report:
         if any(row.get(GROWTH_ERROR) for row in self.modes):
             self.note("Behind \N{PLUS-MINUS SIGN}: what the mesh may have done to the value. A verdict stands if the bar of the "
                       "growth rate does not reach zero. modes.csv has all digits.")
+        if any(row.get("shape") for row in self.modes):
+            self.note("Shape: nodal diameters and circles of the disc; pads: most of the energy is theirs.")
         self.drawn_by("Eigenvalues in the complex plane", "plot.py")
 
     def causes(self):

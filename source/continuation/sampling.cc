@@ -93,10 +93,8 @@ namespace squeal
   {
     tracker.set_model(model);
     for (const std::string &parameter : study.parameters)
-      if (!Parameters::Sweep::keeps_mesh(parameter))
-        throw InputError("Sampling/File = " + settings.file + ": " + parameter +
-                         ": samples keep the mesh. Allowed are numbers of the sections Operation, "
-                         "Contact, Rotor/Material, Pads/Material, Matrices, and Pads/Pressure.");
+      Parameters::Sweep::need_mesh_kept(parameter, "Sampling/File = " + settings.file + ": ",
+                                        "samples keep");
     make_points();
     // A sample that is not allowed is refused before anything is computed.
     for (unsigned int k = 0; k < points.size(); ++k)
@@ -218,10 +216,10 @@ namespace squeal
     tracker.set_expansion_point(study.parameters_at(middle), found.reuse);
     is_projected = tracker.has_expansion_point(); // not for small problems
     found.reuse  = {};
-    if (is_projected && !are_corners_known)
+    if (is_projected && !corners)
       find_corners();
     if (is_projected)
-      for (const Point &corner : corners)
+      for (const Point &corner : *corners)
         tracker.count_at(study.parameters_at(corner));
     EigenSolution projected      = tracker.solve(study.parameters_at(middle));
     const BranchPoint &at_centre = effects->centre();
@@ -237,8 +235,8 @@ namespace squeal
   /// be counted one by one.
   void Sampling::find_corners()
   {
-    const auto key    = tracker.look_at(study.parameters_at(middle));
-    corners           = {middle, middle}; // the softest and the stiffest
+    const auto key = tracker.look_at(study.parameters_at(middle));
+    corners.emplace({middle, middle}); // the softest and the stiffest
     bool is_monotonic = true;
     for (unsigned int i = 0; i < middle.size(); ++i)
     {
@@ -255,13 +253,12 @@ namespace squeal
       is_monotonic &= moved.has_value(); // else it acts both ways, or on other matrices
       if (moved.value_or(0) != 0)
       {
-        corners[0][i] = *moved > 0 ? lowest : highest;
-        corners[1][i] = *moved > 0 ? highest : lowest;
+        (*corners)[0][i] = *moved > 0 ? lowest : highest;
+        (*corners)[1][i] = *moved > 0 ? highest : lowest;
       }
     }
-    if (!is_monotonic || corners[0] == corners[1])
-      corners.clear();
-    are_corners_known = true;
+    if (!is_monotonic || corners->front() == corners->back())
+      corners->clear();
   }
 
   void Sampling::Growth::include(const Growth &other)
@@ -533,13 +530,16 @@ namespace squeal
             {"growth_rate_95_percent_1_per_s", field(quantile_of(rates, 0.95))}};
   }
 
-  Fields Sampling::indices_fields(const int branch, const unsigned int parameter) const
+  SensitivityIndices Sampling::indices_of(const int branch, const unsigned int parameter) const
   {
-    SensitivityIndices indices;
-    if (!outcomes.empty())
-      indices =
-          sensitivity_indices(growth_rates(branch, 0, n_base), growth_rates(branch, n_base, n_base),
-                              growth_rates(branch, (2 + parameter) * n_base, n_base));
+    return sensitivity_indices(growth_rates(branch, 0, n_base),
+                               growth_rates(branch, n_base, n_base),
+                               growth_rates(branch, (2 + parameter) * n_base, n_base));
+  }
+
+  Fields Sampling::indices_fields(const int branch, const unsigned int parameter,
+                                  const SensitivityIndices &indices) const
+  {
     return {{"branch", branch < 0 ? "any" : std::to_string(branch + 1)},
             {"parameter", study.parameters[parameter]},
             {"first_order", indices.first_order.value},
@@ -580,22 +580,17 @@ namespace squeal
              (estimator ? "" : " There are no bars of the mesh."));
     if (!has_indices())
       return;
-    Table table(study.directory + "/indices.csv", indices_fields(-1, 0), study.comm);
+    Table table(study.directory + "/indices.csv", indices_fields(-1, 0, {}), study.comm);
     log.line("\n  Shares of the variance of the largest growth rate: first order, total");
     for (int branch = -1; branch < int(frequencies.size()); ++branch)
       for (unsigned int i = 0; i < study.parameters.size(); ++i)
       {
-        const Fields fields = indices_fields(branch, i);
-        table.add(fields);
+        const SensitivityIndices indices = indices_of(branch, i);
+        table.add(indices_fields(branch, i, indices));
         if (branch < 0)
-        {
-          const auto indices =
-              sensitivity_indices(growth_rates(-1, 0, n_base), growth_rates(-1, n_base, n_base),
-                                  growth_rates(-1, (2 + i) * n_base, n_base));
           log.line(formatted("  %8.3f +- %.3f   %8.3f +- %.3f   ", indices.first_order.value,
                              indices.first_order.error, indices.total.value, indices.total.error) +
                    study.parameters[i]);
-        }
       }
   }
 } // namespace squeal

@@ -26,12 +26,9 @@ namespace squeal
   {
     tracker.set_model(model);
     for (unsigned int k = 0; k < 2; ++k)
-      if (!Parameters::Sweep::keeps_mesh(study.parameters[k]))
-        throw InputError((k == 0 ? "Sweep/Parameter = " : "Sweep/Second parameter = ") +
-                         study.parameters[k] +
-                         ": a stability map keeps the mesh. Allowed are numbers of the sections "
-                         "Operation, Contact, Rotor/Material, Pads/Material, Matrices, and "
-                         "Pads/Pressure.");
+      Parameters::Sweep::need_mesh_kept(
+          study.parameters[k],
+          k == 0 ? "Sweep/Parameter = " : "Sweep/Second parameter = ", "a stability map keeps");
   }
 
   // Positions.

@@ -202,11 +202,7 @@ namespace squeal
                          "those of a file have no distributions.");
       correlation_factor();
       for (const Distribution &distribution : distributions())
-        if (!Sweep::keeps_mesh(distribution.parameter))
-          throw InputError(
-              "Sampling/Parameters: " + distribution.parameter +
-              ": samples keep the mesh. Allowed are numbers of the sections Operation, "
-              "Contact, Rotor/Material, Pads/Material, Matrices, and Pads/Pressure.");
+        Sweep::need_mesh_kept(distribution.parameter, "Sampling/Parameters: ", "samples keep");
     }
   } // namespace Parameters
 } // namespace squeal

@@ -84,6 +84,16 @@ namespace squeal
                          [&](const std::string &start) { return parameter.rfind(start, 0) == 0; });
     }
 
+    void Sweep::need_mesh_kept(const std::string &parameter, const std::string &where,
+                               const std::string &what)
+    {
+      if (!keeps_mesh(parameter))
+        throw InputError(where + parameter + ": " + what +
+                         " the mesh. Allowed are numbers of the sections Operation, Contact, "
+                         "Rotor/Material, Pads/Material, a Material of Mesh/Part, Matrices, and "
+                         "Pads/Pressure.");
+    }
+
     std::vector<double> Sweep::points() const
     {
       return list_of_points("Sweep/Values", values);

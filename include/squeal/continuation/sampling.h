@@ -9,6 +9,7 @@
 #include <chrono>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,7 +74,9 @@ namespace squeal
     /// Of these samples; @p branch, or -1 for the largest of all modes.
     std::vector<double> growth_rates(int branch, unsigned int first, unsigned int n) const;
     Fields probability_fields(int branch) const;
-    Fields indices_fields(int branch, unsigned int parameter) const;
+    SensitivityIndices indices_of(int branch, unsigned int parameter) const;
+    Fields indices_fields(int branch, unsigned int parameter,
+                          const SensitivityIndices &indices) const;
     const Growth &growth_of(unsigned int sample, int branch) const;
     bool has_indices() const;
     void tell_progress(unsigned int n_before);
@@ -93,9 +96,8 @@ namespace squeal
     std::vector<Outcome> outcomes;
     std::unique_ptr<Table> samples_csv;
     std::chrono::steady_clock::time_point begin, last_saved;
-    std::vector<Point> corners; ///< between which modes need not be counted
-    bool are_corners_known = false;
-    bool is_projected      = false; ///< once there was an expansion point
-    bool was_full          = false; ///< the last sample
+    std::optional<std::vector<Point>> corners; ///< between which modes need not be counted
+    bool is_projected = false;                 ///< once there was an expansion point
+    bool was_full     = false;                 ///< the last sample
   };
 } // namespace squeal

@@ -350,6 +350,9 @@ namespace squeal
       }
       /// Whether the mesh stays as it is when a parameter changes.
       static bool keeps_mesh(const std::string &parameter);
+      /// Throws InputError unless it does; @p where names the key, @p what keeps the mesh.
+      static void need_mesh_kept(const std::string &parameter, const std::string &where,
+                                 const std::string &what);
       /// The values, ascending or descending as given. Throw InputError.
       std::vector<double> points() const;
       std::vector<double> second_points() const;
