@@ -132,7 +132,12 @@ namespace squeal
     }
 
     /// F' = C^{-1} F C. The moduli of parts of growth rates mix with the squares of the shares.
-    KnownEffects carried(const KnownEffects &known, const std::vector<unsigned int> &of,
+    ///
+    /// Where a mode begins or ceases to oscillate, l has passed zero and its vector's conjugate,
+    /// which is none of the modes, has a part in the new one: what is carried then is the effect on
+    /// l^2, which is smooth there, 2 l f.
+    KnownEffects carried(const KnownEffects &known, const ModesOnCourse &source,
+                         const std::vector<unsigned int> &of, const ModesOnCourse &target,
                          std::vector<unsigned int> to, const ComplexDense &c,
                          const ComplexDense &inverse)
     {
@@ -153,6 +158,22 @@ namespace squeal
         }
         effects.growth_rate_parts[j] = squares > 0 ? sum / squares : 0;
       }
+      for (unsigned int i = 0; i < n; ++i)
+      {
+        const Complex before = source.lambda[of[i]], after = target.lambda[to[i]];
+        if ((before.imag() == 0) == (after.imag() == 0) || after == 0.)
+          continue;
+        const auto scale = [&](Effect &effect)
+        {
+          for (unsigned int j = 0; j < n; ++j)
+            effect[i + n * j] *= before / after;
+        };
+        scale(effects.f);
+        for (std::vector<Effect> &group : effects.alternatives)
+          for (Effect &effect : group)
+            scale(effect);
+        effects.growth_rate_parts[i] *= std::abs(before / after);
+      }
       return in_order(std::move(to), effects);
     }
   } // namespace
@@ -161,14 +182,14 @@ namespace squeal
                              const ModesOnCourse &to)
   {
     const Pairs pairs(from, to, known.modes, true);
-    return carried(known, pairs.before, pairs.after, pairs.c, pairs.inverse);
+    return carried(known, from, pairs.before, to, pairs.after, pairs.c, pairs.inverse);
   }
 
   KnownEffects carry_back(const KnownEffects &known, const ModesOnCourse &from,
                           const ModesOnCourse &to)
   {
     const Pairs pairs(from, to, known.modes, false);
-    return carried(known, pairs.after, pairs.before, pairs.inverse, pairs.c);
+    return carried(known, to, pairs.after, from, pairs.before, pairs.inverse, pairs.c);
   }
 
   KnownEffects blend(const KnownEffects &a, const KnownEffects &b, const double share)

@@ -173,6 +173,27 @@ namespace squeal::tests::carried_errors
       CHECK(difference(along[k].effects.f, exact(k, k)) <= 1e-11);
   }
 
+  TEST_CASE("carried errors: a mode that ceases to oscillate")
+  {
+    // l^2 = p, of which the mesh changes d: 2 l f = d, before divergence at p = 0 and beyond it.
+    constexpr double d = 1e-3;
+    ModesOnCourse before{-1, {{0, 1}}, {}, {0}, {}},
+        beyond{4, {{2, 0}}, {}, {0}, ComplexDense(1, 1)};
+    beyond.transition(0, 0) = {0.5, 0.3};
+    const auto effect       = [&](const ModesOnCourse &at) { return d / (2. * at.lambda[0]); };
+    ComplexDense f(1, 1);
+    f(0, 0)                  = effect(before);
+    const KnownEffects known = all_known(effects_of(f)),
+                       there = carry_forward(known, before, beyond);
+    CHECK(std::abs(there.effects.f[0] - effect(beyond)) <= 1e-15);
+    const KnownEffects again = carry_back(there, before, beyond);
+    CHECK(std::abs(again.effects.f[0] - effect(before)) <= 1e-15);
+    const auto bar = bound_critical_value(beyond, there, 0, 1 / (2. * 2));
+    REQUIRE(bar);
+    CHECK(std::abs(bar->correction + d) <= 1e-15);
+    CHECK(bar->error >= d);
+  }
+
   TEST_CASE("carried errors: a branch that ends and one that begins")
   {
     const Family a = line(a_0(), a_1());
