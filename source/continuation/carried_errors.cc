@@ -35,6 +35,16 @@ namespace squeal
     return bound_errors(of_known, parity_of_known, known.effects);
   }
 
+  ErrorBounds set_bars(std::vector<ModeRow> &rows, const KnownEffects &known,
+                       const std::vector<Complex> &lambda, const std::vector<Parity> &parity,
+                       const double tolerance)
+  {
+    ErrorBounds bounds = bound_errors(known, lambda, parity);
+    for (unsigned int k = 0; k < known.modes.size(); ++k)
+      set_bar(rows[known.modes[k]], bounds, k, tolerance);
+    return bounds;
+  }
+
   KnownEffects all_known(ErrorEffects effects)
   {
     KnownEffects result;

@@ -7,14 +7,12 @@
 namespace squeal
 {
   InterpolatedEffects::InterpolatedEffects(ParameterStudy &study, const ErrorEstimator &estimator,
-                                           const Point &centre, const std::vector<Point> &places,
-                                           const Shares &shares)
-      : study(study), shares(shares)
+                                           const Point &centre, const std::vector<Point> &places)
+      : study(study)
   {
     ModeTracker &tracker = study.tracker;
     EigenSolution found  = tracker.solve_fully(study.parameters_at(centre));
     at_centre.modes      = std::move(found.modes);
-    at_centre.rows       = tracker.analyse(at_centre.modes);
     at_centre.n_branches = at_centre.modes.size();
     at_centre.branches.resize(at_centre.n_branches);
     std::iota(at_centre.branches.begin(), at_centre.branches.end(), 0u);
@@ -44,10 +42,9 @@ namespace squeal
     }
   }
 
-  KnownEffects InterpolatedEffects::at(const Point &point) const
+  KnownEffects InterpolatedEffects::at(const Shares &share) const
   {
-    KnownEffects known              = all_known(effects);
-    const std::vector<double> share = shares(point);
+    KnownEffects known = all_known(effects);
     for (unsigned int i = 0; i < at_places.size(); ++i)
     {
       const KnownEffects &there = at_places[i];
@@ -85,22 +82,14 @@ namespace squeal
     return known;
   }
 
-  KnownEffects InterpolatedEffects::on(const Point &point, BranchPoint &modes) const
+  KnownEffects InterpolatedEffects::on(const Shares &shares, const EigenPairs &modes) const
   {
-    std::vector<std::complex<double>> transition =
-        study.tracker.transition(at_centre.modes, modes.modes);
-    continue_branches(transition, at_centre, study.options.max_imaginary, modes);
+    std::vector<std::complex<double>> transition = study.tracker.transition(at_centre.modes, modes);
+    BranchPoint here;
+    here.modes.lambda = modes.lambda; // branches need no more
+    continue_branches(transition, at_centre, study.options.max_imaginary, here);
     return carry_forward(
-        at(point), course,
-        on_course(0, modes.modes, modes.branches, std::move(transition), at_centre.modes.size()));
-  }
-
-  ErrorBounds set_bars(std::vector<ModeRow> &rows, const EigenPairs &modes,
-                       const KnownEffects &known, const double tolerance)
-  {
-    ErrorBounds bounds = bound_errors(known, modes.lambda, modes.parity);
-    for (unsigned int k = 0; k < known.modes.size(); ++k)
-      set_bar(rows[known.modes[k]], bounds, k, tolerance);
-    return bounds;
+        at(shares), course,
+        on_course(0, modes, here.branches, std::move(transition), at_centre.modes.size()));
   }
 } // namespace squeal

@@ -184,7 +184,6 @@ namespace squeal
     log.progress("  centre of the samples");
     // By parameter, where nine of ten samples are smaller
     std::vector<Point> places;
-    std::vector<std::pair<unsigned int, double>> moved; // which one is, by how much
     for (unsigned int i = 0; i < middle.size(); ++i)
     {
       std::vector<double> of_samples;
@@ -197,16 +196,9 @@ namespace squeal
       places.push_back(place);
       moved.emplace_back(i, place[i] - middle[i]);
     }
-    const auto shares = [this, moved](const Point &point)
-    {
-      std::vector<double> result;
-      for (const auto &[i, distance] : moved)
-        result.push_back((point[i] - middle[i]) / distance);
-      return result;
-    };
-    effects.emplace(study, estimator, middle, places, shares);
-    for (const ModeRow &row : effects->centre().rows)
-      frequencies.push_back(row.frequency());
+    effects.emplace(study, estimator, middle, places);
+    for (const Complex l : effects->centre().modes.lambda)
+      frequencies.push_back(std::abs(l.imag()) / (2 * M_PI));
     expand_about_centre();
   }
 
@@ -280,8 +272,11 @@ namespace squeal
 
   KnownEffects Sampling::effects_at(const Point &point, const BranchPoint &modes) const
   {
+    std::vector<double> shares;
+    for (const auto &[i, distance] : moved)
+      shares.push_back((point[i] - middle[i]) / distance);
     const KnownEffects of_reduced =
-        carry_forward(effects->at(point), effects->place(), reduced_place);
+        carry_forward(effects->at(shares), effects->place(), reduced_place);
     const ModesOnCourse to = on_course(1, modes.modes, modes.branches,
                                        tracker.transition(reduced_centre.modes, modes.modes),
                                        reduced_centre.modes.size());
@@ -304,7 +299,8 @@ namespace squeal
     if (estimator)
     {
       const KnownEffects known = effects_at(points[sample], here);
-      const ErrorBounds bounds = set_bars(here.rows, here.modes, known, study.options.tolerance);
+      const ErrorBounds bounds =
+          set_bars(here.rows, known, here.modes.lambda, here.modes.parity, study.options.tolerance);
       for (unsigned int k = 0; k < known.modes.size(); ++k)
         bars[known.modes[k]] = bounds.growth_rate[k];
     }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <fstream>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 
 namespace squeal
@@ -38,16 +37,6 @@ namespace squeal
     const std::vector<double> &v = values[k];
     const unsigned int i         = std::clamp(int(std::floor(position)), 0, int(v.size()) - 2);
     return position == i + 1. ? v[i + 1] : v[i] + (position - i) * (v[i + 1] - v[i]);
-  }
-
-  double StabilityMap::position_at(const unsigned int k, const double value) const
-  {
-    const std::vector<double> &v = values[k];
-    const bool ascends           = v.back() > v.front();
-    unsigned int i               = 0;
-    while (i + 2 < v.size() && (ascends ? v[i + 1] < value : v[i + 1] > value))
-      ++i;
-    return i + (value - v[i]) / (v[i + 1] - v[i]);
   }
 
   double StabilityMap::cell_size(const unsigned int k, const double position) const
@@ -196,11 +185,8 @@ namespace squeal
   {
     std::vector<ModeRow> rows = tracker.analyse(modes);
     if (effects)
-    {
-      BranchPoint here;
-      here.modes = modes;
-      set_bars(rows, modes, effects->on(values_at(at), here), study.options.tolerance);
-    }
+      set_bars(rows, effects->on(shares_at(at), modes), modes.lambda, modes.parity,
+               study.options.tolerance);
     const GrowthSummary summary(rows);
     map_csv->add(map_fields(at, summary));
     log.progress("  " + study.parameters[0] + " = " + number(parameter_at(0, at[0])) + ", " +
@@ -219,22 +205,11 @@ namespace squeal
     std::ifstream file(filename);
     std::string header, line;
     std::getline(file, header);
-    std::vector<std::pair<std::array<std::size_t, 2>, std::string>> lines;
+    std::vector<std::pair<std::array<double, 2>, std::string>> lines; // by second value and first
     while (std::getline(file, line))
     {
-      std::istringstream stream(line);
-      std::array<std::size_t, 2> place{};
-      for (unsigned int k = 0; k < 2; ++k)
-      {
-        std::string field;
-        std::getline(stream, field, ',');
-        const double value = std::stod(field);
-        place[1 - k]       = std::min_element(values[k].begin(), values[k].end(),
-                                              [&](const double a, const double b)
-                                              { return std::abs(a - value) < std::abs(b - value); }) -
-                       values[k].begin();
-      }
-      lines.emplace_back(place, line);
+      const Position at = position_of(lines.size());
+      lines.emplace_back(std::array<double, 2>{{at[1], at[0]}}, line);
     }
     std::sort(lines.begin(), lines.end());
     write_file(filename,
@@ -391,31 +366,31 @@ namespace squeal
     std::vector<std::vector<double>> places;
     for (const Position &corner : corners)
       places.push_back(values_at(corner));
-    const auto first = values_at(centre);
-    // In the triangle of the centre and two neighbouring corners in which it lies
-    const auto shares = [corners, centre, this](const std::vector<double> &point)
+    effects.emplace(study, estimator, values_at(centre), places);
+  }
+
+  std::vector<double> StabilityMap::shares_at(const Position &p) const
+  {
+    const double n = values[0].size() - 1, m = values[1].size() - 1;
+    const Position centre                 = {{n / 2, m / 2}};
+    const std::array<Position, 4> corners = {{{{0, 0}}, {{n, 0}}, {{n, m}}, {{0, m}}}};
+    std::vector<double> result(4, 0.);
+    double least = -HUGE_VAL;
+    for (unsigned int k = 0; k < 4; ++k)
     {
-      const Position p = {{position_at(0, point[0]), position_at(1, point[1])}};
-      std::vector<double> result(4, 0.);
-      double least = -HUGE_VAL;
-      for (unsigned int k = 0; k < 4; ++k)
-      {
-        const Position &a = corners[k], &b = corners[(k + 1) % 4];
-        const auto cross = [&](const Position &u, const Position &v) {
-          return (u[0] - centre[0]) * (v[1] - centre[1]) - (u[1] - centre[1]) * (v[0] - centre[0]);
-        };
-        const double area = cross(a, b), of_a = cross(p, b) / area, of_b = cross(a, p) / area,
-                     smallest = std::min({of_a, of_b, 1 - of_a - of_b});
-        if (smallest <= least)
-          continue;
-        least = smallest;
-        std::fill(result.begin(), result.end(), 0.);
-        result[k]           = of_a;
-        result[(k + 1) % 4] = of_b;
-      }
-      return result;
-    };
-    effects.emplace(study, estimator, first, places, shares);
+      const Position &a = corners[k], &b = corners[(k + 1) % 4];
+      const auto cross = [&](const Position &u, const Position &v)
+      { return (u[0] - centre[0]) * (v[1] - centre[1]) - (u[1] - centre[1]) * (v[0] - centre[0]); };
+      const double area = cross(a, b), of_a = cross(p, b) / area, of_b = cross(a, p) / area,
+                   smallest = std::min({of_a, of_b, 1 - of_a - of_b});
+      if (smallest <= least)
+        continue;
+      least = smallest;
+      std::fill(result.begin(), result.end(), 0.);
+      result[k]           = of_a;
+      result[(k + 1) % 4] = of_b;
+    }
+    return result;
   }
 
   void StabilityMap::walk_grid()
@@ -568,10 +543,8 @@ namespace squeal
   {
     if (!effects)
       return std::nullopt;
-    BranchPoint here;
-    here.modes               = modes;
-    const KnownEffects known = effects->on(values_at(at), here);
-    return bound_critical_value(on_course(0, modes, here.branches, {}, 0), known, mode, slope);
+    return bound_critical_value(on_course(0, modes, {}, {}, 0), effects->on(shares_at(at), modes),
+                                mode, slope);
   }
 
   void StabilityMap::assess(BoundaryPoint &point, const Evaluation &there)
@@ -810,8 +783,8 @@ namespace squeal
              std::to_string(values[0].size()) + " x " + std::to_string(values[1].size()) +
              " points");
     walk_grid();
-    sort_map();
     trace_boundaries();
+    sort_map(); // at the end: until then a state marks how much of the table is right
     study.finish();
   }
 } // namespace squeal

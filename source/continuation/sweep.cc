@@ -251,14 +251,9 @@ namespace squeal
     {
       for (const Critical &critical : stops[s].critical)
         write(critical, known.empty() ? std::nullopt : bar_of(critical, s, known));
-      if (!known.empty())
-      {
-        const std::vector<unsigned int> &modes = known[s].modes;
-        const ErrorBounds bounds =
-            bound_errors(known[s], stops[s].modes.lambda, stops[s].modes.parity);
-        for (unsigned int k = 0; k < modes.size() && stops[s].is_value; ++k)
-          set_bar(stops[s].rows[modes[k]], bounds, k, study.options.tolerance);
-      }
+      if (!known.empty() && stops[s].is_value)
+        set_bars(stops[s].rows, known[s], stops[s].modes.lambda, stops[s].modes.parity,
+                 study.options.tolerance);
       if (stops[s].is_value)
         write(stops[s]);
     }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/assessment/error_bounds.h>
+#include <squeal/assessment/stability.h>
 #include <squeal/linalg/complex_dense.h>
 
 #include <complex>
@@ -45,6 +45,11 @@ namespace squeal
   ErrorBounds bound_errors(const KnownEffects &known,
                            const std::vector<std::complex<double>> &lambda,
                            const std::vector<Parity> &parity);
+
+  /// Gives the rows of modes these bounds, and their verdicts with them; returns the bounds.
+  ErrorBounds set_bars(std::vector<ModeRow> &rows, const KnownEffects &known,
+                       const std::vector<std::complex<double>> &lambda,
+                       const std::vector<Parity> &parity, double tolerance);
 
   /// The effects on the modes of all places of a course, from those at its two ends: carried from
   /// both, and between them linear in the parameter, as the operators nearly are (theory.md,

@@ -90,6 +90,8 @@ namespace squeal
     Point middle;            ///< centre()
     unsigned int n_base = 0; ///< points A; B and, with indices, A with numbers of B follow
     std::optional<InterpolatedEffects> effects; ///< with the whole modes of the centre
+    /// Of each place beside the centre: which number is moved there, and by how much.
+    std::vector<std::pair<unsigned int, double>> moved;
     BranchPoint reduced_centre;
     std::vector<double> frequencies; ///< of the branches at the centre, Hz
     ModesOnCourse reduced_place;

@@ -27,7 +27,7 @@ namespace squeal
   /// bar(Re l) / |grad Re l| to both sides (theory.md, section 10).
   ///
   /// What is done is on disk after each point of the grid and each curve; a map that was killed
-  /// resumes there. When the grid is complete, map.csv is sorted by the second value and the first.
+  /// resumes there. At the end map.csv is sorted by the second value and the first.
   class StabilityMap
   {
   public:
@@ -81,7 +81,6 @@ namespace squeal
     using BoundaryFunction = std::function<Evaluation(const Position &)>;
 
     double parameter_at(unsigned int k, double position) const;
-    double position_at(unsigned int k, double value) const;
     double cell_size(unsigned int k, double position) const;
     std::vector<double> values_at(const Position &at) const
     {
@@ -99,6 +98,9 @@ namespace squeal
 
     /// Estimates effects at the centre and the corners of the map.
     void estimate_errors();
+    /// Of the corners, anticlockwise from the first values: in the triangle of the centre and two
+    /// neighbouring ones in which a position lies.
+    std::vector<double> shares_at(const Position &at) const;
     void walk_grid();
     Fields map_fields(const Position &at, const GrowthSummary &summary) const;
     Fields border_fields(unsigned int curve, const BoundaryPoint &point) const;
