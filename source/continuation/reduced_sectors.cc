@@ -1,6 +1,7 @@
 #include <squeal/assessment/stability.h>
 #include <squeal/continuation/reduced_sectors.h>
 #include <squeal/eigen/eigensolvers.h>
+#include <squeal/eigen/growth_search.h>
 
 #include <algorithm>
 #include <array>
@@ -40,8 +41,11 @@ namespace squeal
                                            const Sectors &given)
   {
     inverse_factors.clear();
-    sectors = given;
-    whole   = problem.rows;
+    sectors             = given;
+    whole               = problem.rows;
+    n_constraints       = problem.n_constraints;
+    n_local_constraints = problem.n_local_constraints;
+    compliant           = problem.compliant;
     for (unsigned int order = 0; order < 3; ++order)
       norms[order] = (order == 0 ? problem.Q : order == 1 ? problem.P : problem.M).infinity_norm();
 
@@ -50,16 +54,17 @@ namespace squeal
     {
       parts.clear();
       for (const Sector &sector : (n_parts == 1 ? Sectors() : sectors).all(problem.rows))
-        parts.push_back({sector, ReducedModel(options), {}, 0, 0, {}, {}});
+        parts.push_back({sector, ReducedModel(options), {}, 0, 0, {}, {}, {}});
     }
     if (!restrict(terms))
     {
       parts.clear();
       return;
     }
-    expansion_strengths = strengths_of(terms);
-    clearance           = n_parts == 1 ? solution.clearance : solution.sectors[0]->reuse.clearance;
-    no_growth_beyond    = n_parts > 1 || solution.has_no_growth_beyond;
+    surveyed = {strengths_of(terms)};
+    is_expansion_definite.reset();
+    clearance        = n_parts == 1 ? solution.clearance : solution.sectors[0]->reuse.clearance;
+    no_growth_beyond = n_parts > 1 || solution.has_no_growth_beyond;
     for (const auto &of_sector : solution.sectors)
     {
       clearance = std::min(clearance, of_sector->reuse.clearance);
@@ -71,15 +76,9 @@ namespace squeal
       const EigenSolution::Reuse &found = n_parts == 1 ? solution : solution.sectors[h]->reuse;
       QuadraticEigenproblem of_sector;
       if (!part.sector.is_whole())
-      {
-        of_sector.rows                = part.sector.row_range();
-        of_sector.M                   = sum_of(of_sector.rows, part.terms, 2);
-        of_sector.Q                   = sum_of(of_sector.rows, part.terms, 0);
-        of_sector.n_constraints       = problem.n_constraints / 2;
-        of_sector.n_local_constraints = part.sector.n_local_pressures(problem.n_local_constraints);
-        of_sector.compliant           = problem.compliant;
-      }
+        of_sector = problem_of(part, part.terms);
       const QuadraticEigenproblem &own = part.sector.is_whole() ? problem : of_sector;
+      part.expansion_terms             = part.terms;
       part.n_modes                     = found.disc_right.n_columns() / 2;
       part.expansion_count             = found.n_reference;
       if (part.n_modes > 0)
@@ -95,6 +94,22 @@ namespace squeal
     for (unsigned int h = 0; h < n_parts; ++h)
       inverse_factors.push_back(n_parts == 1 ? solution.factorization
                                              : solution.sectors[h]->reuse.factorization);
+  }
+
+  /// The part's own problem, without velocity terms.
+  QuadraticEigenproblem ReducedSectors::problem_of(const Part &part,
+                                                   const std::vector<Term> &terms) const
+  {
+    QuadraticEigenproblem result;
+    result.rows                = part.sector.is_whole() ? whole : part.sector.row_range();
+    result.M                   = sum_of(result.rows, terms, 2);
+    result.Q                   = sum_of(result.rows, terms, 0);
+    result.n_constraints       = part.sector.is_whole() ? n_constraints : n_constraints / 2;
+    result.n_local_constraints = part.sector.is_whole()
+                                     ? n_local_constraints
+                                     : part.sector.n_local_pressures(n_local_constraints);
+    result.compliant           = compliant;
+    return result;
   }
 
   MultiVector ReducedSectors::apply_inverse(const MultiVector &b) const
@@ -246,23 +261,54 @@ namespace squeal
     return result;
   }
 
-  bool ReducedSectors::is_within_clearance(const std::vector<Term> &terms)
+  bool ReducedSectors::is_within_clearance(const Strengths &now) const
   {
-    const Strengths now = strengths_of(terms);
-    double change       = 1;
-    for (const auto &[kind, size] : now)
-      if (const auto before = expansion_strengths.find(kind); before != expansion_strengths.end())
-        change = std::max({change, size / before->second, before->second / size});
-      else
-        return false;
-    // Norms are not distances: with a margin
-    return now.size() == expansion_strengths.size() && change <= 1 + 0.8 * (clearance - 1);
+    const auto is_near = [&](const Strengths &known)
+    {
+      double change = 1;
+      for (const auto &[kind, size] : now)
+        if (const auto before = known.find(kind); before != known.end())
+          change = std::max({change, size / before->second, before->second / size});
+        else
+          return false;
+      // Norms are not distances: with a margin
+      return now.size() == known.size() && change <= 1 + 0.8 * (clearance - 1);
+    };
+    return std::any_of(surveyed.begin(), surveyed.end(), is_near);
+  }
+
+  bool ReducedSectors::is_definite_on_rim() const
+  {
+    const auto holds = [&](const auto terms_of)
+    {
+      return std::all_of(parts.begin(), parts.end(),
+                         [&](const Part &part)
+                         {
+                           const std::vector<Term> &terms = terms_of(part);
+                           QuadraticEigenproblem problem  = problem_of(part, terms);
+                           problem.P                      = sum_of(problem.rows, terms, 1);
+                           problem.may_excite             = may_excite(terms);
+                           return squeal::is_definite_on_rim(problem, options.max_imaginary);
+                         });
+    };
+    if (!is_expansion_definite)
+      is_expansion_definite =
+          holds([](const Part &part) -> const std::vector<Term> & { return part.expansion_terms; });
+    return *is_expansion_definite &&
+           holds([](const Part &part) -> const std::vector<Term> & { return part.terms; });
   }
 
   std::optional<EigenPairs> ReducedSectors::solve(const std::vector<Term> &terms)
   {
-    if (!is_within_clearance(terms) || !restrict(terms))
+    if (!restrict(terms))
       return std::nullopt;
+    if (Strengths now = strengths_of(terms); !is_within_clearance(now))
+    {
+      // Rather two or three symmetric factorisations than a full solution
+      if (!is_definite_on_rim())
+        return std::nullopt;
+      surveyed.push_back(std::move(now));
+    }
     std::vector<EigenPairs> found;
     for (Part &part : parts)
     {

@@ -97,6 +97,16 @@ namespace squeal
     return problem;
   }
 
+  bool may_excite(const std::vector<Term> &terms)
+  {
+    return std::any_of(terms.begin(), terms.end(),
+                       [](const Term &term)
+                       {
+                         return term.order == 1 && (term.origin == Origin::falling_friction ||
+                                                    term.origin == Origin::velocity);
+                       });
+  }
+
   QuadraticEigenproblem EquationsOfMotion::without_matrices() const
   {
     if (!relaxation.empty() && frozen_at == 0)
@@ -109,12 +119,7 @@ namespace squeal
     problem.reference_name      = reference_name;
     problem.may_move_rigidly    = may_move_rigidly;
 
-    const std::vector<Term> of_velocity = of_order(1);
-    problem.may_excite                  = std::any_of(of_velocity.begin(), of_velocity.end(),
-                                                      [](const Term &term) {
-                                       return term.origin == Origin::falling_friction ||
-                                              term.origin == Origin::velocity;
-                                     });
+    problem.may_excite = may_excite(terms);
     return problem;
   }
 

@@ -182,6 +182,13 @@ namespace squeal
     return std::max(1., clearance);
   }
 
+  bool is_definite_on_rim(const QuadraticEigenproblem &problem, const double max_imaginary)
+  {
+    const double R = search_radius(max_imaginary);
+    return n_negative_at(problem, -R) == 0 && n_negative_at(problem, R) == 0 &&
+           n_exciting(problem, std::sqrt(R * R - max_imaginary * max_imaginary)) == 0;
+  }
+
   GrowthSigns signs_of_growth(const QuadraticEigenproblem &problem,
                               const EigensolverOptions &options, const bool is_count_as_expected,
                               const EigenSolution::Proof &found)

@@ -58,8 +58,9 @@ namespace squeal
     /// expansion point. False also if the terms have lost the symmetry.
     bool has_count_of_expansion_point(const std::vector<Term> &terms);
 
-    /// As those of ReducedModel. Nothing either where forces have changed by more than the
-    /// expansion point's clearance: then strongly damped modes may have come into the disc.
+    /// As those of ReducedModel. Nothing either where strongly damped modes may have come into the
+    /// disc: where forces have changed by more than the expansion point's clearance and one of both
+    /// is not definite on its rim.
     std::optional<EigenPairs> solve(const std::vector<Term> &terms);
     bool is_crowded() const;
     bool is_full() const;
@@ -89,7 +90,7 @@ namespace squeal
       unsigned int expansion_count = 0;
       /// The matrices' parts in the sector
       std::map<std::shared_ptr<const Matrix>, std::shared_ptr<const Matrix>> restricted;
-      std::vector<Term> terms; ///< the last ones
+      std::vector<Term> expansion_terms, terms; ///< those of the expansion point, the last ones
     };
 
     /// Puts the terms into the parts; false if they do not keep to the sectors.
@@ -109,12 +110,19 @@ namespace squeal
     /// The sizes of what makes modes overdamped, by origin and order.
     using Strengths = std::map<std::pair<Origin, unsigned int>, double>;
     Strengths strengths_of(const std::vector<Term> &terms);
-    bool is_within_clearance(const std::vector<Term> &terms);
+    bool is_within_clearance(const Strengths &now) const;
+    /// is_definite_on_rim() of the problems of the expansion point and of the last terms.
+    bool is_definite_on_rim() const;
+    QuadraticEigenproblem problem_of(const Part &part, const std::vector<Term> &terms) const;
 
     EigensolverOptions options;
     Sectors sectors;
     RowRange whole;
-    Strengths expansion_strengths;
+    unsigned int n_constraints = 0, n_local_constraints = 0;
+    bool compliant = false;
+    /// Of the expansion point, and of terms that were definite on the rim as it is
+    std::vector<Strengths> surveyed;
+    mutable std::optional<bool> is_expansion_definite;
     double clearance      = 1;
     bool no_growth_beyond = false;
     std::map<std::shared_ptr<const Matrix>, double> matrix_norms; ///< of the last terms

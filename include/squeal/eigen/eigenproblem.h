@@ -131,9 +131,11 @@ namespace squeal
 
     /// Whether zero eigenvalues must be looked for (they rule out a shift of zero).
     bool may_move_rigidly = true;
-    /// Whether velocity terms may feed energy: the symmetric part of P need not be positive.
-    bool may_excite = true;
+    bool may_excite       = true; ///< may_excite() of its terms
   };
+
+  /// Whether velocity terms may feed energy: the symmetric part of their sum need not be positive.
+  bool may_excite(const std::vector<Term> &terms);
 
   /// The equations of motion as they are before their terms are summed: the sectors of a symmetric
   /// brake sum theirs each by itself, and nobody the whole.

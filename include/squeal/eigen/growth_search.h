@@ -28,6 +28,14 @@ namespace squeal
   /// are not of the window.)
   double clearance_of(const EigenSolution::Proof &found, double max_imaginary);
 
+  /// Whether no strongly damped mode can have come into the disc |l| <= R, nor one grow beside it,
+  /// wherever every real part x^H Q(l) x of displacements x was positive at l = -R and R before: it
+  /// is so here, too, and on the way if terms change linearly. Of symmetric forces a real pair with
+  /// one of its eigenvalues in the disc has x^H Q(-R) x < 0, and others that come in pass
+  /// x^H (Q - R^2 M) x = 0, which the count of the reference problem sees. Takes two LDL^T
+  /// factorisations, and a third if velocity terms may excite. Throws SolverError. Collective.
+  bool is_definite_on_rim(const QuadraticEigenproblem &problem, double max_imaginary);
+
   /// Signs of modes of the window that grow outside of the disc: cheap to see, and no proof that
   /// there are none.
   struct GrowthSigns
