@@ -33,6 +33,8 @@ from plot import FREQUENCY, FREQUENCY_ERROR, GROWTH, GROWTH_ERROR, STYLES, UNSTA
 # What a probability is uncertain by
 PROBABILITY_BARS = (("sampling_error", "number of samples"), ("reduction_error", "solver"), ("mesh_error", "mesh"))
 SCRIPTS = Path(__file__).resolve().parent
+# Of Okabe and Ito, told apart with any colour vision
+RESPONSE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000")
 RENDERING_SECONDS = 300
 
 STYLE = """
@@ -678,6 +680,48 @@ class Report:
 
     # What the numbers rest on.
 
+    def response(self):
+        """Amplitude and phase over the frequency, a line for each force and observation; ticks are the modes."""
+        curves = {}
+        for row in self.rows("response.csv"):
+            curves.setdefault((int(row["force"]), int(row["observation"])), []).append(
+                (float(row["frequency_hz"]), float(row["amplitude_m"]), float(row["phase_deg"])))
+        if not curves:
+            return
+        self.section("Frequency response")
+
+        def draw(pyplot):
+            pyplot.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
+            figure, (upper, lower) = pyplot.subplots(2, 1, sharex=True, figsize=(9, 7), height_ratios=(2, 1), layout="constrained")
+            for number, ((force, observation), points) in enumerate(sorted(curves.items())):
+                frequency, amplitude, phase = zip(*sorted(points))
+                look = {"color": RESPONSE_COLOURS[number % len(RESPONSE_COLOURS)], "linewidth": 1.2,
+                        "linestyle": ("-", "--", ":", "-.")[number // len(RESPONSE_COLOURS) % 4],
+                        "marker": "." if len(points) == 1 else None}
+                upper.plot(frequency, amplitude, label=f"force {force}, observation {observation}", **look)
+                # A jump by a whole turn is none.
+                turned = [value if k == 0 or abs(value - phase[k - 1]) < 180 else math.nan for k, value in enumerate(phase)]
+                lower.plot(frequency, turned, **look)
+            low, high = (of(point[0] for points in curves.values() for point in points) for of in (min, max))
+            for row in self.modes:
+                if low <= float(row[FREQUENCY]) <= high:
+                    upper.axvline(float(row[FREQUENCY]), ymax=0.03, linewidth=1,
+                                  color=STYLES["flutter" if row["verdict"] in UNSTABLE else "stable"][0])
+            upper.set_yscale("log")
+            upper.set_ylabel("amplitude, m")
+            lower.set_ylabel("phase, degrees")
+            lower.set_yticks(range(-180, 181, 90))
+            lower.set_xlabel("frequency, Hz")
+            upper.legend(fontsize=8, frameon=False)
+            for axis in (upper, lower):
+                axis.grid(color="0.92")
+            return figure
+
+        self.figure("Displacement under harmonic forces; ticks below are the modes, orange ones grow", draw)
+        places = [[kind, str(k + 1), text.strip()] for kind, key in (("force", "Forces"), ("observation", "Observations"))
+                  for k, text in enumerate(filter(None, self.parameters.get(f"Response/{key}", "").split(",")))]
+        self.body.append(table(["<", "number", "place : direction<"], places))
+
     def convergence(self):
         study = self.rows("convergence.csv")
         if len(self.cycles) < 2 and not study:
@@ -753,7 +797,7 @@ class Report:
         title = f"squeal: {self.directory.name}"
         described = f"Scene {scene}, stage {self.parameters.get('Stage', '')}" if scene else ""
         self.body.append(f"<h1>{html.escape(title)}</h1><p>{html.escape(described)}</p>")
-        for part in (self.summary, self.computed, self.verdicts, self.causes, self.remedies, self.sweeps, self.stability_map, self.sampling,
+        for part in (self.summary, self.computed, self.verdicts, self.causes, self.remedies, self.sweeps, self.stability_map, self.sampling, self.response,
                      self.pictures_of_modes, self.contact, self.convergence, self.input_and_log):
             try:
                 part()

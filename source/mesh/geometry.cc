@@ -370,6 +370,20 @@ namespace squeal
   }
 
   template <int dim>
+  std::vector<std::pair<std::string, Body>> Geometry<dim>::named_bodies() const
+  {
+    std::vector<std::pair<std::string, Body>> result;
+    if (has_rotor())
+      result.emplace_back("rotor", rotor_body);
+    for (const ContactInterface &interface : interfaces)
+      if (interface.slides())
+        result.emplace_back(interface.name, interface.pad);
+    for (const auto &[body, name] : other_bodies)
+      result.emplace_back(name, body);
+    return result;
+  }
+
+  template <int dim>
   Tensor<1, dim> Geometry<dim>::transport(const Point<dim> &x) const
   {
     // brake: w = e_z x x = (-y, x, 0); strip: w = e_x

@@ -51,7 +51,8 @@ namespace squeal
     {
       if (body_of_piece.count(piece))
         continue;
-      if (!pieces.is_joined(piece))
+      // Without anything that slides or is joined, parts are studied alone.
+      if (!pieces.is_joined(piece) && !pairs.empty())
         mesh.fail(
             "Contact pairs",
             "the piece with " + mesh.element(cell) +
@@ -139,7 +140,7 @@ namespace squeal
   bool needs_revolution(const Parameters::All &prm)
   {
     const std::string speed = "Operation/Angular velocity";
-    return prm.terms().transport &&
+    return prm.terms().transport && !prm.mesh.rotor.empty() &&
            (prm.operation.angular_velocity != 0 || prm.sweep.parameter == speed ||
             prm.sweep.second_parameter == speed);
   }

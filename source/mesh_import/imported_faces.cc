@@ -22,12 +22,13 @@ namespace squeal
       std::string contact; ///< or tied surface
       std::set<unsigned int> points;
       std::set<unsigned int> superelements;
+      std::set<std::string> places; ///< of the frequency response
       bool is_exported = false;
       bool operator<(const Use &other) const
       {
-        return std::tie(fixed, is_loaded, contact, points, superelements, is_exported) <
+        return std::tie(fixed, is_loaded, contact, points, superelements, places, is_exported) <
                std::tie(other.fixed, other.is_loaded, other.contact, other.points,
-                        other.superelements, other.is_exported);
+                        other.superelements, other.places, other.is_exported);
       }
     };
 
@@ -42,6 +43,7 @@ namespace squeal
         add_joined_surfaces();
         add_points();
         add_superelements();
+        add_places();
         add_exported();
       }
 
@@ -69,6 +71,8 @@ namespace squeal
                                         "', which is in contact or tied; allowed are all or none.");
           for (const unsigned int k : use.superelements)
             geometry.superelements[k].surface.insert(id->second);
+          for (const std::string &name : use.places)
+            geometry.response_surfaces[name].insert(id->second);
           if (use.is_exported)
             exported.insert(id->second);
           for (const unsigned int p : use.points)
@@ -175,6 +179,25 @@ namespace squeal
                               "a face of '" + name + "' is in contact or tied too.");
                   use.superelements.insert(k);
                 });
+      }
+
+      /// Surfaces at which forces act or motions are observed: names that are no points'.
+      void add_places()
+      {
+        std::set<std::string> names;
+        for (const auto &[key, places] :
+             {std::make_pair("Response/Forces", prm.response.list_of_forces(3)),
+              std::make_pair("Response/Observations", prm.response.list_of_observations(3))})
+          for (const Parameters::Response::Place &place : places)
+            if (place.point.empty() && !prm.joints.has_point(place.name) &&
+                names.insert(place.name).second)
+              add(place.name, key,
+                  [&, key = key](Use &use)
+                  {
+                    if (!use.contact.empty())
+                      mesh.fail(key, "a face of '" + place.name + "' is in contact or tied too.");
+                    use.places.insert(place.name);
+                  });
       }
 
       /// Surfaces of the superelement that is to be made, on whose nodes no support may be.

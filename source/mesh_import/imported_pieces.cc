@@ -20,7 +20,7 @@ namespace squeal
   {
     assign_materials(prm.materials());
     mesh.connect_cells();
-    find_pieces();
+    find_pieces(!prm.mesh.rotor.empty());
     tied = pieces;
     take_points(prm.joints);
     take_superelements(prm.joints);
@@ -77,7 +77,7 @@ namespace squeal
                   "Mesh/Part's Volumes.");
   }
 
-  void ImportedPieces::find_pieces()
+  void ImportedPieces::find_pieces(const bool has_rotor)
   {
     for (const MeshFile::Cell &cell : mesh.file.cells)
       for (const unsigned int node : cell.nodes)
@@ -89,7 +89,7 @@ namespace squeal
         mesh.fail("Contact pairs", "rotor and pad hang together by common nodes, " +
                                        mesh.element(cell) + " and " + mesh.element(other->second) +
                                        ". Surfaces in contact need nodes of their own.");
-    if (rotor.empty())
+    if (rotor.empty() && has_rotor)
       mesh.fail("Rotor", "the rotor has no cells.");
   }
 

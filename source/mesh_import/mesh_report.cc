@@ -296,6 +296,8 @@ namespace squeal
       add(rows[0], c);
       add(rows[1 + part_of(c).body], c);
     }
+    if (!geometry.has_rotor())
+      rows.erase(rows.begin() + 1);
     for (const auto &[name, cells] : facts.file.volumes)
     {
       rows.emplace_back(Kind::volume, name, use_of(name));
@@ -342,11 +344,12 @@ namespace squeal
       joints += "  Point " + point + "\n";
     for (const std::string &superelement : facts.superelements)
       joints += "  Superelement " + superelement + "\n";
-    geometry.report_table = table_of(rows);
+    geometry.report_table      = table_of(rows);
+    const std::size_t n_bodies = facts.bodies.size() - (geometry.has_rotor() ? 0 : 1);
     geometry.report =
         "\nMesh file " + facts.file.name + ": " + std::to_string(geometry.cells.size()) +
         " hexahedra, " + std::to_string(geometry.vertices.size()) + " nodes, " +
-        std::to_string(facts.bodies.size()) + " bodies" +
+        std::to_string(n_bodies) + (n_bodies == 1 ? " body" : " bodies") +
         (facts.n_turned > 0
              ? ", " + std::to_string(facts.n_turned) + " cells numbered inside out have been turned"
              : "") +

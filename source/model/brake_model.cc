@@ -487,16 +487,9 @@ namespace squeal
   std::pair<std::vector<std::string>, std::vector<unsigned int>>
   BrakeModel<dim>::bodies_of_rows() const
   {
-    std::vector<std::string> names              = {"rotor"};
-    std::map<Body, unsigned int> number_of_body = {{rotor_body, 0}};
-    for (const ContactInterface &interface : geometry.interfaces)
-    {
-      if (!interface.slides())
-        continue;
-      number_of_body[interface.pad] = names.size();
-      names.push_back(interface.name);
-    }
-    for (const auto &[body, name] : geometry.other_bodies)
+    std::vector<std::string> names;
+    std::map<Body, unsigned int> number_of_body;
+    for (const auto &[name, body] : geometry.named_bodies())
     {
       number_of_body[body] = names.size();
       names.push_back(name);

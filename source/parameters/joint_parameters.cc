@@ -1,4 +1,5 @@
 #include <squeal/parameters/declare.h>
+#include <squeal/parameters/entries.h>
 #include <squeal/parameters/parameters.h>
 
 #include <deal.II/base/utilities.h>
@@ -16,38 +17,6 @@ namespace squeal
 
     namespace
     {
-      /// The entries of a list "a : b : 1 2 3, c : ...", each as its words between colons.
-      std::vector<std::vector<std::string>> entries_of(const std::string &text)
-      {
-        std::vector<std::vector<std::string>> result;
-        if (text.empty())
-          return result;
-        for (const std::string &entry : split_string_list(text, ','))
-          result.push_back(split_string_list(entry, ':'));
-        return result;
-      }
-
-      /// Numbers between blanks; false for anything else.
-      bool read_numbers(const std::string &text, std::vector<double> &numbers)
-      {
-        numbers.clear();
-        for (const std::string &word : split_string_list(text, ' '))
-          if (!word.empty())
-          {
-            try
-            {
-              numbers.push_back(dealii::Utilities::string_to_double(word));
-            }
-            catch (const dealii::ExceptionBase &)
-            {
-              return false;
-            }
-            if (!std::isfinite(numbers.back()))
-              return false;
-          }
-        return !numbers.empty();
-      }
-
       [[noreturn]] void refuse(const std::string &key, const std::string &text,
                                const std::vector<std::string> &entry, const std::string &wanted)
       {
@@ -236,6 +205,13 @@ namespace squeal
         result.push_back(point);
       }
       return result;
+    }
+
+    bool Joints::has_point(const std::string &name) const
+    {
+      const std::vector<Point> list = list_of_points();
+      return std::any_of(list.begin(), list.end(),
+                         [&](const Point &point) { return point.name == name; });
     }
 
     std::vector<Joints::Mass> Joints::list_of_masses() const

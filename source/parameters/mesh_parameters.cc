@@ -43,7 +43,8 @@ namespace squeal
           "the edges of their elements: straight ones, or through middle nodes. Transport needs a "
           "rotor that does.");
       prm.add_parameter("Rotor", rotor,
-                        "Names of the rotor's volume groups, of the material Rotor/Material.");
+                        "Names of the rotor's volume groups, of the material Rotor/Material. Empty "
+                        "where parts are studied alone.");
       prm.add_parameter("Pads", pads,
                         "Names of volume groups of the pads (linings), of the material "
                         "Pads/Material. Empty: none.");
@@ -107,8 +108,9 @@ namespace squeal
     {
       if (file.empty())
         throw InputError("Mesh/File: the scene mesh needs the name of a mesh file, .msh or .inp.");
-      if (rotor.empty())
-        throw InputError("Mesh/Rotor: the scene mesh needs the names of the rotor's volumes.");
+      if (rotor.empty() && !pairs().empty())
+        throw InputError("Mesh/Rotor: the scene mesh needs the names of the rotor's volumes. Only "
+                         "parts that are studied alone, without contact pairs, need none.");
       const bool has_pads =
           !pads.empty() || std::any_of(parts.begin(), parts.end(),
                                        [](const MeshPart &part) {

@@ -408,6 +408,7 @@ namespace squeal
       prestress.declare(prm);
       sweep.declare(prm);
       sampling.declare(prm);
+      response.declare(prm);
       matrices.declare(prm);
       output.declare(prm);
     }
@@ -515,6 +516,26 @@ namespace squeal
                "there are no matrices; allowed are block_krylov, krylov and dense.");
     }
 
+    void All::check_response() const
+    {
+      response.check(eigenproblem, n_components());
+      if (!response.active())
+        return;
+      const auto refuse = [](const std::string &what, const std::string &why)
+      { throw InputError("Response/Forces: with " + what + " " + why); };
+      if (scene == Scene::matrices)
+        refuse("Scene = matrices", "there are no places; export to another program instead.");
+      if (varies_parameters())
+        refuse(sweep.active() ? "Sweep/Parameter = " + sweep.parameter : "the section Sampling",
+               "there would be a response for each value. Run the value that is wanted by itself.");
+      if (stage == Stage::ladder)
+        refuse("Stage = ladder",
+               "there would be a response for each stage. Run the stage that is wanted by itself.");
+      if (eigenproblem.is_matrix_free())
+        refuse("Eigenproblem/Solver = " + name_of(eigenproblem.solver),
+               "there are no matrices; allowed are block_krylov, krylov, dense and none.");
+    }
+
     void All::check_friction_of_pads() const
     {
       std::vector<std::string> pads_there;
@@ -560,6 +581,7 @@ namespace squeal
       refinement.check();
       if (output.matrices || !output.superelement.empty())
         check_export();
+      check_response();
       if (!refinement.reference.empty() &&
           (varies_parameters() || stage == Stage::ladder || scene == Scene::matrices))
         throw InputError(

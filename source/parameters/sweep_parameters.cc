@@ -1,4 +1,5 @@
 #include <squeal/parameters/declare.h>
+#include <squeal/parameters/entries.h>
 #include <squeal/parameters/parameters.h>
 
 #include <deal.II/base/utilities.h>
@@ -30,51 +31,6 @@ namespace squeal
                         "Values of the second parameter, written as Values.");
     }
 
-    namespace
-    {
-      /// A list or a range of a key of the section Sweep.
-      std::vector<double> list_of_points(const std::string &key, const std::string &values)
-      {
-        const bool is_range = values.find(':') != std::string::npos;
-        std::vector<double> numbers;
-        for (const std::string &word :
-             dealii::Utilities::split_string_list(values, is_range ? ':' : ','))
-          try
-          {
-            numbers.push_back(dealii::Utilities::string_to_double(word));
-          }
-          catch (const std::exception &)
-          {
-            numbers.push_back(std::numeric_limits<double>::quiet_NaN());
-          }
-        const bool finite = std::all_of(numbers.begin(), numbers.end(),
-                                        [](const double x) { return std::isfinite(x); });
-        if (!finite || numbers.empty() ||
-            (is_range && (numbers.size() != 3 || numbers[2] < 2 ||
-                          numbers[2] != std::floor(numbers[2]) || numbers[2] > 100000)))
-          throw InputError(key + " = " + values +
-                           ": allowed are a list of numbers 0, 0.1, 0.2 or a range first : last : "
-                           "number with a number of at least 2.");
-        if (is_range)
-        {
-          const double first = numbers[0], last = numbers[1];
-          const unsigned int n = numbers[2];
-          numbers.clear();
-          for (unsigned int i = 0; i < n; ++i)
-            numbers.push_back(i + 1 == n ? last : first + i * (last - first) / (n - 1));
-        }
-        const bool up   = std::adjacent_find(numbers.begin(), numbers.end(),
-                                             std::greater_equal<double>()) == numbers.end(),
-                   down = std::adjacent_find(numbers.begin(), numbers.end(),
-                                             std::less_equal<double>()) == numbers.end();
-        if (!up && !down)
-          throw InputError(key + " = " + values +
-                           ": the values must rise or fall, none twice, so that branches can be "
-                           "followed.");
-        return numbers;
-      }
-    } // namespace
-
     bool Sweep::keeps_mesh(const std::string &parameter)
     {
       const std::vector<std::string> starts = {"Operation/",      "Contact/",       "Pads/Pressure",
@@ -96,12 +52,12 @@ namespace squeal
 
     std::vector<double> Sweep::points() const
     {
-      return list_of_points("Sweep/Values", values);
+      return list_or_range("Sweep/Values", values);
     }
 
     std::vector<double> Sweep::second_points() const
     {
-      return list_of_points("Sweep/Second values", second_values);
+      return list_or_range("Sweep/Second values", second_values);
     }
 
     void Sweep::check() const

@@ -1,4 +1,5 @@
 #include <squeal/assessment/error_estimators.h>
+#include <squeal/assessment/frequency_response.h>
 #include <squeal/assessment/modal_damping.h>
 #include <squeal/base/memory.h>
 #include <squeal/contact/contact_fields.h>
@@ -6,6 +7,7 @@
 #include <squeal/continuation/stability_map.h>
 #include <squeal/continuation/sweep.h>
 #include <squeal/mesh/fields.h>
+#include <squeal/mesh/places.h>
 #include <squeal/mesh_import/imported_scene.h>
 #include <squeal/model/brake_model.h>
 #include <squeal/model/matrix_free_modes.h>
@@ -181,6 +183,8 @@ namespace squeal
           if (!has_state)
             number_unknowns();
           tell_mesh(cycle);
+          if (cycle == first && prm.response.active())
+            find_places(); // one that is not there is to be told before anything is solved
           const SteadyState<dim> &state =
               std::exchange(has_state, false) ? model.steady_state() : find_steady_state(true);
           const EquationsOfMotion equations = linearise(state);
@@ -194,7 +198,11 @@ namespace squeal
           finish(cycle, found.cost, table.rows);
           refine(table.rows, errors);
           if (checkpoint.finished)
+          {
             export_matrices(cycle, equations, found.modes);
+            if (prm.response.active())
+              respond(equations, found.modes);
+          }
         }
         report_convergence();
         if (continues())
@@ -376,7 +384,7 @@ namespace squeal
         const RunSize size = size_of_run();
         const double mib = expected_peak_mib(size), load = expected_memory_load(size, common.comm);
         report.log.line(formatted("Expected peak memory about %.0f MiB", mib) +
-                        (prm.eigenproblem.is_solved()
+                        (prm.eigenproblem.is_solved() && model.spaces().geometry.has_rotor()
                              ? formatted(", with about %.0f modes", size.n_modes)
                              : ""));
         if (load > 1 && !has_other_way() && prm.refinement.check_memory)
@@ -387,7 +395,7 @@ namespace squeal
 
       EquationsOfMotion linearise(const SteadyState<dim> &state)
       {
-        if (!prm.eigenproblem.is_solved())
+        if (!prm.eigenproblem.is_solved() && !prm.response.active())
           return {};
         return_freed_memory();
         return model.linearise(state);
@@ -437,6 +445,7 @@ namespace squeal
         if (!prm.eigenproblem.is_solved())
           return {};
         ModeTable table = common.assess_stability(model, found.modes, cycle, bars);
+        if (model.spaces().geometry.has_rotor())
         {
           PhaseTimer::Scope scope(report.timer, "eigenproblem");
           std::vector<double> densities;
@@ -505,6 +514,34 @@ namespace squeal
             checkpoint.cycles.size() == prm.refinement.n_cycles() || !divide_cells(rows, errors);
         if (refines() && (!checkpoint.finished || prm.varies_parameters()))
           checkpoint.save(common.directory, common.comm);
+      }
+
+      /// Forces and observations of the frequency response.
+      std::pair<MultiVector, MultiVector> find_places()
+      {
+        constexpr unsigned int n_components   = dim;
+        const Parameters::Response &section   = prm.response;
+        const FiniteElementSpace<dim> &spaces = model.spaces();
+        MultiVector forces =
+            motions_at(spaces, section.list_of_forces(n_components), "Response/Forces");
+        MultiVector observations =
+            motions_at(spaces, section.list_of_observations(n_components),
+                       section.observations.empty() ? "Response/Forces" : "Response/Observations");
+        return {std::move(forces), std::move(observations)};
+      }
+
+      /// The frequency response on the last mesh.
+      void respond(const EquationsOfMotion &equations, const EigenPairs &modes)
+      {
+        PhaseTimer::Scope scope(report.timer, "eigenproblem");
+        const auto [forces, observations]   = find_places();
+        const Parameters::Response &section = prm.response;
+        const FrequencyResponse response =
+            frequency_response(equations, model.sectors(), modes, forces, observations,
+                               section.list_of_frequencies(prm.eigenproblem.maximum_frequency),
+                               {section.method, section.tolerance,
+                                [this](const std::string &text) { report.log.progress(text); }});
+        report.response(response, modes);
       }
 
       /// On the last mesh, which is known to be that once it has been left as it is.

@@ -13,6 +13,8 @@ namespace squeal
   Plate plate_like(const double inner, const double outer, const double surface,
                    const double volume)
   {
+    if (!(volume > 0))
+      return {0, 1}; // there is no rotor: not known
     const double area = std::min(numbers::PI * (outer * outer - inner * inner), surface / 2);
     return {area, volume / area};
   }

@@ -228,6 +228,68 @@ namespace squeal
     }
   }
 
+  namespace
+  {
+    Fields response_fields(const double frequency, const unsigned int force,
+                           const unsigned int observation, const std::complex<double> value,
+                           const double error)
+    {
+      return {{"frequency_hz", frequency},
+              {"force", force + 1},
+              {"observation", observation + 1},
+              {"real_m", value.real()},
+              {"imaginary_m", value.imag()},
+              {"amplitude_m", std::abs(value)},
+              {"phase_deg", std::arg(value) * 180 / M_PI},
+              {"interpolation_error_m", error}};
+    }
+  } // namespace
+
+  void Report::response(const FrequencyResponse &response, const EigenPairs &modes)
+  {
+    Table &csv = table("response.csv", response_fields(0, 0, 0, {}, 0));
+    for (unsigned int f = 0; f < response.frequencies.size(); ++f)
+      for (unsigned int k = 0; k < response.n_forces; ++k)
+        for (unsigned int j = 0; j < response.n_observations; ++j)
+          csv.add(response_fields(response.frequencies[f], k, j,
+                                  response.values[response.at(f, k, j)],
+                                  response.errors[response.at(f, k, j)]));
+
+    const bool is_direct = response.n_direct == response.frequencies.size();
+    log.line(text_of("\nFrequency response at ", response.frequencies.size(), " frequencies from ",
+                     response.frequencies.front(), " to ", response.frequencies.back(), " Hz by ",
+                     is_direct ? "" : text_of(modes.size(), " modes and "), response.n_direct,
+                     " direct solutions with ", response.n_factorizations, " factorisations."));
+    const unsigned int n_components = prm.n_components();
+    const auto forces               = prm.response.list_of_forces(n_components);
+    const auto observations         = prm.response.list_of_observations(n_components);
+    for (unsigned int k = 0; k < response.n_forces; ++k)
+      for (unsigned int j = 0; j < response.n_observations; ++j)
+      {
+        unsigned int largest = 0;
+        for (unsigned int f = 1; f < response.frequencies.size(); ++f)
+          if (std::abs(response.values[response.at(f, k, j)]) >
+              std::abs(response.values[response.at(largest, k, j)]))
+            largest = f;
+        log.line(text_of("  force ", k + 1, " (", forces[k].text, "), observation ", j + 1, " (",
+                         observations[j].text, "): largest amplitude ",
+                         number(std::abs(response.values[response.at(largest, k, j)]), 4), " m at ",
+                         number(response.frequencies[largest], 6), " Hz",
+                         is_direct ? ""
+                                   : text_of(", interpolation error ",
+                                             number(response.errors[response.at(largest, k, j)], 2),
+                                             " m"),
+                         "."));
+      }
+    const unsigned int n_growing =
+        std::count_if(modes.lambda.begin(), modes.lambda.end(),
+                      [](const std::complex<double> &l) { return l.real() > 0; });
+    if (n_growing > 0)
+      log.line(text_of("  Warning: ", n_growing, n_growing == 1 ? " mode grows" : " modes grow",
+                       ": the steady state does not last. The response is the part of the motion "
+                       "that goes with the force, beside what grows."));
+  }
+
   Report::Cost Report::cycle(const unsigned int cycle, const std::uint64_t cells,
                              const unsigned int dofs, const unsigned int multipliers,
                              const EigenSolution::Cost &cost)

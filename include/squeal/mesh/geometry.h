@@ -15,6 +15,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace squeal
@@ -142,6 +143,17 @@ namespace squeal
     std::optional<SuperelementInterface> superelement_out;
     /// Bodies that neither turn nor touch the rotor, by name.
     std::map<Body, std::string> other_bodies;
+
+    /// Whether cells are the rotor's: not where parts are studied alone.
+    bool has_rotor() const
+    {
+      return std::any_of(parts.begin(), parts.end(),
+                         [](const Part &part) { return part.body == rotor_body; });
+    }
+    /// The bodies: the rotor, the pads by their contact interfaces, the others.
+    std::vector<std::pair<std::string, Body>> named_bodies() const;
+    /// The boundaries of surfaces at which forces act or motions are observed, by name.
+    std::map<std::string, std::set<dealii::types::boundary_id>> response_surfaces;
 
     /// By material id. Where bodies are of one material each, the two are the same.
     std::vector<Part> parts = {{rotor_body, 0}, {upper_pad_body, 1}, {lower_pad_body, 1}};

@@ -52,6 +52,9 @@ namespace squeal
   SQUEAL_CHOICE(CurvedBodies, none, rotor, all)
   SQUEAL_CHOICE(PartOf, rotor, pads, parts)
 
+  /// How a frequency response is computed.
+  SQUEAL_CHOICE(ResponseMethod, modal, direct)
+
   /// The modes whose fields are written.
   SQUEAL_CHOICE(FieldOutput, none, unstable, all)
 } // namespace squeal

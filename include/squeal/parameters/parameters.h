@@ -232,6 +232,7 @@ namespace squeal
       // Throw InputError.
       std::vector<Contact> list_of_contacts() const;
       std::vector<Point> list_of_points() const;
+      bool has_point(const std::string &name) const;
       std::vector<Mass> list_of_masses() const;
       std::vector<Connection> list_of_springs() const;
       std::vector<Connection> list_of_dashpots() const;
@@ -406,6 +407,39 @@ namespace squeal
       return {{"uniform", "normal", "lognormal", "table"}};
     }
 
+    /// The harmonic forces whose response is wanted.
+    struct Response
+    {
+      /// A point or a surface, and a force there or the direction of what is observed.
+      struct Place
+      {
+        std::string text; ///< as the key says it
+        /// Of a point that several bodies have, the body, or empty; else a surface or a point of
+        /// Joints/Points
+        std::string name;
+        std::vector<double> point; ///< m; empty: the place is named
+        std::vector<double> direction;
+      };
+
+      std::string forces       = "";
+      std::string observations = "";
+      std::string frequencies  = "";
+      ResponseMethod method    = ResponseMethod::modal;
+      double tolerance         = 1e-4;
+
+      bool active() const
+      {
+        return !forces.empty();
+      }
+      /// Forces in N; unit directions of observations. Throw InputError.
+      std::vector<Place> list_of_forces(unsigned int n_components) const;
+      std::vector<Place> list_of_observations(unsigned int n_components) const;
+      /// Hz, ascending. Throws InputError.
+      std::vector<double> list_of_frequencies(double maximum) const;
+      void declare(dealii::ParameterHandler &prm);
+      void check(const Eigenproblem &eigenproblem, unsigned int n_components) const;
+    };
+
     struct Matrices
     {
       std::string mass, velocity, stiffness, circulatory;
@@ -470,9 +504,15 @@ namespace squeal
       Prestress prestress;
       Sweep sweep;
       Sampling sampling;
+      Response response;
       Matrices matrices;
       Output output;
 
+      /// Of displacements: 2 in the strip, else 3.
+      unsigned int n_components() const
+      {
+        return scene == Scene::strip ? 2 : 3;
+      }
       StageTerms terms() const
       {
         StageTerms terms = terms_of(stage);
@@ -527,6 +567,7 @@ namespace squeal
     private:
       void check_matrix_free() const;
       void check_export() const;
+      void check_response() const;
       void check_edge_levels() const;
       void check_joints() const;
       void check_relaxation() const;

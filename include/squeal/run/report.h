@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/assessment/convergence.h>
+#include <squeal/assessment/frequency_response.h>
 #include <squeal/assessment/tables.h>
 #include <squeal/base/log.h>
 #include <squeal/base/stopwatch.h>
@@ -36,6 +37,8 @@ namespace squeal
     /// sensitivities.csv.
     void sensitivities(unsigned int cycle, const EigenPairs &modes, const ModeTable &table,
                        const std::vector<ParameterDerivative> &derivatives);
+    /// response.csv, and a line for each force and observation; whether modes grow.
+    void response(const FrequencyResponse &response, const EigenPairs &modes);
     /// What a mesh took.
     struct Cost
     {
