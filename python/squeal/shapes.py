@@ -1,4 +1,6 @@
-"""Shapes of modes and the modal assurance criterion."""
+"""Shapes of modes, computed and measured, and the modal assurance criterion."""
+
+import csv
 
 import numpy
 
@@ -37,6 +39,46 @@ class Shape:
         return result
 
 
+class MeasuredShape:
+    """What was measured of a mode: at each of some points (n, 3), m, the component along a direction (n, 3), which need not
+    be of unit length, as complex numbers (n,), of the bodies (n,), numbered as in a Shape: 0 is the rotor."""
+
+    def __init__(self, points, directions, values, body=None):
+        self.points, self.directions = numpy.asarray(points, float), numpy.asarray(directions, float)
+        lengths = numpy.linalg.norm(self.directions, axis=1, keepdims=True)
+        if not len(self.points) or self.points.shape != self.directions.shape or self.points.shape[1:] != (3,) or \
+                not (lengths > 0).all():
+            raise ValueError("a measured shape needs points (n, 3), directions (n, 3) that are not zero, and n values")
+        self.directions = self.directions / lengths
+        self.values = numpy.asarray(values, complex).reshape(len(self.points))
+        self.body = numpy.zeros(len(self.points), int) if body is None else numpy.rint(body).astype(int)
+
+    def of(self, shape):
+        """The same components of a computed shape."""
+        return (shape.at(self.points, self.body) * self.directions).sum(axis=1)
+
+
+def read_measured(path):
+    """Measured shapes of a CSV file: a line for each point and direction with the columns x_m, y_m, z_m, nx, ny, nz, real and,
+    if they are there, imaginary, body, mode. One MeasuredShape for each mode, in the order of the file."""
+    with open(path, newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file, skipinitialspace=True)
+        rows = list(reader)
+    needed = ["x_m", "y_m", "z_m", "nx", "ny", "nz", "real"]
+    missing = [name for name in needed if name not in (reader.fieldnames or [])]
+    if missing or not rows:
+        raise ValueError(f"{path}: " + ("no columns " + ", ".join(missing) if missing else "no lines"))
+    by_mode = {}
+    for number, row in enumerate(rows, 2):
+        try:
+            numbers = [float(row[name]) for name in needed] + [float(row.get(name) or 0) for name in ("imaginary", "body")]
+        except (TypeError, ValueError):
+            raise ValueError(f"{path}, line {number}: a field is no number") from None
+        by_mode.setdefault(row.get("mode"), []).append(numbers)
+    return [MeasuredShape(data[:, :3], data[:, 3:6], data[:, 6] + 1j * data[:, 7], data[:, 8])
+            for data in map(numpy.array, by_mode.values())]
+
+
 def interpolate(nodes, values, points, n_neighbours):
     square = ((points**2).sum(axis=1)[:, None] - 2 * points @ nodes.T + (nodes**2).sum(axis=1)[None, :]).clip(min=0)
     near = numpy.argpartition(square, n_neighbours - 1, axis=1)[:, :n_neighbours]
@@ -53,9 +95,11 @@ def interpolate(nodes, values, points, n_neighbours):
 
 
 def columns_of(shapes, reference):
-    """Shapes as columns of one array, at the points of the reference."""
-    if isinstance(shapes, Shape):
+    """Shapes as columns of one array, at the points of the reference; of a measured one the components measured."""
+    if isinstance(shapes, (Shape, MeasuredShape)):
         shapes = [shapes]
+    if len(shapes) and isinstance(reference, MeasuredShape):
+        return numpy.column_stack([shape.values if isinstance(shape, MeasuredShape) else reference.of(shape) for shape in shapes])
     if len(shapes) and isinstance(shapes[0], Shape):
         return numpy.column_stack([(shape.displacement if shape.same_points(reference)
                                     else shape.at(reference.points, reference.body)).ravel() for shape in shapes])
@@ -67,11 +111,29 @@ def mac(a, b):
     """The modal assurance criterion |a_i^H b_j|^2 / (a_i^H a_i  b_j^H b_j) of every pair: 1 for equal shapes, 0 for
     orthogonal ones, whatever their phases and sizes.
 
-    a and b: a Shape, a list of Shapes, or arrays whose columns are vectors. Shapes of another mesh are evaluated at the
-    points of the first of a.
+    a and b: a Shape or MeasuredShape, a list of them, or arrays whose columns are vectors. Shapes of another mesh are
+    evaluated at the points of the first of a; with measured shapes, all at the same points, what was measured is compared.
     """
-    first = a if isinstance(a, Shape) else a[0] if len(a) and isinstance(a[0], Shape) else None
+    def first_of(shapes, kinds):
+        several = shapes if isinstance(shapes, list) else [shapes]
+        return several[0] if several and isinstance(several[0], kinds) else None
+    first = next((found for shapes, kinds in ((a, MeasuredShape), (b, MeasuredShape), (a, Shape))
+                  if (found := first_of(shapes, kinds)) is not None), None)
     left, right = columns_of(a, first), columns_of(b, first)
     products = numpy.abs(left.conj().T @ right)**2
     sizes = (numpy.abs(left)**2).sum(axis=0)[:, None] * (numpy.abs(right)**2).sum(axis=0)[None, :]
     return products / sizes
+
+
+def pair(a, b, least=0.):
+    """Pairs shapes one to one by mac(a, b), the most alike first: a list of (i, j, MAC) by ascending i. What is less alike
+    than `least` has no partner."""
+    alike = mac(a, b)
+    pairs = []
+    for _ in range(min(alike.shape)):
+        i, j = numpy.unravel_index(alike.argmax(), alike.shape)
+        if alike[i, j] < least:
+            break
+        pairs.append((int(i), int(j), float(alike[i, j])))
+        alike[i, :] = alike[:, j] = -1
+    return sorted(pairs)

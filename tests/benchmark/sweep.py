@@ -1,9 +1,10 @@
 """What a sweep costs beside single runs: processor seconds of a sweep over the friction coefficient and of one run at its
 last value, full solutions, peak memory, and what took the time.
 
-    python3 tests/benchmark/sweep.py [parameter file] [number of values ...]
+    python3 tests/benchmark/sweep.py [--bars] [parameter file] [number of values ...]
 
-The default is prm/brake.prm with 40 values from 0 to 0.6; the figures of one machine in one go are to be compared."""
+The default is prm/brake.prm with 40 values from 0 to 0.6; the figures of one machine in one go are to be compared. With
+--bars single runs and sweeps have error bars, else neither."""
 
 import os
 import re
@@ -18,9 +19,10 @@ PROGRAM = PROJECT / "build/release/squeal"
 FRICTION = "Contact/Friction/Coefficient"
 
 
-def run(file, *settings):
-    """Processor seconds, peak memory (MiB) and the log of a run."""
-    with tempfile.TemporaryDirectory() as directory:
+def run(file, *settings, directory=None):
+    """Processor seconds, peak memory (MiB) and the log of a run, whose results stay in the directory if one is given."""
+    with tempfile.TemporaryDirectory() as scratch:
+        directory = directory or scratch
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         arguments = [argument for setting in (*settings, f"Output/Directory={directory}", "Output/Fields=none")
                      for argument in ("--set", setting)]
@@ -33,14 +35,16 @@ def run(file, *settings):
 
 
 def main():
-    file = sys.argv[1] if len(sys.argv) > 1 else PROJECT / "prm/brake.prm"
-    numbers = [int(n) for n in sys.argv[2:]] or [40]
-    single, memory, _ = run(file, f"{FRICTION}=0.6", "Eigenproblem/Error bars=false")
+    arguments = [argument for argument in sys.argv[1:] if argument != "--bars"]
+    bars = f"Eigenproblem/Error bars={str('--bars' in sys.argv).lower()}"
+    file = arguments[0] if arguments else PROJECT / "prm/brake.prm"
+    numbers = [int(n) for n in arguments[1:]] or [40]
+    single, memory, _ = run(file, f"{FRICTION}=0.6", bars)
     print(f"one run: {single:.1f} processor seconds, {memory} MiB")
     print("values   processor s   full solutions   of as many runs   single runs   MiB   seconds by phase")
     for n in numbers:
         seconds, memory, log = run(file, f"Sweep/Parameter={FRICTION}", f"Sweep/Values=0 : 0.6 : {n}",
-                                   "Sweep/Critical values=false")
+                                   "Sweep/Critical values=false", bars)
         full = re.search(r"(\d+) full solutions", log)
         phases = re.search(r"Processor seconds: (.*)\.", log)
         print(f"{n:6}   {seconds:11.1f}   {full[1]:>14}   {seconds / (n * single):14.1%}   {seconds / single:11.1f}   "

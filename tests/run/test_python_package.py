@@ -110,6 +110,44 @@ class Package(st.TestCase):
         across = squeal.mac(shapes, fine)
         self.assertEqual(list(across.argmax(axis=1)), list(range(len(shapes))))
         self.assertGreater(across.diagonal().min(), 0.99)
+        self.assertEqual([(i, j) for i, j, _ in squeal.pair(shapes, fine[::-1])],
+                         [(i, len(fine) - 1 - i) for i in range(len(shapes))])
+        self.check_measured(shapes, fine)
+
+    def check_measured(self, shapes, fine):
+        """A vibrometer that sees 60 points of the disc's upper face along the axis, with noise, from the fine mesh: modes
+        that move along the axis are found again."""
+        import csv
+        generator = numpy.random.default_rng(2)
+        height, of_disc = fine[0].points[:, 2], fine[0].body == 0
+        face = numpy.flatnonzero(of_disc & (height > height[of_disc].max() - 1e-6))
+        face = generator.choice(face, 60, replace=False)
+        seen = [k for k, shape in enumerate(fine) if numpy.abs(shape.displacement[face, 2]).max() >
+                0.5 * numpy.abs(shape.displacement).max()]
+        self.assertGreater(len(seen), 3)
+        path = pathlib.Path(self.directory) / "measured.csv"
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(["mode", "x_m", "y_m", "z_m", "nx", "ny", "nz", "real", "imaginary"])
+            for k in seen:
+                size = numpy.abs(fine[k].displacement[face, 2]).max()
+                for i in face:
+                    value = 3 * fine[k].displacement[i, 2] / size + 0.01 * generator.normal()
+                    writer.writerow([k, *fine[k].points[i], 0, 0, 2, value.real, value.imag])
+        measured = squeal.read_measured(path)
+        self.assertEqual(len(measured), len(seen))
+        alike = squeal.mac(measured, shapes)
+        numpy.testing.assert_allclose(squeal.mac(shapes, measured), alike.T, atol=1e-12)
+        pairs = squeal.pair(measured, shapes, least=0.9)
+        self.assertEqual([(i, j) for i, j, _ in pairs], list(enumerate(seen)))
+        self.assertGreater(min(value for *_, value in pairs), 0.98)
+        numpy.testing.assert_allclose(squeal.mac(measured, measured).diagonal(), 1, atol=1e-12)
+        path.write_text("x_m,y_m\n0,0\n")
+        with self.assertRaisesRegex(ValueError, "no columns z_m"):
+            squeal.read_measured(path)
+        path.write_text("x_m,y_m,z_m,nx,ny,nz,real\n0,0,0,0,0,1,a\n")
+        with self.assertRaisesRegex(ValueError, "line 2"):
+            squeal.read_measured(path)
 
     def test_interpolation(self):
         """Linear displacements are met exactly, also beside nodes of other bodies."""
