@@ -139,10 +139,8 @@ namespace squeal
     }
     else
     {
-      // Projected vectors are good to what eigenvalues need, whose errors are of second order in
-      // them, not to what bars do: these end where a full solution is.
-      const bool ends_bars = estimator && value == values.back();
-      certain = solve(value, &from, to, scope, n_halvings == 0 && (is_state_old() || ends_bars));
+      certain =
+          solve(value, &from, to, scope, n_halvings == 0 && (is_state_old() || wants_bars(value)));
     }
     if (!certain && n_halvings < max_halvings && is_allowed((from.value + value) / 2))
     {
@@ -170,6 +168,13 @@ namespace squeal
       find_critical_values(from, to);
     pass(to, of_step, from.modes.size());
     return to;
+  }
+
+  bool Sweep::wants_bars(const double value) const
+  {
+    constexpr std::size_t many = 10;
+    return estimator && (value == values.back() ||
+                         (values.size() >= many && value == values[values.size() / 2]));
   }
 
   BranchPoint Sweep::advance_on_new_mesh(const BranchPoint &from, const double value)

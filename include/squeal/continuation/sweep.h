@@ -81,6 +81,10 @@ namespace squeal
     /// Whether so much time has passed since the state was saved that the next value should be
     /// solved in full, from which alone a sweep can be resumed.
     bool is_state_old() const;
+    /// Whether bars are estimated at the value, which takes a full solution: at the last one, and
+    /// of many values also halfway. Projected vectors are good to what eigenvalues need, whose
+    /// errors are of second order in them, not to what bars do.
+    bool wants_bars(double value) const;
     void make_mesh(double value);
     /// Whether the rules of the parameters allow a value between two of the sweep: the angular
     /// velocity 0 may be none.
