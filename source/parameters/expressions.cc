@@ -79,6 +79,24 @@ namespace squeal
     };
   }
 
+  std::optional<double> constant_expression(const std::string &text)
+  {
+    const std::string characters = "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                   ".+-*/^() \t";
+    if (text.find_first_not_of(characters) != std::string::npos ||
+        text.find_first_of("+-*/^(") == std::string::npos)
+      return std::nullopt;
+    try
+    {
+      const double value = parse<1>(text, "no_variable", "")->value(Point<1>());
+      return std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
+    }
+    catch (const InputError &)
+    {
+      return std::nullopt;
+    }
+  }
+
   std::function<double(double, double)> friction_expression(const std::string &text,
                                                             const std::string &key)
   {

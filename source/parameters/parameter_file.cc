@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/parameters/expressions.h>
 #include <squeal/parameters/parameter_file.h>
 
 #include <deal.II/base/mpi.h>
@@ -12,6 +13,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
 namespace squeal
@@ -157,28 +159,79 @@ namespace squeal
         throw InputError(filename + ": the parameter file cannot be read; is it a directory?");
       return text;
     }
+
+    /// The file that a line "include name" of another one names, beside which it lies.
+    std::string included_file(const std::string &name, const std::string &by)
+    {
+      return (std::filesystem::path(by).parent_path() / name).lexically_normal().string();
+    }
+
+    std::string without_comment(const std::string &line)
+    {
+      return trim(line.substr(0, line.find('#')));
+    }
+
+    /// The names of the lines "include name" of a text.
+    std::vector<std::string> included_names(const std::string &text)
+    {
+      std::vector<std::string> names;
+      std::istringstream in(text);
+      for (std::string line; std::getline(in, line);)
+      {
+        const std::string words = without_comment(line);
+        if (const std::size_t gap = words.find_first_of(" \t");
+            gap != std::string::npos && words.substr(0, gap) == "include" && words.back() != '\\')
+          names.push_back(trim(words.substr(gap)));
+      }
+      return names;
+    }
+
+    /// Adds a file and those that it includes, name and text by turns. Throws InputError, also if
+    /// there are too many: files that include each other.
+    void read_with_included(const std::string &filename, std::vector<std::string> &names_and_texts)
+    {
+      constexpr std::size_t most_files = 100;
+      for (std::size_t i = 0; i < names_and_texts.size(); i += 2)
+        if (names_and_texts[i] == filename)
+          return;
+      if (names_and_texts.size() >= 2 * most_files)
+        throw InputError(filename + ": more than " + std::to_string(most_files) +
+                         " files are included.");
+      const std::string text = text_of_file(filename);
+      names_and_texts.insert(names_and_texts.end(), {filename, text});
+      for (const std::string &name : included_names(text))
+        read_with_included(included_file(name, filename), names_and_texts);
+    }
   } // namespace
 
   void ParameterFile::read(const std::string &filename, const std::vector<std::string> &overrides,
                            const MPI_Comm comm)
   {
     std::string error;
+    std::vector<std::string> names_and_texts;
     name_ = filename;
     if (dealii::Utilities::MPI::this_mpi_process(comm) == 0)
       try
       {
-        original = text_of_file(filename);
+        read_with_included(filename, names_and_texts);
       }
       catch (const InputError &e)
       {
         error = e.what();
       }
-    error    = dealii::Utilities::MPI::broadcast(comm, error);
-    original = dealii::Utilities::MPI::broadcast(comm, original);
+    error           = dealii::Utilities::MPI::broadcast(comm, error);
+    names_and_texts = dealii::Utilities::MPI::broadcast(comm, names_and_texts);
     if (!error.empty())
       throw InputError(error);
+    original = names_and_texts[1];
     // Sections of parts are as many as are used.
-    std::size_t n_parts = last_part(original);
+    std::size_t n_parts = 0;
+    texts.clear();
+    for (std::size_t i = 0; i < names_and_texts.size(); i += 2)
+    {
+      texts[names_and_texts[i]] = names_and_texts[i + 1];
+      n_parts                   = std::max(n_parts, last_part(names_and_texts[i + 1]));
+    }
     for (const std::string &override_text : overrides)
       n_parts = std::max(n_parts, last_part(override_text));
     if (n_parts > all->mesh.parts.size())
@@ -187,7 +240,7 @@ namespace squeal
       all->mesh.parts.resize(n_parts);
       declare();
     }
-    parse_text(original, filename);
+    parse_text(filename, {});
 
     for (const std::string &override_text : overrides)
     {
@@ -212,10 +265,11 @@ namespace squeal
     }
   }
 
-  void ParameterFile::parse_text(const std::string &text, const std::string &filename)
+  void ParameterFile::parse_text(const std::string &filename, std::vector<std::string> includers)
   {
+    includers.push_back(filename);
     std::vector<std::string> section;
-    std::istringstream in(text);
+    std::istringstream in(texts.at(filename));
     std::string line;
     std::string section_start;
     unsigned int line_number = 0;
@@ -224,8 +278,6 @@ namespace squeal
       ++line_number;
       const std::string where = filename + ":" + std::to_string(line_number);
 
-      const auto without_comment = [](const std::string &text)
-      { return trim(text.substr(0, text.find('#'))); };
       line = without_comment(line);
       // As in deal.II: a line that ends with a backslash goes on in the next one.
       while (!line.empty() && line.back() == '\\')
@@ -274,9 +326,22 @@ namespace squeal
           path += s + "/";
         set(path + trim(rest.substr(0, equals)), trim(rest.substr(equals + 1)), where);
       }
+      else if (word == "include" && !rest.empty())
+      {
+        if (!section.empty())
+          throw InputError(where +
+                           ": an 'include' stands outside of subsections; this one is in '" +
+                           section.back() + "'.");
+        const std::string included = included_file(rest, filename);
+        if (std::count(includers.begin(), includers.end(), included) > 0)
+          throw InputError(where + ": " + included + " includes itself.");
+        if (texts.count(included) == 0) // the line goes on in the next one
+          throw InputError(where + ": the name of an included file stands in the same line.");
+        parse_text(included, includers);
+      }
       else
-        throw InputError(where + ": expected 'subsection', 'end' or 'set Key = value', found '" +
-                         line + "'.");
+        throw InputError(where + ": expected 'subsection', 'end', 'set Key = value' or 'include " +
+                         "file', found '" + line + "'.");
     }
     if (!section.empty())
       throw InputError(filename + ": the subsection '" + section.back() + "' has no 'end'.");
@@ -358,13 +423,24 @@ namespace squeal
     if (value.size() > longest)
       throw InputError(where + ": the value of " + path + " has " + std::to_string(value.size()) +
                        " characters; allowed are " + std::to_string(longest) + ".");
-    if (!dealii::Patterns::pattern_factory(entry->pattern)->match(value))
+    const auto is_allowed = [&](const std::string &text)
+    { return dealii::Patterns::pattern_factory(entry->pattern)->match(text); };
+    std::string used = value;
+    if (!is_allowed(value) &&
+        (entry->pattern.rfind("[Double", 0) == 0 || entry->pattern.rfind("[Integer", 0) == 0))
+      if (const std::optional<double> number = constant_expression(value))
+      {
+        char text[40];
+        std::snprintf(text, sizeof(text), "%.17g", *number);
+        used = text;
+      }
+    if (!is_allowed(used))
       throw InputError(where + ": " + path + " = " + value + ": not allowed. Allowed: " +
                        allowed(entry->pattern) + " " + entry->documentation);
 
     for (const std::string &s : entry->section)
       prm.enter_subsection(s);
-    prm.set(entry->key, value);
+    prm.set(entry->key, used);
     for (unsigned int i = 0; i < entry->section.size(); ++i)
       prm.leave_subsection();
   }

@@ -144,6 +144,44 @@ class CommandLine(st.TestCase):
         self.assertIn("0.456", text)
         self.assertNotIn("0.123", text)
 
+    def test_included_files(self):
+        """A line 'include name' stands for a file beside; what comes later counts; parameters.prm needs none of them."""
+        (self.directory / "base").mkdir()
+        self.write("base/brake.prm", "include rotor/thin.prm  # comment\n" + st.parameter_file({**TINY_ROTOR, "Scene": "brake"}))
+        (self.directory / "base/rotor").mkdir()
+        self.write("base/rotor/thin.prm", st.parameter_file({"Rotor/Thickness": "0.001 * (4 + 6)", "Discretization/Degree": 2}))
+        self.write("mine.prm", "include\tbase/brake.prm\nsubsection Operation\n  set Angular velocity = 2*pi*3\nend\n"
+                   "subsection Eigenproblem\n  set Maximum frequency = 1e3\nend\n")
+        directory = self.directory / "output/mine"
+        for ranks in (1, 2):
+            result = st.run("mine.prm", "--overwrite", ranks=ranks, directory=self.directory)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            used = (directory / "parameters.prm").read_text()
+            for words in ("set Thickness = 0.01\n", "set Angular velocity = 18.849555921538759\n"):
+                self.assertIn(words, re.sub(" +", " ", used))
+            self.assertNotIn("include", used)
+            # Of the file that includes the other one
+            self.assertRegex(re.sub(" +", " ", used), r"set Degree = 1\n")
+            self.assertEqual((directory / "original.prm").read_text(), (self.directory / "mine.prm").read_text())
+        for text, words in [("include nowhere.prm\n", "nowhere.prm: the parameter file cannot be read"),
+                            ("include refused.prm\n", "refused.prm includes itself"),
+                            ("include a.prm\n", "refused.prm includes itself"), ("subsection Pads\ninclude mine.prm\nend\n", "outside of subsections"),
+                            ("include \\\nmine.prm\n", "in the same line"), ("include\n", "'include file'"),
+                            ("subsection Operation\n  set Angular velocity = 1,5\nend\n", "Operation/Angular velocity = 1,5: not allowed"),
+                            ("subsection Operation\n  set Angular velocity = 2*omega\nend\n", "not allowed"),
+                            ("subsection Operation\n  set Angular velocity = 1/0\nend\n", "not allowed"),
+                            ("subsection Operation\n  set Angular velocity = rand()*3\nend\n", "not allowed"),
+                            ("subsection Operation\n  set Angular velocity = no_variable*3\nend\n", "not allowed"),
+                            ("subsection Discretization\n  set Degree = 3/2\nend\n", "Discretization/Degree = 3/2: not allowed")]:
+            with self.subTest(text):
+                self.write("a.prm", "include refused.prm\n")
+                self.write("refused.prm", text)
+                result = st.run("refused.prm", "--check", directory=self.directory)
+                self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+                self.assertIn(words, result.stderr)
+        self.write("refused.prm", "subsection Discretization\n  set Degree = 4/2\nend\n")
+        self.assertEqual(st.run("refused.prm", "--check", directory=self.directory).returncode, 0)
+
     def test_shipped_parameter_files_are_valid(self):
         files = sorted((st.PROJECT / "prm").glob("**/*.prm"))
         self.assertTrue(files)

@@ -3,6 +3,7 @@
 #include <deal.II/base/point.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace squeal
@@ -12,6 +13,10 @@ namespace squeal
   template <int dim>
   std::function<double(const dealii::Point<dim> &)> position_expression(const std::string &text,
                                                                         const std::string &key);
+
+  /// The number that an expression without variables is, such as 2*pi*3; nothing for any other
+  /// text, a comma (it is no decimal point), or if it is not finite.
+  std::optional<double> constant_expression(const std::string &text);
 
   /// mu(v, p) from its text: sliding speed v, m/s, and contact pressure p, Pa. Throws InputError.
   std::function<double(double, double)> friction_expression(const std::string &text,

@@ -5,6 +5,7 @@
 #include <mpi.h>
 
 #include <iosfwd>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,7 +21,9 @@ namespace squeal
     ParameterFile();
 
     /// Reads @p filename, then applies @p overrides of the form "Section/Key=value", then checks
-    /// the rules across keys. Throws InputError.
+    /// the rules across keys. A line "include name" outside of subsections stands for the file of
+    /// that name, relative to the one that includes it; numbers may be expressions (2*pi*3). Throws
+    /// InputError.
     ///
     /// Rank 0 reads, since a pipe can be read once only; 16 MiB at most. Collective.
     void read(const std::string &filename, const std::vector<std::string> &overrides,
@@ -78,9 +81,11 @@ namespace squeal
     const Entry &entry_of(const std::string &path, const std::string &where) const;
     /// A sentence about what may have been meant by an unknown key; empty where nothing is alike.
     std::string suggestion(const std::string &path) const;
-    void parse_text(const std::string &text, const std::string &filename);
+    /// A file whose text was read, included by others.
+    void parse_text(const std::string &filename, std::vector<std::string> includers);
     void set(const std::string &path, const std::string &value, const std::string &where);
 
+    std::map<std::string, std::string> texts; ///< of the files read, by name
     std::unique_ptr<Parameters::All> all;
     dealii::ParameterHandler prm;
     std::vector<Entry> entries;
