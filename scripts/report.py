@@ -251,8 +251,9 @@ class Report:
             worst = max(unstable, key=lambda row: float(row[GROWTH]))
             growing = sorted(float(row["parameter"]) for row in unstable)
             n_growing = len({row["branch"] for row in unstable})
-            words.append(f"{n_growing} mode{'s grow' if n_growing > 1 else ' grows'} along {name}: at values from "
-                         f"{number(growing[0])} to {number(growing[-1])} of those computed; fastest "
+            where = (f"at {number(growing[0])} alone" if growing[0] == growing[-1] else
+                     f"at values from {number(growing[0])} to {number(growing[-1])}")
+            words.append(f"{n_growing} mode{'s grow' if n_growing > 1 else ' grows'} along {name}: {where} of those computed; fastest "
                          f"{fixed(worst[FREQUENCY], 1)} Hz at {number(worst['parameter'])} with "
                          f"{fixed(worst[GROWTH], 2, digits=3)} 1/s.")
             onsets = sorted((row for row in self.rows("critical.csv") if row["kind"] in ("onset", "divergence")),
