@@ -84,13 +84,11 @@ namespace squeal
   ///     H(s) = sum_k e^T x_k z_k^H f / ((s - l_k) 2 l_k)  +  the same of conj(l_k)  +  R(s),
   /// s = i w. R has no pole where all modes are known: it is interpolated by a polynomial of w
   /// among direct solutions at Leja points, as many as it takes until the error is within the
-  /// tolerance. If the given bodies can move rigidly, s^2 R
-  /// is. (With relaxation only the upper l_k are summed: f_b is not analytic across the real axis.)
-  /// If interpolation takes as many direct solutions as there are frequencies, or more than 100,
-  /// all are direct. What is below 1e-5 of the largest observation of a force need not be known
-  /// better than that.
-  /// Direct solutions are made sector by sector if the equations keep to @p sectors.
-  /// Throws SolverError. Collective.
+  /// tolerance; if bodies can move rigidly, s^2 R is. (With relaxation only the upper l_k are
+  /// summed: f_b is not analytic across the real axis.) If interpolation takes as many direct
+  /// solutions as there are frequencies, or more than 100, all are direct. What is below 1e-5 of
+  /// the largest observation of a force need not be known better than that. Direct solutions are
+  /// made sector by sector if the equations keep to @p sectors. Throws SolverError. Collective.
   FrequencyResponse frequency_response(const EquationsOfMotion &equations, const Sectors &sectors,
                                        const EigenPairs &modes, const MultiVector &forces,
                                        const MultiVector &observations,

@@ -79,6 +79,31 @@ namespace squeal::tests::mode_tracker_tests
     CHECK(tracker.n_full_solutions() == 1);
   }
 
+  TEST_CASE(
+      "mode tracker: damping that has grown much asks for a full solution only where modes may "
+      "have come in")
+  {
+    // Damping c times 1, R = 0.286: real pairs of l^2 + c l + w^2 = 0, one in the disc and one not,
+    // are where R^2 - c R + w^2 < 0; for the least w^2, 0.006, from c = 0.31 on.
+    const auto model = TwoChains::model();
+    ModeTracker tracker(window(0.26), ModeSolver::block_krylov);
+    tracker.set_model(*model);
+    begin(tracker, factors(0.1, 0.002));
+    tracker.look_at(factors(0.1, 0.05));
+    begin(tracker, factors(0.1, 0.002));
+    const unsigned int n_full = tracker.n_full_solutions();
+    for (const double c : {0.05, 0.1, 0.004})
+    {
+      CAPTURE(c);
+      const EigenPairs modes = tracker.solve(factors(0.1, c)).modes;
+      CHECK(!tracker.is_whole(modes));
+      CHECK(distance_of_sets(modes.lambda, TwoChains::eigenvalues(2, 0.1, c)) <= 1e-9);
+    }
+    CHECK(tracker.n_full_solutions() == n_full);
+    CHECK(tracker.is_whole(tracker.solve(factors(0.1, 0.35)).modes));
+    CHECK(tracker.n_full_solutions() == n_full + 1);
+  }
+
   TEST_CASE("mode tracker: derivatives and Rayleigh coefficients of projected modes")
   {
     // From l^2 + c l + s = 0: dl/dp = -s'/(2 l + c) with s' = -+ p w^4/sqrt(d^2/4 - p^2 w^4) for
