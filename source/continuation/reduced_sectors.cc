@@ -101,13 +101,11 @@ namespace squeal
                                                    const std::vector<Term> &terms) const
   {
     QuadraticEigenproblem result;
-    result.rows                = part.sector.is_whole() ? whole : part.sector.row_range();
+    result.rows                = part.sector.row_range();
     result.M                   = sum_of(result.rows, terms, 2);
     result.Q                   = sum_of(result.rows, terms, 0);
     result.n_constraints       = part.sector.is_whole() ? n_constraints : n_constraints / 2;
-    result.n_local_constraints = part.sector.is_whole()
-                                     ? n_local_constraints
-                                     : part.sector.n_local_pressures(n_local_constraints);
+    result.n_local_constraints = part.sector.n_local_pressures(n_local_constraints);
     result.compliant           = compliant;
     return result;
   }
@@ -279,12 +277,12 @@ namespace squeal
 
   bool ReducedSectors::is_definite_on_rim() const
   {
-    const auto holds = [&](const auto terms_of)
+    const auto holds = [&](const std::vector<Term> Part::*const of_part)
     {
       return std::all_of(parts.begin(), parts.end(),
                          [&](const Part &part)
                          {
-                           const std::vector<Term> &terms = terms_of(part);
+                           const std::vector<Term> &terms = part.*of_part;
                            QuadraticEigenproblem problem  = problem_of(part, terms);
                            problem.P                      = sum_of(problem.rows, terms, 1);
                            problem.may_excite             = may_excite(terms);
@@ -292,10 +290,8 @@ namespace squeal
                          });
     };
     if (!is_expansion_definite)
-      is_expansion_definite =
-          holds([](const Part &part) -> const std::vector<Term> & { return part.expansion_terms; });
-    return *is_expansion_definite &&
-           holds([](const Part &part) -> const std::vector<Term> & { return part.terms; });
+      is_expansion_definite = holds(&Part::expansion_terms);
+    return *is_expansion_definite && holds(&Part::terms);
   }
 
   std::optional<EigenPairs> ReducedSectors::solve(const std::vector<Term> &terms)

@@ -1,9 +1,8 @@
 #include <squeal/base/errors.h>
 #include <squeal/joints/points.h>
+#include <squeal/mesh/boundary_faces.h>
 
 #include <deal.II/base/mpi.h>
-#include <deal.II/base/quadrature_lib.h>
-#include <deal.II/fe/fe_values.h>
 
 #include <cmath>
 
@@ -19,23 +18,7 @@ namespace squeal
       return Tensor<2, 3>({{0, -a[2], a[1]}, {a[2], 0, -a[0]}, {-a[1], a[0], 0}});
     }
 
-    /// Calls the function with the values of this rank's faces of a point's surface.
-    template <typename Function>
-    void for_faces(const FiniteElementSpace<3> &spaces, const JointPoint &point,
-                   const Function &function)
-    {
-      FEFaceValues<3> values(spaces.mapping, spaces.fe, QGauss<2>(spaces.fe.degree + 2),
-                             update_values | update_quadrature_points | update_JxW_values);
-      for (const auto &cell : spaces.nodes.active_cell_iterators())
-        if (cell->is_locally_owned())
-          for (const unsigned int f : cell->face_indices())
-            if (cell->face(f)->at_boundary() &&
-                point.surface.count(cell->face(f)->boundary_id()) > 0)
-            {
-              values.reinit(cell, f);
-              function(cell, values);
-            }
-    }
+    const UpdateFlags wanted = update_values | update_quadrature_points | update_JxW_values;
 
     template <typename Value>
     Value sum_of(Value value, const MPI_Comm comm)
@@ -55,32 +38,32 @@ namespace squeal
     {
       Definition result;
       Tensor<1, 3> sum;
-      for_faces(spaces, point,
-                [&](const auto &, const FEFaceValues<3> &values)
-                {
-                  for (const unsigned int q : values.quadrature_point_indices())
-                  {
-                    result.area += values.JxW(q);
-                    sum += values.JxW(q) * Tensor<1, 3>(values.quadrature_point(q));
-                  }
-                });
+      for_boundary_faces(spaces, point.surface, wanted,
+                         [&](const auto &, const FEFaceValues<3> &values)
+                         {
+                           for (const unsigned int q : values.quadrature_point_indices())
+                           {
+                             result.area += values.JxW(q);
+                             sum += values.JxW(q) * Tensor<1, 3>(values.quadrature_point(q));
+                           }
+                         });
       result.area  = sum_of(result.area, spaces.comm);
       result.place = Point<3>(sum_of(sum, spaces.comm) / result.area);
       Tensor<2, 3> moments;
-      for_faces(spaces, point,
-                [&](const auto &, const FEFaceValues<3> &values)
-                {
-                  for (const unsigned int q : values.quadrature_point_indices())
-                  {
-                    const Tensor<1, 3> x = values.quadrature_point(q) - result.place;
-                    for (unsigned int i = 0; i < 3; ++i)
-                    {
-                      moments[i][i] += values.JxW(q) * x.norm_square();
-                      for (unsigned int j = 0; j < 3; ++j)
-                        moments[i][j] -= values.JxW(q) * x[i] * x[j];
-                    }
-                  }
-                });
+      for_boundary_faces(spaces, point.surface, wanted,
+                         [&](const auto &, const FEFaceValues<3> &values)
+                         {
+                           for (const unsigned int q : values.quadrature_point_indices())
+                           {
+                             const Tensor<1, 3> x = values.quadrature_point(q) - result.place;
+                             for (unsigned int i = 0; i < 3; ++i)
+                             {
+                               moments[i][i] += values.JxW(q) * x.norm_square();
+                               for (unsigned int j = 0; j < 3; ++j)
+                                 moments[i][j] -= values.JxW(q) * x[i] * x[j];
+                             }
+                           }
+                         });
       result.moments = sum_of(moments, spaces.comm);
       if (!(determinant(result.moments) > 1e-12 * std::pow(trace(result.moments), 3)))
         throw SolverError("The point '" + point.name +
@@ -173,37 +156,37 @@ namespace squeal
         result.lengths.push_back(length);
         const Tensor<2, 3> rotation = length * invert(of.moments);
         std::vector<types::global_dof_index> nodes(spaces.fe.n_dofs_per_cell());
-        for_faces(spaces, point,
-                  [&](const auto &cell, const FEFaceValues<3> &values)
-                  {
-                    cell->get_dof_indices(nodes);
-                    for (unsigned int a = 0; a < nodes.size(); ++a)
-                    {
-                      double area = 0;
-                      Tensor<1, 3> first; // int N (x - x_c)
-                      for (const unsigned int q : values.quadrature_point_indices())
-                      {
-                        const double w = values.JxW(q) * values.shape_value(a, q);
-                        area += w;
-                        first += w * (values.quadrature_point(q) - of.place);
-                      }
-                      if (area == 0 && first.norm() == 0)
-                        continue;
-                      const Tensor<2, 3> turned = rotation * cross_matrix(first);
-                      for (const WeightedNode &w : spaces.expand(nodes[a]))
-                        for (unsigned int c = 0; c < 3; ++c)
-                        {
-                          const unsigned int column = spaces.equation(w.node, c);
-                          if (column == FiniteElementSpace<3>::none)
-                            continue;
-                          add_both(spaces.point_multiplier(p, c), column,
-                                   scale * w.weight * area / of.area);
-                          for (unsigned int k = 0; k < 3; ++k)
-                            add_both(spaces.point_multiplier(p, 3 + k), column,
-                                     scale * w.weight * turned[k][c]);
-                        }
-                    }
-                  });
+        for_boundary_faces(spaces, point.surface, wanted,
+                           [&](const auto &cell, const FEFaceValues<3> &values)
+                           {
+                             cell->get_dof_indices(nodes);
+                             for (unsigned int a = 0; a < nodes.size(); ++a)
+                             {
+                               double area = 0;
+                               Tensor<1, 3> first; // int N (x - x_c)
+                               for (const unsigned int q : values.quadrature_point_indices())
+                               {
+                                 const double w = values.JxW(q) * values.shape_value(a, q);
+                                 area += w;
+                                 first += w * (values.quadrature_point(q) - of.place);
+                               }
+                               if (area == 0 && first.norm() == 0)
+                                 continue;
+                               const Tensor<2, 3> turned = rotation * cross_matrix(first);
+                               for (const WeightedNode &w : spaces.expand(nodes[a]))
+                                 for (unsigned int c = 0; c < 3; ++c)
+                                 {
+                                   const unsigned int column = spaces.equation(w.node, c);
+                                   if (column == FiniteElementSpace<3>::none)
+                                     continue;
+                                   add_both(spaces.point_multiplier(p, c), column,
+                                            scale * w.weight * area / of.area);
+                                   for (unsigned int k = 0; k < 3; ++k)
+                                     add_both(spaces.point_multiplier(p, 3 + k), column,
+                                              scale * w.weight * turned[k][c]);
+                                 }
+                             }
+                           });
         if (is_first)
           for (unsigned int k = 0; k < 6; ++k)
             add_both(spaces.point_multiplier(p, k), spaces.point(p, k), -scale);

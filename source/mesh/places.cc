@@ -1,10 +1,9 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/text.h>
+#include <squeal/mesh/boundary_faces.h>
 #include <squeal/mesh/places.h>
 
 #include <deal.II/base/mpi.h>
-#include <deal.II/base/quadrature_lib.h>
-#include <deal.II/fe/fe_values.h>
 
 #include <algorithm>
 #include <cmath>
@@ -122,27 +121,22 @@ namespace squeal
     {
       NodeWeights result;
       double area = 0;
-      FEFaceValues<dim> values(spaces.mapping, spaces.fe, QGauss<dim - 1>(spaces.fe.degree + 2),
-                               update_values | update_JxW_values);
       std::vector<types::global_dof_index> nodes(spaces.fe.n_dofs_per_cell());
-      for (const auto &cell : spaces.nodes.active_cell_iterators())
-        if (cell->is_locally_owned())
-          for (const unsigned int f : cell->face_indices())
-            if (cell->face(f)->at_boundary() && boundaries.count(cell->face(f)->boundary_id()) > 0)
-            {
-              values.reinit(cell, f);
-              cell->get_dof_indices(nodes);
-              for (const unsigned int q : values.quadrature_point_indices())
-                area += values.JxW(q);
-              for (unsigned int a = 0; a < nodes.size(); ++a)
-              {
-                double weight = 0;
-                for (const unsigned int q : values.quadrature_point_indices())
-                  weight += values.JxW(q) * values.shape_value(a, q);
-                result.nodes.push_back(nodes[a]);
-                result.weights.push_back(weight);
-              }
-            }
+      for_boundary_faces(spaces, boundaries, update_values | update_JxW_values,
+                         [&](const auto &cell, const FEFaceValues<dim> &values)
+                         {
+                           cell->get_dof_indices(nodes);
+                           for (const unsigned int q : values.quadrature_point_indices())
+                             area += values.JxW(q);
+                           for (unsigned int a = 0; a < nodes.size(); ++a)
+                           {
+                             double weight = 0;
+                             for (const unsigned int q : values.quadrature_point_indices())
+                               weight += values.JxW(q) * values.shape_value(a, q);
+                             result.nodes.push_back(nodes[a]);
+                             result.weights.push_back(weight);
+                           }
+                         });
       area = Utilities::MPI::sum(area, spaces.comm);
       if (!(area > 0))
         throw InputError(where + ": the mesh has no face of this surface.");

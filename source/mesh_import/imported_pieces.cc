@@ -20,7 +20,9 @@ namespace squeal
   {
     assign_materials(prm.materials());
     mesh.connect_cells();
-    find_pieces(!prm.mesh.rotor.empty());
+    find_pieces();
+    if (rotor.empty() && !prm.mesh.rotor.empty())
+      mesh.fail("Rotor", "the rotor has no cells.");
     tied = pieces;
     take_points(prm.joints);
     take_superelements(prm.joints);
@@ -77,7 +79,7 @@ namespace squeal
                   "Mesh/Part's Volumes.");
   }
 
-  void ImportedPieces::find_pieces(const bool has_rotor)
+  void ImportedPieces::find_pieces()
   {
     for (const MeshFile::Cell &cell : mesh.file.cells)
       for (const unsigned int node : cell.nodes)
@@ -89,8 +91,6 @@ namespace squeal
         mesh.fail("Contact pairs", "rotor and pad hang together by common nodes, " +
                                        mesh.element(cell) + " and " + mesh.element(other->second) +
                                        ". Surfaces in contact need nodes of their own.");
-    if (rotor.empty() && has_rotor)
-      mesh.fail("Rotor", "the rotor has no cells.");
   }
 
   unsigned int ImportedPieces::of_cell(const unsigned int cell) const

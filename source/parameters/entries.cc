@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 namespace squeal::Parameters
 {
@@ -22,22 +21,29 @@ namespace squeal::Parameters
     return result;
   }
 
+  std::optional<double> to_number(const std::string &word)
+  {
+    try
+    {
+      const double value = dealii::Utilities::string_to_double(word);
+      return std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
+    }
+    catch (const std::exception &)
+    {
+      return std::nullopt;
+    }
+  }
+
   bool read_numbers(const std::string &text, std::vector<double> &numbers)
   {
     numbers.clear();
     for (const std::string &word : split_string_list(text, ' '))
       if (!word.empty())
       {
-        try
-        {
-          numbers.push_back(dealii::Utilities::string_to_double(word));
-        }
-        catch (const dealii::ExceptionBase &)
-        {
+        const std::optional<double> value = to_number(word);
+        if (!value)
           return false;
-        }
-        if (!std::isfinite(numbers.back()))
-          return false;
+        numbers.push_back(*value);
       }
     return !numbers.empty();
   }
@@ -46,18 +52,13 @@ namespace squeal::Parameters
   {
     const bool is_range = values.find(':') != std::string::npos;
     std::vector<double> numbers;
-    for (const std::string &word :
-         dealii::Utilities::split_string_list(values, is_range ? ':' : ','))
-      try
-      {
-        numbers.push_back(dealii::Utilities::string_to_double(word));
-      }
-      catch (const std::exception &)
-      {
-        numbers.push_back(std::numeric_limits<double>::quiet_NaN());
-      }
-    const bool finite = std::all_of(numbers.begin(), numbers.end(),
-                                    [](const double x) { return std::isfinite(x); });
+    bool finite = true;
+    for (const std::string &word : split_string_list(values, is_range ? ':' : ','))
+    {
+      const std::optional<double> value = to_number(word);
+      finite                            = finite && value;
+      numbers.push_back(value.value_or(0));
+    }
     if (!finite || numbers.empty() ||
         (is_range && (numbers.size() != 3 || numbers[2] < 2 ||
                       numbers[2] != std::floor(numbers[2]) || numbers[2] > 100000)))

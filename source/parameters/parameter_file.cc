@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -429,11 +428,7 @@ namespace squeal
     if (!is_allowed(value) &&
         (entry->pattern.rfind("[Double", 0) == 0 || entry->pattern.rfind("[Integer", 0) == 0))
       if (const std::optional<double> number = constant_expression(value))
-      {
-        char text[40];
-        std::snprintf(text, sizeof(text), "%.17g", *number);
-        used = text;
-      }
+        used = squeal::number(*number, 17);
     if (!is_allowed(used))
       throw InputError(where + ": " + path + " = " + value + ": not allowed. Allowed: " +
                        allowed(entry->pattern) + " " + entry->documentation);
@@ -467,11 +462,7 @@ namespace squeal
     const auto set_all = [&](const std::vector<double> &to)
     {
       for (unsigned int k = 0; k < paths.size(); ++k)
-      {
-        char text[40];
-        std::snprintf(text, sizeof(text), "%.17g", to[k]);
-        set(paths[k], text, "Sweep/Values");
-      }
+        set(paths[k], number(to[k], 17), "Sweep/Values");
     };
     try
     {

@@ -491,29 +491,39 @@ namespace squeal
              "and none.");
     }
 
+    namespace
+    {
+      /// Refuses a key for runs with several values or stages. @p results: what there would be.
+      void need_one_result(const All &all, const std::string &key, const std::string &results)
+      {
+        const auto refuse = [&](const std::string &what, const std::string &each)
+        {
+          throw InputError(key + ": with " + what + " there would be " + results + " for each " +
+                           each + ". Run the " + each + " that is wanted by itself.");
+        };
+        if (all.varies_parameters())
+          refuse(all.sweep.active() ? "Sweep/Parameter = " + all.sweep.parameter
+                                    : "the section Sampling",
+                 "value");
+        if (all.stage == Stage::ladder)
+          refuse("Stage = ladder", "stage");
+      }
+    } // namespace
+
     void All::check_export() const
     {
-      const auto refuse = [this](const std::string &what, const std::string &why)
-      {
-        throw InputError((output.matrices ? "Output/Matrices = true"
-                                          : "Output/Superelement = " + output.superelement) +
-                         ": with " + what + " " + why);
-      };
+      const std::string key = output.matrices ? "Output/Matrices = true"
+                                              : "Output/Superelement = " + output.superelement;
       if (!output.superelement.empty())
       {
         output.superelement_of();
         if (scene != Scene::mesh)
           throw InputError("Output/Superelement: allowed with Scene = mesh only.");
       }
-      if (varies_parameters())
-        refuse(sweep.active() ? "Sweep/Parameter = " + sweep.parameter : "the section Sampling",
-               "there would be matrices for each value. Run the value that is wanted by itself.");
-      if (stage == Stage::ladder)
-        refuse("Stage = ladder",
-               "there would be matrices for each stage. Run the stage that is wanted by itself.");
+      need_one_result(*this, key, "matrices");
       if (!eigenproblem.is_solved() || eigenproblem.is_matrix_free())
-        refuse("Eigenproblem/Solver = " + name_of(eigenproblem.solver),
-               "there are no matrices; allowed are block_krylov, krylov and dense.");
+        throw InputError(key + ": with Eigenproblem/Solver = " + name_of(eigenproblem.solver) +
+                         " there are no matrices; allowed are block_krylov, krylov and dense.");
     }
 
     void All::check_response() const
@@ -521,19 +531,15 @@ namespace squeal
       response.check(eigenproblem, n_components());
       if (!response.active())
         return;
-      const auto refuse = [](const std::string &what, const std::string &why)
-      { throw InputError("Response/Forces: with " + what + " " + why); };
+      const std::string key = "Response/Forces";
       if (scene == Scene::matrices)
-        refuse("Scene = matrices", "there are no places; export to another program instead.");
-      if (varies_parameters())
-        refuse(sweep.active() ? "Sweep/Parameter = " + sweep.parameter : "the section Sampling",
-               "there would be a response for each value. Run the value that is wanted by itself.");
-      if (stage == Stage::ladder)
-        refuse("Stage = ladder",
-               "there would be a response for each stage. Run the stage that is wanted by itself.");
+        throw InputError(key + ": with Scene = matrices there are no places; export to another "
+                               "program instead.");
+      need_one_result(*this, key, "a response");
       if (eigenproblem.is_matrix_free())
-        refuse("Eigenproblem/Solver = " + name_of(eigenproblem.solver),
-               "there are no matrices; allowed are block_krylov, krylov, dense and none.");
+        throw InputError(key + ": with Eigenproblem/Solver = " + name_of(eigenproblem.solver) +
+                         " there are no matrices; allowed are block_krylov, krylov, dense and "
+                         "none.");
     }
 
     void All::check_friction_of_pads() const

@@ -62,16 +62,19 @@ namespace squeal
                           [](const double x) { return x == 0; }))
             refuse();
           // Coordinates are the last words, if these are numbers.
-          place.name           = entry[0];
-          std::size_t position = entry[0].size();
-          for (unsigned int k = 0; k < n_components && position != std::string::npos; ++k)
-            position = entry[0].find_last_of(' ', position == 0 ? position : position - 1);
-          const std::size_t begin = position == std::string::npos ? 0 : position + 1;
+          place.name       = entry[0];
+          std::size_t last = entry[0].size();
+          for (unsigned int k = 0; k < n_components && last != std::string::npos; ++k)
+          {
+            last = entry[0].find_last_of(' ', last); // before the word
+            last = last == std::string::npos ? last : entry[0].find_last_not_of(' ', last);
+          }
+          const std::size_t begin = last == std::string::npos ? 0 : last + 1;
           if (std::vector<double> numbers;
               read_numbers(entry[0].substr(begin), numbers) && numbers.size() == n_components)
           {
             place.point = numbers;
-            place.name  = begin == 0 ? "" : entry[0].substr(0, begin - 1);
+            place.name  = entry[0].substr(0, begin);
           }
           result.push_back(std::move(place));
         }

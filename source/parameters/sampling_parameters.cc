@@ -1,5 +1,6 @@
 #include <squeal/linalg/dense.h>
 #include <squeal/parameters/declare.h>
+#include <squeal/parameters/entries.h>
 #include <squeal/parameters/parameters.h>
 
 #include <boost/math/distributions/normal.hpp>
@@ -67,15 +68,8 @@ namespace squeal
     {
       double number_of(const std::string &word, const std::string &where)
       {
-        try
-        {
-          const double value = dealii::Utilities::string_to_double(word);
-          if (std::isfinite(value))
-            return value;
-        }
-        catch (const std::exception &)
-        {
-        }
+        if (const std::optional<double> value = to_number(word))
+          return *value;
         throw InputError(where + ": '" + word + "' is not a number.");
       }
 

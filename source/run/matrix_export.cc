@@ -326,10 +326,9 @@ namespace squeal
       template <int dim>
       std::vector<std::string> bodies_of_nodes(const FiniteElementSpace<dim> &spaces) const
       {
-        std::map<types::material_id, std::string> names = {{rotor_body, "rotor"}};
-        for (const ContactInterface &interface : spaces.geometry.interfaces)
-          if (interface.slides())
-            names[interface.pad] = interface.name;
+        std::map<types::material_id, std::string> names;
+        for (const auto &[name, body] : spaces.geometry.named_bodies())
+          names[body] = name;
         const IndexSet &owned = spaces.nodes.locally_owned_dofs();
         std::vector<std::string> result(owned.n_elements());
         std::vector<types::global_dof_index> cell_nodes(spaces.fe.n_dofs_per_cell());

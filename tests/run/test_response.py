@@ -139,7 +139,7 @@ class Response(st.TestCase):
             self.assertLessEqual(abs(value - ranks[key][0]), 2 * error)
         still = self.response({**BRAKE, "Stage": "elastic", "Response/Frequencies": "500, 2500", "Response/Method": "direct",
                                "Eigenproblem/Solver": "none", "Response/Observations": "", "Response/Forces":
-                               "rotor 0.14 0.01 0.002 : 0 0 1, upper_pad.back : 0 0 1"})
+                               "rotor  0.14  0.01 0.002 : 0 0 1, upper_pad.back : 0 0 1"})
         for frequency in (500, 2500):
             there, back = still[frequency, 1, 2][0], still[frequency, 2, 1][0]
             self.assertLessEqual(abs(there - back), 1e-7 * abs(there))

@@ -45,7 +45,7 @@ namespace squeal
 
   private:
     void assign_materials(const std::vector<Parameters::BodyMaterial> &materials);
-    void find_pieces(bool has_rotor);
+    void find_pieces();
     void take_points(const Parameters::Joints &joints);
     void take_superelements(const Parameters::Joints &joints);
     void take_ties();

@@ -4,7 +4,6 @@
 
 #include <squeal/assessment/frequency_response.h>
 #include <squeal/eigen/eigensolvers.h>
-#include <squeal/linalg/complex_dense.h>
 
 namespace squeal::tests::frequency_response_tests
 {
