@@ -2,6 +2,7 @@
 #include <squeal/assessment/error_estimators.h>
 #include <squeal/assessment/local_problems.h>
 #include <squeal/assessment/locking.h>
+#include <squeal/assessment/second_sides.h>
 #include <squeal/assessment/stability.h>
 #include <squeal/assessment/surface_vectors.h>
 #include <squeal/contact/contact_forces.h>
@@ -501,6 +502,7 @@ namespace squeal
         sum.compress(VectorOperation::add);
         sum.update_ghost_values();
       }
+      const SecondSides<dim> second_sides(spaces, contact.get(), shares);
       for (unsigned int cell = 0; cell < map->cells.size(); ++cell)
         for (const auto &entry : map->cells[cell])
           if (entry.direct)
@@ -511,6 +513,7 @@ namespace squeal
                 hanging = count > 0 ? 2 * sums[1].local_element(entry.index) / count : 0;
             shares[cell][entry.unknown] /= std::sqrt(direct * (direct + hanging));
           }
+      second_sides.reduce(shares);
       for (Column &residual : residuals)
         residual.update_ghost_values();
     }

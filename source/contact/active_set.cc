@@ -12,6 +12,7 @@ namespace squeal
     std::fill(by_row.begin(), by_row.end(), true);
     for (std::vector<bool> &points : by_point)
       std::fill(points.begin(), points.end(), true);
+    slipping.clear();
   }
 
   std::size_t ActiveSet::hash(const MPI_Comm comm) const

@@ -13,7 +13,7 @@ namespace squeal
       : space(&spaces), model(model), element(spaces.fe.degree),
         surfaces(std::make_shared<const std::vector<PairedInterface<dim>>>(
             pair_interfaces(spaces, element))),
-        active{std::vector<bool>(spaces.rows.size, true), {}}
+        active{std::vector<bool>(spaces.rows.size, true), {}, {}}
   {
     MultiVector mark(space->rows, 1);
     const auto local = [&](const unsigned int row)
@@ -141,6 +141,8 @@ namespace squeal
   std::vector<unsigned int> Contact<dim>::with_tractions(const unsigned int pressure) const
   {
     std::vector<unsigned int> rows = {pressure};
+    if (active.slipping.count(pressure) > 0)
+      return rows;
     for (unsigned int row = pressure + 1;
          row < unknowns.size() &&
          (unknowns[row] == Unknown::traction || unknowns[row] == Unknown::held);
@@ -148,6 +150,14 @@ namespace squeal
       if (unknowns[row] == Unknown::traction)
         rows.push_back(row);
     return rows;
+  }
+
+  template <int dim>
+  void Contact<dim>::let_slip(const unsigned int pressure)
+  {
+    for (const unsigned int row : with_tractions(pressure))
+      active.by_row[row] = active.by_row[row] && row == pressure;
+    active.slipping.insert(pressure);
   }
 
   template <int dim>
@@ -200,7 +210,7 @@ namespace squeal
   }
 
   template <int dim>
-  ActiveSetChange Contact<dim>::update_active_set(const MultiVector &state)
+  ActiveSetChange Contact<dim>::update_active_set(const MultiVector &state, const bool only_one)
   {
     const std::vector<double> global = replicate(state);
     ActiveSetChange change;
@@ -240,6 +250,7 @@ namespace squeal
       for (unsigned int row = 0; row < space->rows.size; ++row)
         if (unknowns[row] == Unknown::pressure)
           largest_pressure = std::max(largest_pressure, std::abs(global[row]));
+      std::vector<unsigned int> broken;
       for (unsigned int row = 0; row < space->rows.size; ++row)
         if (unknowns[row] == Unknown::pressure)
         {
@@ -250,10 +261,18 @@ namespace squeal
             change.largest_penetration = std::max(change.largest_penetration, penetration);
           const bool now = active.by_row[row] ? global[row] >= -1e-12 * largest_pressure
                                               : penetration > 1e-12 * size;
-          change.n_changed += now != active.by_row[row];
           change.n_active += now;
-          set_closed(with_tractions(row), now);
+          if (now != active.by_row[row])
+            broken.push_back(row);
         }
+      change.n_changed = broken.size();
+      if (only_one && !broken.empty())
+        broken = {broken.back()};
+      for (const unsigned int row : broken)
+        if (only_one && active.by_row[row] && with_tractions(row).size() > 1)
+          let_slip(row);
+        else
+          set_closed(with_tractions(row), !active.by_row[row]);
     }
     else
     {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <iterator>
 
 namespace squeal
 {
@@ -213,6 +214,25 @@ namespace squeal
       }
       return Utilities::MPI::max(largest_ratio, contact.spaces().comm);
     }
+
+    /// The closed nodes of a contact that slip. Collective.
+    template <int dim>
+    unsigned int n_slipping(const Contact<dim> &contact, const unsigned int interface)
+    {
+      const std::set<unsigned int> &slipping = contact.active_set().slipping;
+      if (slipping.empty())
+        return 0;
+      std::vector<char> is_here(slipping.size());
+      for (const ContactFace<dim> &face : contact.paired_interfaces()[interface].pad_faces)
+        for (const auto &nodes : face.nodes)
+          for (const FreeNode<dim> &node : nodes)
+            if (node.equations[dim] >= 0 && contact.is_active(node))
+              if (const auto found = slipping.find(node.equations[dim]); found != slipping.end())
+                is_here[std::distance(slipping.begin(), found)] = 1;
+      MPI_Allreduce(MPI_IN_PLACE, is_here.data(), is_here.size(), MPI_CHAR, MPI_MAX,
+                    contact.spaces().comm);
+      return std::count(is_here.begin(), is_here.end(), 1);
+    }
   } // namespace
 
   template <int dim>
@@ -290,7 +310,10 @@ namespace squeal
     if (state)
       for (unsigned int i = 0; i < results.size(); ++i)
         if (contact.sticks(i))
+        {
           results[i].needed_friction = needed_friction(contact, i, global);
+          results[i].n_slipping      = n_slipping(contact, i);
+        }
     for (ContactResultants &r : results)
     {
       for (double *sum : {&r.area, &r.normal_force, &r.friction_force, &r.friction_torque})

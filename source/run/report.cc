@@ -127,6 +127,11 @@ namespace squeal
                             "%.3g at its worst node",
                             joint.friction_force, joint.needed_friction)
                 : std::string()));
+    if (joint.n_slipping > 0)
+      log.line(
+          formatted("  %u of its closed nodes slip: stuck they would be pulled apart, open they "
+                    "would overlap.",
+                    joint.n_slipping));
     if (joint.friction > 0 && joint.needed_friction > joint.friction)
       log.line(
           formatted("Warning: the contact %s has the friction coefficient %g (Joints/Contacts): "

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -57,12 +58,13 @@ namespace squeal
     /// Pressures and contacts of a new state, and a line about them. Returns whether neither
     /// changes any more.
     template <int dim>
-    bool take_step(Contact<dim> &contact, StaticEquilibrium &result, const MPI_Comm comm)
+    bool take_step(Contact<dim> &contact, StaticEquilibrium &result, const MPI_Comm comm,
+                   const bool only_one = false)
     {
       auto pressure       = contact.pressure_of(result.state);
       const double change = relative_change(result.pressure, pressure, comm);
       result.pressure     = std::move(pressure);
-      const auto set      = contact.update_active_set(result.state);
+      const auto set      = contact.update_active_set(result.state, only_one);
       result.iterations.push_back(
           {set.n_active, set.n_changed, set.largest_tension, set.largest_penetration, change, 0});
       return set.n_changed == 0 &&
@@ -238,6 +240,35 @@ namespace squeal
       using SolverError::SolverError;
     };
 
+    /// How many contacts may change in a step: all that break the conditions, which is a Newton
+    /// step, until the sets repeat; then the last one alone (Murty 1974: no set comes twice, if the
+    /// contact's compliance is a P-matrix), until fewer break them than ever before, and all
+    /// again. (Block principal pivoting: Judice and Pires, Comput. Oper. Res. 21 (1994) 587.)
+    class Pivoting
+    {
+    public:
+      bool only_one() const
+      {
+        return one;
+      }
+      /// After a step that found that so many contacts break the conditions, and led to this set.
+      void note(const unsigned int n_broken, const std::size_t set)
+      {
+        if (n_broken < fewest)
+        {
+          fewest = n_broken;
+          one    = false;
+        }
+        if (!one && !visited.insert(set).second)
+          one = true;
+      }
+
+    private:
+      bool one            = false;
+      unsigned int fewest = std::numeric_limits<unsigned int>::max();
+      std::set<std::size_t> visited; // by all contacts
+    };
+
     template <int dim>
     void iterate(const LinearSolver<dim> &solver, const StaticProblem &problem,
                  Contact<dim> &contact, StaticEquilibrium &result)
@@ -246,7 +277,7 @@ namespace squeal
       result.pressure     = contact.uniform_pressure(0);
       result.state        = MultiVector(problem.load.row_range(), 1);
 
-      std::set<std::size_t> visited;
+      Pivoting pivoting;
       // The edge of the contact zone moves by about one row of contacts in a step.
       unsigned int max_iterations = 60;
       bool accurate               = solver.is_direct;
@@ -257,7 +288,7 @@ namespace squeal
         const unsigned int n_linear =
             solver.solve(contact, result.pressure, total_load(contact, result.pressure, problem),
                          accurate, result.state);
-        const bool settled                = take_step(contact, result, comm);
+        const bool settled                = take_step(contact, result, comm, pivoting.only_one());
         result.iterations.back().n_linear = n_linear;
         if (settled && accurate)
         {
@@ -277,9 +308,7 @@ namespace squeal
           throw SolverError("The static equilibrium has no contact on the pad '" + lost.front() +
                                 "': nothing presses it onto the rotor.",
                             {Failure::contact_lost});
-        if (result.iterations.back().n_changed > 0 &&
-            !visited.insert(contact.active_set().hash(comm)).second)
-          break;
+        pivoting.note(result.iterations.back().n_changed, contact.active_set().hash(comm));
       }
       const unsigned int n_steps = result.iterations.size();
       throw Unsettled(

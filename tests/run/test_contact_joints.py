@@ -90,6 +90,24 @@ class PlatesInContact(st.TestCase):
                     "Joints/Ties": ", ".join(SURFACES), "Joints/Contacts": ""}))
                 self.assertGreater(max(min(abs(l - m) for m in joints.eigenvalues(tied)) for l in expected), 5)
 
+    def test_neither_stuck_nor_open(self):
+        """Sets of contacts that repeat: a node that stuck would be pulled apart, and open would overlap, slips."""
+        self.write_brake(n_around=(2, 5))
+        settings = self.settings("stick", **{
+            "Joints/Contacts": "upper.plate.low : upper.high : stick, lower.plate.high : lower.low : stick",
+            "Pads/Pressure profile": "1 + 25*y", "Contact/Friction/Coefficient": 0.5,
+            "Eigenproblem/Maximum frequency": 3000, "Eigenproblem/Error bars": "false"})
+        results = self.analyse(settings)
+        log = (results / "log.txt").read_text()
+        self.assertIn("No contact changes any more", log)
+        self.assertIn("of its closed nodes slip: stuck they would be pulled apart", log)
+        expected = joints.eigenvalues(st.read_table(results / "modes.csv"))
+        self.assertGreater(len(expected), 3)
+        self.assertSameModes(joints.eigenvalues(self.modes(settings, ranks=2)), expected, 1e-7)
+        sweep = {"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.4, 0.5"}
+        rows = st.read_table(self.analyse({**settings, **sweep}) / "sweep.csv")
+        self.assertSameModes([st.eigenvalue(row) for row in rows if row["parameter"] == 0.5], expected, 1e-6)
+
     def test_bars_hold(self):
         """Bars of a partly open stick contact against a mesh of half the size."""
         self.write_brake(n_around=(4, 3))

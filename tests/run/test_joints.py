@@ -114,6 +114,31 @@ class Parts(st.TestCase):
         self.write("brake.msh", mesh_files.msh2(mesh))
         return mesh
 
+    def test_bars_of_a_soft_second_side(self):
+        """A soft shim on a plate is the second side of a tie and reaches beyond the lining, whose edges lie inside of its
+        cells. The lining holds it, too, and the bars know."""
+        mesh, half = mesh_files.brake(), math.radians(25)
+        for pad, sign in {"upper": 1, "lower": -1}.items():
+            layers = [f"{pad}.shim", f"{pad}.plate"][::sign]
+            mesh.sector(f"{pad}.back", mesh_files.equal(0.08, 0.15, 2), mesh_files.equal(-1.15 * half, 1.15 * half, 2),
+                        sorted(sign * z for z in (0.018, 0.0185, 0.024)), volume_of=lambda k, layers=layers: layers[k])
+        self.write("brake.msh", mesh_files.msh2(mesh))
+        back = "upper.back.high, lower.back.low"
+        settings = self.settings(**{
+            "Joints/Ties": "upper.high : upper.back.low, lower.low : lower.back.high", "Mesh/Guided": back,
+            "Mesh/Pressure on": back, "Mesh/Part 2/Volumes": "upper.shim, lower.shim", "Mesh/Part 2/Body": "parts",
+            "Mesh/Part 2/Material/Young modulus": 1e8, "Mesh/Part 2/Material/Poisson ratio": 0.4,
+            "Pads/Material/Young modulus": 2e11, "Eigenproblem/Maximum frequency": 2000})
+        modes, finer = self.modes(settings), self.modes({**settings, "Discretization/Degree": 3})
+        self.assertGreater(len(finer), 5)
+        self.assertEqual(len(modes), len(finer))
+        for mode, fine in zip(modes, finer):
+            for value, bar in [("frequency_hz", "frequency_error_hz"),
+                               ("growth_rate_1_per_s", "growth_rate_error_1_per_s")]:
+                self.assertLessEqual(abs(mode[value] - fine[value]), mode[bar] + fine[bar], (mode["mode"], value))
+            self.assertLess(fine["frequency_error_hz"], 0.04 * fine["frequency_hz"], fine["mode"])
+            self.assertLess(fine["growth_rate_error_1_per_s"], 15, fine["mode"])
+
     def test_plates(self):
         """Plates that share the lining's nodes, tied plates with the same nodes, and with others: the first two are one
         problem, the third agrees within its bars."""

@@ -3,6 +3,7 @@
 #include <mpi.h>
 
 #include <cstddef>
+#include <set>
 #include <vector>
 
 namespace squeal
@@ -13,6 +14,7 @@ namespace squeal
   {
     std::vector<bool> by_row;                ///< by equation, the same on all ranks; mortar
     std::vector<std::vector<bool>> by_point; ///< by interface and point of this rank; penalty
+    std::set<unsigned int> slipping;         ///< equations of the pressures without tractions
 
     void close();
     /// A number that tells sets apart. Collective.
@@ -26,7 +28,8 @@ namespace squeal
   /// What a step of the primal-dual active set has changed.
   struct ActiveSetChange
   {
-    unsigned int n_changed = 0, n_active = 0;
+    unsigned int n_changed     = 0; ///< those that broke the conditions
+    unsigned int n_active      = 0;
     double largest_tension     = 0; ///< of an active multiplier, Pa
     double largest_penetration = 0; ///< of an inactive multiplier (mean weighted gap), m
   };

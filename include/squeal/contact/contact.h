@@ -110,8 +110,9 @@ namespace squeal
     ContactPressure pressure_of(const MultiVector &state) const;
 
     /// Releases multipliers (mortar) or points (penalty) in tension and closes released ones that
-    /// penetrate: a step of the primal-dual active set. Collective.
-    ActiveSetChange update_active_set(const MultiVector &state);
+    /// penetrate: a step of the primal-dual active set. @p only_one: of multipliers that break the
+    /// conditions, the last one only; one that sticks slips before it is released. Collective.
+    ActiveSetChange update_active_set(const MultiVector &state, bool only_one = false);
     const ActiveSet &active_set() const
     {
       return active;
@@ -143,8 +144,10 @@ namespace squeal
     }
 
     /// The equation of a pressure and those of the tangential tractions that are there only with
-    /// it.
+    /// it: none where it slips.
     std::vector<unsigned int> with_tractions(unsigned int pressure) const;
+    /// Lets a pressure of a stick contact slip from now on, without tangential tractions.
+    void let_slip(unsigned int pressure);
 
     /// Names of the pads without any active multiplier or point. Collective.
     std::vector<std::string> lost_contacts() const;

@@ -40,7 +40,9 @@ namespace squeal
     /// is more than a thousandth of the largest; and the coefficient up to which it sticks, or
     /// zero: it is not known.
     double needed_friction = 0, friction = 0;
-    double area = 0;
+    /// Closed nodes of a stick contact that cannot stick (Contact::let_slip).
+    unsigned int n_slipping = 0;
+    double area             = 0;
     /// At the pad's nodes for mortar contact and a static state, else at the quadrature points.
     double max_pressure = 0, min_pressure = 0;
     double max_penetration = 0; ///< meaningful only for a computed state
