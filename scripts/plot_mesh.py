@@ -14,7 +14,13 @@ import pathlib
 
 from plotting import load_pyplot, stop
 
-FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]  # outwards
+# Faces of the elements of Gmsh, by number of corners: hexahedra, wedges, tetrahedra; outwards
+FACES = {8: [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)],
+         6: [(0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)],
+         4: [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]}
+# Corners of the elements by their type, of order 1 and 2
+SOLIDS = {4: 4, 5: 8, 6: 6, 11: 4, 12: 8, 13: 6, 17: 8, 18: 6}
+SURFACES = {2: 3, 3: 4, 9: 3, 10: 4, 16: 4}
 
 
 def fail(message):
@@ -22,7 +28,7 @@ def fail(message):
 
 
 def read(path):
-    """Nodes {tag: xyz}, hexahedra [(volume name, tags)], quadrilaterals {sorted tags: surface name}."""
+    """Nodes {tag: xyz}, solid elements [(volume name, corners)], faces {sorted corners: surface name}."""
     try:
         lines = iter(pathlib.Path(path).read_text().splitlines())
     except OSError as error:
@@ -55,10 +61,10 @@ def read(path):
                 dim, entity, kind, count = map(int, next(lines).split())
                 for _ in range(count):
                     tags = [int(word) for word in next(lines).split()[1:]]
-                    if kind == 5:
-                        cells.append((physical.get((dim, entity), "?"), tags))
-                    elif kind == 3:
-                        faces[tuple(sorted(tags))] = physical.get((dim, entity), "?")
+                    if kind in SOLIDS:
+                        cells.append((physical.get((dim, entity), "?"), tags[:SOLIDS[kind]]))
+                    elif kind in SURFACES:
+                        faces[tuple(sorted(tags[:SURFACES[kind]]))] = physical.get((dim, entity), "?")
     return nodes, cells, faces
 
 
@@ -66,7 +72,7 @@ def boundary(cells):
     """Faces that one cell has: [(volume name, tags)]."""
     seen = {}
     for name, tags in cells:
-        for face in FACES:
+        for face in FACES[len(tags)]:
             corners = [tags[v] for v in face]
             key = tuple(sorted(corners))
             seen[key] = None if key in seen else (name, corners)
@@ -83,7 +89,7 @@ def draw(axes, np, polygons, direction):
     light = np.array([0.35, 0.25, 0.9])
     items = []
     for corners, colour in polygons:
-        normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
+        normal = np.cross(corners[2] - corners[0], corners[-1] - corners[1])
         normal = normal / (np.linalg.norm(normal) or 1)
         if normal @ eye <= 0:
             continue
@@ -108,20 +114,23 @@ def main():
     import numpy as np
     nodes, cells, faces = read(arguments.file)
     if not cells:
-        fail(f"{arguments.file} has no hexahedra; tetrahedra and wedges are not drawn.")
+        fail(f"{arguments.file} has no hexahedra, wedges or tetrahedra.")
     place = {tag: np.array(x) for tag, x in nodes.items()}
     volumes = sorted({name for name, _ in cells})
-    palette = [(0.72, 0.74, 0.78), (0.85, 0.60, 0.35), (0.45, 0.60, 0.80), (0.60, 0.75, 0.50), (0.80, 0.55, 0.70)]
+    palette = [(0.72, 0.74, 0.78), (0.85, 0.60, 0.35), (0.45, 0.60, 0.80), (0.60, 0.75, 0.50), (0.80, 0.55, 0.70),
+               (0.85, 0.80, 0.45), (0.50, 0.75, 0.75)]
     z_of = {name: [place[tag][2] for other, tags in cells if other == name for tag in tags] for name in volumes}
     base = next((name for name in volumes if min(z_of[name]) < 0 < max(z_of[name])), volumes[0])
     # One colour for what comes in pairs: names that differ in their first word only.
     kinds = sorted({name.split()[-1] for name in volumes if name != base})
-    colours = {name: palette[0] if name == base else palette[1 + kinds.index(name.split()[-1]) % 4] for name in volumes}
+    colours = {name: palette[0] if name == base else palette[1 + kinds.index(name.split()[-1]) % (len(palette) - 1)] for name in volumes}
     every_z = [x[2] for x in place.values()]
+    # What reaches across z = 0 stays where it is.
+    across = {name for name in volumes if min(z_of[name]) < 0 < max(z_of[name])}
     lift = arguments.lift if arguments.lift is not None else (max(every_z) - min(every_z)) / 5
     polygons = []
     for name, corners in boundary(cells):
-        offset = 0 if name == base else lift * np.sign(np.mean(z_of[name]))
+        offset = 0 if name in across else lift * np.sign(np.mean(z_of[name]))
         group = faces.get(tuple(sorted(corners)))
         colour = tuple(0.6 * c for c in colours[name]) if group else colours[name]
         polygons.append((np.array([place[tag] for tag in corners]) + [0, 0, offset], colour))
@@ -131,7 +140,7 @@ def main():
     for name in [base] + [next(n for n in volumes if n != base and n.split()[-1] == kind) for kind in kinds]:
         label = name if name == base else name.split()[-1]
         left.plot([], [], "s", color=colours[name], markersize=11, label=label)
-    left.legend(loc="upper left", frameon=False, fontsize=12)
+    left.legend(loc="upper left", bbox_to_anchor=(-0.16, 1.02), frameon=False, fontsize=12)
     left.set_title("from above: dark are named surfaces", fontsize=12)
     right.set_title("from below", fontsize=12)
     figure.tight_layout()

@@ -1,26 +1,29 @@
 """Render a vibration mode of a brake, without a display:
 
     xvfb-run -a pvbatch scripts/render_mode.py OUTPUT_DIR [--mode N] [--cycle C] [--phase DEG] [--scale METRES]
-                                               [--output FILE.png]
+                                               [--output FILE.png] [--animation FILE.webp]
 
-Left: rotor and pads as they vibrate together, the displacement Re[u exp(i phase)] enlarged. Right: the same, the pads
-lifted off the rotor. Colour: the axial displacement u_z, in units of the largest component of the mode; the dark lines
+Left: all bodies as they vibrate together, the displacement Re[u exp(i phase)] enlarged. Right: the same, pads and parts
+lifted off the rotor, without those that reach across it (a caliper). With --animation the left one over a period. Colour: the axial displacement u_z, in units of the largest component of the mode; the dark lines
 across the rotor are the nodal lines u_z = 0.
-Needs ParaView (Debian: apt-get install --no-install-recommends paraview python3-paraview xvfb xauth).
+Needs ParaView (Debian: apt-get install --no-install-recommends paraview python3-paraview xvfb xauth), animations Pillow, too
+(python3-pil, which comes with python3-matplotlib).
 """
 
 import argparse
 import math
 import os
 import sys
+import tempfile
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # pvbatch does not
 
 from mode_choice import choose_mode, read_modes  # noqa: E402
 from plotting import rounded  # noqa: E402
 
-ROTOR, UPPER_PAD, LOWER_PAD = 0, 1, 2  # values of the field "body"
+ROTOR = 0  # value of the field "body"
 WIDTH, HEIGHT = 1600, 660  # pixels
+FRAMES, PERIOD = 16, 1.2  # of an animation: number, seconds
 
 
 def fail(message):
@@ -40,6 +43,7 @@ def parse_arguments():
     parser.add_argument("--scale", type=float, metavar="METRES",
                         help="largest displacement drawn; default: rotor radius / 14")
     parser.add_argument("--output", metavar="FILE.png", help="default: mode-C-N.png in OUTPUT_DIR")
+    parser.add_argument("--animation", metavar="FILE.webp", help="an animation over one period, in place of the picture")
     return parser.parse_args()
 
 
@@ -71,10 +75,9 @@ class Bodies:
         self.size = max(part.GetRange(-1)[1] for part in parts) or 1
         bounds = reader.GetDataInformation().GetBounds()
         self.radius = max(abs(value) for value in bounds[:4])
-        self.thickness = bounds[5] - bounds[4]
-        angle = math.radians(phase)
-        self.surfaces = {}
-        for body in (ROTOR, UPPER_PAD, LOWER_PAD):
+        self.thickness, self.middle = bounds[5] - bounds[4], 0
+        self.surfaces, self.sides, self.motions = {}, {}, []
+        for body in range(round(reader.PointData["body"].GetRange(0)[1]) + 1):
             # Not Threshold: in ParaView 5.11.0 (Debian 12) it crashes now and then on what was read from a .pvtu.
             part = reader
             for value, below in ((body - 0.5, 0), (body + 0.5, 1)):
@@ -82,12 +85,23 @@ class Bodies:
             part.UpdatePipeline()
             if part.GetDataInformation().GetNumberOfCells() == 0:
                 continue
+            low, high = part.GetDataInformation().GetBounds()[4:]
+            if body == ROTOR:
+                self.middle, self.thickness = (low + high) / 2, high - low
+            # 1 above the rotor's middle, -1 below, 0 on both sides
+            self.sides[body] = int(low > self.middle) - int(high < self.middle)
             # Cells do not share points in the file: weld them, or each would show its own faces.
             part = pv.ExtractSurface(Input=pv.CleantoGrid(Input=part))
-            part = pv.Calculator(Input=part, ResultArrayName="u",
-                                 Function=f"displacement_re_m*({math.cos(angle):.16g})"
-                                          f" - displacement_im_m*({math.sin(angle):.16g})")
+            part = pv.Calculator(Input=part, ResultArrayName="u")
+            self.motions.append(part)
             self.surfaces[body] = pv.Calculator(Input=part, ResultArrayName="u_z", Function="u_Z")
+        self.set_phase(phase)
+
+    def set_phase(self, phase):
+        angle = math.radians(phase)
+        for motion in self.motions:
+            motion.Function = (f"displacement_re_m*({math.cos(angle):.16g})"
+                               f" - displacement_im_m*({math.sin(angle):.16g})")
 
     def displaced(self, source, scale, lift):
         """A surface or line moved by the displacement times scale and lifted along the axis."""
@@ -96,9 +110,11 @@ class Bodies:
 
 
 def show(pv, view, bodies, scale, lift):
-    """All bodies in one view, the pads moved away from the rotor by lift."""
+    """All bodies in one view; lifted, those on one side of the rotor are moved away from it, others left out."""
     for body, surface in bodies.surfaces.items():
-        offset = {ROTOR: 0, UPPER_PAD: lift, LOWER_PAD: -lift}[body]
+        if lift and body != ROTOR and bodies.sides[body] == 0:
+            continue
+        offset = bodies.sides[body] * lift
         moved = bodies.displaced(surface, scale, offset)
         smooth = pv.GenerateSurfaceNormals(Input=moved, FeatureAngle=40)
         display = pv.Show(smooth, view)
@@ -149,10 +165,48 @@ def label(pv, view, text, position, size, bold=False):
     display.Bold = int(bold)
 
 
+def colours(pv, bodies):
+    table = pv.GetColorTransferFunction("u_z")
+    table.AutomaticRescaleRangeMode = "Never"
+    table.ApplyPreset("Cool to Warm", True)
+    table.Discretize, table.NumberOfTableValues = 1, 50  # hardly visible steps, a file of half the size
+    table.RescaleTransferFunction(-bodies.largest, bodies.largest)
+    return table
+
+
+def animate(pv, path, bodies, scale, words):
+    """One period, as a browser plays it."""
+    try:
+        from PIL import Image
+    except ImportError as error:
+        fail(f"an animation needs Pillow ({error}). Debian: apt-get install python3-pil")
+    view = make_view(pv, [WIDTH // 2, HEIGHT])
+    show(pv, view, bodies, scale, 0)
+    look(view, [0, 0, 0.05 * bodies.radius], (52, 0), 6 * bodies.radius, 20)
+    label(pv, view, words, [0.03, 0.92], 27, bold=True)
+    colours(pv, bodies)
+    frames = []
+    with tempfile.TemporaryDirectory() as scratch:
+        for frame in range(FRAMES):
+            bodies.set_phase(360 * frame / FRAMES)
+            picture = os.path.join(scratch, "frame.png")
+            pv.SaveScreenshot(picture, view, ImageResolution=[WIDTH // 2, HEIGHT], OverrideColorPalette="WhiteBackground")
+            with Image.open(picture) as image:
+                frames.append(image.convert("RGB"))
+    try:
+        frames[0].save(path, save_all=True, append_images=frames[1:], duration=round(1000 * PERIOD / FRAMES), loop=0,
+                       quality=60)
+    except (OSError, ValueError) as error:
+        fail(f"{path} was not written: {error}")
+
+
 def render(pv, arguments, path, words):
     pv._DisableFirstRenderCameraReset()
     bodies = Bodies(pv, path, arguments.phase)
     scale = (arguments.scale or bodies.radius / 14) / bodies.size
+    if arguments.animation:
+        animate(pv, arguments.animation, bodies, scale, words)
+        return
     layout = pv.CreateLayout("mode")
     left, right = make_view(pv, [WIDTH // 2, HEIGHT]), make_view(pv, [WIDTH // 2, HEIGHT])
     pv.AssignViewToLayout(left, layout, 0)
@@ -165,13 +219,11 @@ def render(pv, arguments, path, words):
     look(left, [0, 0, 0.05 * bodies.radius], (52, 0), 6 * bodies.radius, 20)
     look(right, [0, 0, -0.13 * bodies.radius], (15, 12), 6 * bodies.radius, 20)
     label(pv, left, words, [0.03, 0.92], 27, bold=True)
-    label(pv, right, "pads lifted off the rotor, seen from the side", [0.16, 0.925], 23)
+    others = len(bodies.surfaces) - 1
+    lifted = "pads" if others <= 2 else "pads and parts"
+    label(pv, right, f"{lifted} lifted off the rotor, seen from the side", [0.16, 0.925], 23)
 
-    table = pv.GetColorTransferFunction("u_z")
-    table.AutomaticRescaleRangeMode = "Never"
-    table.ApplyPreset("Cool to Warm", True)
-    table.Discretize, table.NumberOfTableValues = 1, 50  # hardly visible steps, a file of half the size
-    table.RescaleTransferFunction(-bodies.largest, bodies.largest)
+    table = colours(pv, bodies)
     bar = pv.GetScalarBar(table, right)
     bar.Title, bar.ComponentTitle = "axial displacement u_z (largest component = 1)", ""
     bar.TitleColor = bar.LabelColor = [0, 0, 0]
@@ -203,7 +255,7 @@ def main():
              "start it as  xvfb-run -a pvbatch scripts/render_mode.py ...")
     arguments.output = arguments.output or os.path.join(arguments.directory, f"mode-{cycle}-{mode:03d}.png")
     render(pv, arguments, path, caption(cycle, mode, modes.get((cycle, mode))))
-    print(arguments.output)
+    print(arguments.animation or arguments.output)
 
 
 main()

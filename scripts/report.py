@@ -179,23 +179,23 @@ class Report:
     def note(self, text):
         self.body.append(f'<p class="note">{html.escape(text)}</p>')
 
-    def picture(self, data, caption):
+    def picture(self, data, caption, kind="png"):
         encoded = base64.b64encode(data).decode()
-        self.body.append(f'<figure><img alt="{html.escape(caption)}" src="data:image/png;base64,{encoded}">'
+        self.body.append(f'<figure><img alt="{html.escape(caption)}" src="data:image/{kind};base64,{encoded}">'
                          f"<figcaption>{html.escape(caption)}</figcaption></figure>")
 
-    def drawn_by(self, caption, script, *arguments, launcher=(sys.executable,)):
+    def drawn_by(self, caption, script, *arguments, launcher=(sys.executable,), kind="png", option="--output"):
         """The picture that another script makes of the run."""
         with tempfile.TemporaryDirectory() as scratch:
-            output = os.path.join(scratch, "picture.png")
-            command = [*launcher, str(SCRIPTS / script), str(self.directory), *arguments, "--output", output]
+            output = os.path.join(scratch, "picture." + kind)
+            command = [*launcher, str(SCRIPTS / script), str(self.directory), *arguments, option, output]
             try:
                 # xvfb-run -a takes a display that another may take at the same moment: a second try finds a free one.
                 for _ in range(2 if "xvfb-run" in launcher else 1):
                     done = subprocess.run(command, capture_output=True, text=True, timeout=RENDERING_SECONDS, check=False)
                     if os.path.exists(output):
                         break
-                self.picture(Path(output).read_bytes(), caption)
+                self.picture(Path(output).read_bytes(), caption, kind)
             except subprocess.TimeoutExpired:
                 self.failed.append(f"{caption}: {script} took more than {RENDERING_SECONDS} s")
             except OSError:
@@ -774,7 +774,11 @@ class Report:
         if len(launcher) < 2:
             self.missing.append("Pictures of modes: ParaView's pvbatch and xvfb-run are not installed "
                                 "(scripts/install-dependencies.sh --pictures)")
-        for row in written[:self.most_modes]:
+        for number_of_picture, row in enumerate(written[:self.most_modes]):
+            if len(launcher) == 2 and number_of_picture == 0:
+                self.drawn_by(f"Mode {row['mode']} in motion, much slowed down", "render_mode.py", "--mode", row["mode"],
+                              "--cycle", str(self.cycle), launcher=("xvfb-run", "-a", "pvbatch"), kind="webp",
+                              option="--animation")
             if len(launcher) == 2:
                 self.drawn_by(f"Mode {row['mode']}, {row['verdict']}, {number(row[FREQUENCY])} Hz: rotor and pads, displacement enlarged",
                               "render_mode.py", "--mode", row["mode"], "--cycle", str(self.cycle),

@@ -60,6 +60,15 @@ namespace squeal
       observer()(filenames);
   }
 
+  void make_directory(const std::string &name)
+  {
+    std::error_code code;
+    std::filesystem::create_directory(name, code);
+    if (code)
+      throw std::runtime_error("The directory " + name + " cannot be made: " + code.message() +
+                               ". Results so far are kept.");
+  }
+
   void sync_to_disk(const std::string &filename)
   {
     const Descriptor file(open(filename.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));

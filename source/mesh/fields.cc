@@ -98,7 +98,7 @@ namespace squeal
         return field;
       }
 
-      /// Writes <base>.pvtu (or <base>_<frame>.pvtu) with one .vtu per rank.
+      /// Writes <base>.pvtu with one .vtu per rank.
       std::string write(const std::vector<std::pair<std::string, const Vector *>> &displacements,
                         const std::vector<std::pair<std::string, const Vector *>> &pressures,
                         const std::string &directory, const std::string &base,
@@ -160,6 +160,11 @@ namespace squeal
     return "mode-" + std::to_string(cycle) + "-" + Utilities::int_to_string(mode, 3);
   }
 
+  std::string frames_directory()
+  {
+    return "frames";
+  }
+
   template <int dim>
   void write_state(const FiniteElementSpace<dim> &spaces, const MultiVector &state,
                    const double pressure_scale, const std::string &directory,
@@ -207,6 +212,12 @@ namespace squeal
     writer.write({{"displacement_re_m", &u_re}, {"displacement_im_m", &u_im}}, pressures, directory,
                  base, 0);
 
+    if (n_frames == 0)
+      return;
+    const std::string frames = directory + "/" + frames_directory();
+    if (Utilities::MPI::this_mpi_process(spaces.comm) == 0)
+      make_directory(frames);
+    MPI_Barrier(spaces.comm);
     // Re[u exp(i omega t)] = Re u cos(omega t) - Im u sin(omega t)
     std::vector<std::pair<double, std::string>> records;
     for (unsigned int frame = 0; frame < n_frames; ++frame)
@@ -216,12 +227,12 @@ namespace squeal
       u *= std::cos(angle);
       u.add(-std::sin(angle), u_im);
       u.update_ghost_values();
-      records.emplace_back(time, writer.write({{"displacement_m", &u}}, {}, directory,
-                                              base + "-frame-" + Utilities::int_to_string(frame, 3),
-                                              time));
+      records.emplace_back(
+          time, frames_directory() + "/" +
+                    writer.write({{"displacement_m", &u}}, {}, frames,
+                                 base + "-frame-" + Utilities::int_to_string(frame, 3), time));
     }
-    if (n_frames > 0)
-      write_pvd(directory + "/" + base + ".pvd", records, spaces.comm);
+    write_pvd(directory + "/" + base + ".pvd", records, spaces.comm);
   }
 
   template void write_state<3>(const FiniteElementSpace<3> &, const MultiVector &, double,

@@ -359,9 +359,11 @@ namespace squeal
       add_choice(prm, "Fields", fields,
                  "Modes written for ParaView. unstable: those not stable, or, if there are none, "
                  "the least stable one.");
-      prm.add_parameter("Animation frames", animation_frames,
-                        "Frames over one period of each written mode; 0: no animation.",
-                        Patterns::Integer(0, 1000));
+      prm.add_parameter(
+          "Animation frames", animation_frames,
+          "Frames over one period of the modes that grow and the least stable one, with "
+          "Fields = all of each, in the directory frames; 0: no animation.",
+          Patterns::Integer(0, 1000));
       prm.add_parameter("Sensitivities", sensitivities,
                         "Whether sensitivities.csv tells how each eigenvalue depends on each "
                         "parameter.");

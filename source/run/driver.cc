@@ -484,11 +484,17 @@ namespace squeal
             wanted.push_back(j);
         if (wanted.empty() && !rows.empty())
           wanted.push_back(least_stable(rows));
+        // A hundred undecided modes need no hundred animations.
+        const auto moves = [&](const unsigned int j)
+        {
+          return prm.output.fields == FieldOutput::all || rows[j].is_unstable() ||
+                 j == least_stable(rows);
+        };
         for (const unsigned int j : wanted)
         {
           report.log.progress("  fields of mode " + std::to_string(rows[j].mode));
           write_mode(spaces, modes.right, j, pressure_scale, directory, cycle, rows[j].mode,
-                     prm.output.animation_frames);
+                     moves(j) ? prm.output.animation_frames : 0);
           if (slides && prm.n_pads() > 0)
             write_friction_work(spaces, *state.contact, model.friction_work(modes, j), directory,
                                 cycle, rows[j].mode);

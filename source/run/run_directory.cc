@@ -2,6 +2,7 @@
 #include <squeal/base/files.h>
 #include <squeal/base/log.h>
 #include <squeal/base/state_file.h>
+#include <squeal/mesh/fields.h>
 #include <squeal/run/matrix_export.h>
 #include <squeal/run/run_directory.h>
 
@@ -25,6 +26,8 @@ namespace squeal
     const std::vector<std::string> states = {"refinement.state", "sweep.state", "map.state",
                                              "samples.state"};
     constexpr std::size_t most_bytes      = 1 << 28;
+    /// What the names of frames of animations begin with, in the manifest, too.
+    const std::string in_frames = frames_directory() + "/";
 
     /// Whether a run may give this name to a file that it writes; @p exports: one with
     /// Output/Matrices, whose names are no one else's.
@@ -32,7 +35,8 @@ namespace squeal
     {
       static const std::regex pattern(
           "(modes|contributions|sensitivities|cycles|static|ladder|convergence|sweep|critical|map|"
-          "border|mesh|samples|probability|indices)\\.csv|convergence\\.tex|log\\.txt|(original|"
+          "border|mesh|samples|probability|indices|response)\\.csv|convergence\\.tex|log\\.txt|("
+          "original|"
           "parameters)\\.prm|run\\."
           "manifest|"
           "(refinement|sweep|map|samples)\\.state|(state|mode|contact)-[0-9].*\\.(vtu|pvtu|pvd)");
@@ -355,7 +359,9 @@ namespace squeal
       const std::string name = line.substr(std::min<std::size_t>(5, line.size()));
       if (line == "finished")
         result.finished = true;
-      else if (line.rfind("file ", 0) == 0 && name.find('/') == std::string::npos)
+      else if (line.rfind("file ", 0) == 0 &&
+               name.find('/', name.rfind(in_frames, 0) == 0 ? in_frames.size() : 0) ==
+                   std::string::npos)
         result.add(name);
     }
     return result;
@@ -399,12 +405,24 @@ namespace squeal
       own.insert(name + ".part");
     for (const std::string &name : {manifest_name, manifest_name + ".part", lock_name})
       own.insert(name);
-    for (const auto &entry : fs::directory_iterator(directory))
-      if (const std::string name = entry.path().filename().string();
-          is_name_of_result(name, exports) && own.count(name) == 0)
-        throw InputError(key + ": there is a file " + name +
-                         ", which no run of squeal wrote there, but this one may. It is not "
-                         "touched: move it, or name another Output/Directory.");
+    const auto refuse_those_in = [&](const std::string &begin)
+    {
+      for (const auto &entry : fs::directory_iterator(directory + "/" + begin))
+        if (const std::string name = entry.path().filename().string();
+            is_name_of_result(name, exports) && own.count(begin + name) == 0)
+          throw InputError(key + ": there is a file " + begin + name +
+                           ", which no run of squeal wrote there, but this one may. It is not "
+                           "touched: move it, or name another Output/Directory.");
+    };
+    refuse_those_in("");
+    const fs::path frames = fs::path(directory) / frames_directory();
+    if (!is_there(frames))
+      return;
+    if (!fs::is_directory(fs::symlink_status(frames)))
+      throw InputError(key + ": '" + frames_directory() +
+                       "' there is no directory; this run may put frames of animations there. "
+                       "Move it, or name another Output/Directory.");
+    refuse_those_in(in_frames);
   }
 
   void RunDirectory::refuse_own_input(const ParameterFile &file, const std::string &used) const
@@ -477,6 +495,9 @@ namespace squeal
     sync_to_disk(directory);
     for (const std::string &name : earlier.files)
       remove(name);
+    const fs::path frames = fs::path(directory) / frames_directory();
+    if (fs::is_directory(fs::symlink_status(frames)) && fs::is_empty(frames))
+      fs::remove(frames);
     sync_to_disk(directory);
   }
 
@@ -487,8 +508,10 @@ namespace squeal
     for (const std::string &filename : filenames)
     {
       const fs::path path(filename);
-      const std::string name = path.filename().string();
-      if (path.parent_path() == own_parent && name != manifest_name && manifest.add(name))
+      const bool is_frame    = path.parent_path() == own_parent / frames_directory();
+      const std::string name = (is_frame ? in_frames : "") + path.filename().string();
+      if ((is_frame || path.parent_path() == own_parent) && name != manifest_name &&
+          manifest.add(name))
         lines += "file " + name + "\n";
     }
     if (lines.empty())

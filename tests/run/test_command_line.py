@@ -263,9 +263,17 @@ class CommandLine(st.TestCase):
         self.analyse_into_results(settings)
         results = self.directory / "results"
         self.assertTrue(list(results.glob("mode-*")))
+        # Frames of animations have a directory of their own, which is not in the way of the tables.
+        self.assertFalse(list(results.glob("*frame-*")))
+        frames = {path.name for path in (results / "frames").iterdir()}
+        self.assertIn("mode-0-001-frame-001.pvtu", frames)
+        pvd = (results / "mode-0-001.pvd").read_text()
+        for name in re.findall(r'file="([^"]+)"', pvd):
+            self.assertTrue((results / name).is_file(), name)
         (results / "notes.txt").write_text("mine")
         self.analyse_into_results({**settings, "Output/Fields": "none"})
         self.assertFalse(list(results.glob("mode-*")))
+        self.assertFalse((results / "frames").exists())
         self.assertEqual((results / "notes.txt").read_text(), "mine", "a file of the user's was touched")
 
     def analyse_into_results(self, settings):

@@ -274,17 +274,18 @@ class RunDirectory(st.TestCase):
                 self.assertEqual((self.directory / name).read_text(), "mine")
 
     def test_foreign_file_of_the_same_name(self):
-        for name in ["mesh.csv", "log.txt", "modes.csv", "original.prm", "modes.csv.part", "mode-0-001.vtu"]:
+        for name in ["mesh.csv", "log.txt", "modes.csv", "original.prm", "modes.csv.part", "mode-0-001.vtu",
+                     "response.csv", "frames/mode-0-001-frame-000.vtu", "frames"]:
             with self.subTest(name=name):
-                results = self.directory / name.replace(".", "-")
-                results.mkdir()
+                results = self.directory / name.replace(".", "-").replace("/", "-in-")
+                (results / name).parent.mkdir(parents=True)
                 (results / name).write_text("mine")
                 self.write("b.prm", {**BRAKE, "Output/Directory": results})
                 for option in [[], self.other()]:
                     result = self.squeal("b.prm", *option)
                     self.assertEqual(result.returncode, 2, result.stdout)
                     self.assertIn(name, result.stderr)
-                    self.assertEqual([path.name for path in results.iterdir()], [name])
+                    self.assertEqual([path for path in results.rglob("*") if path.is_file()], [results / name])
                     self.assertEqual((results / name).read_text(), "mine")
 
     def test_results_of_another_run(self):

@@ -40,6 +40,10 @@ namespace squeal
   /// (a pipe would wait for ever).
   std::ifstream open_regular_file(const std::string &filename);
 
+  /// Makes a directory, if there is none; its parent is there. Throws std::runtime_error with the
+  /// system's reason.
+  void make_directory(const std::string &name);
+
   /// Hears of each file before this process creates it (write_file, append_to_file,
   /// announce_files): the manifest of the run. One at a time; an empty function ends it.
   using FileObserver = std::function<void(const std::vector<std::string> &filenames)>;

@@ -21,6 +21,9 @@ namespace squeal
   /// mode-<cycle>-<mode>, what the names of a mode's files begin with.
   std::string mode_file(unsigned int cycle, unsigned int mode);
 
+  /// The directory of animations' frames, in that of the results.
+  std::string frames_directory();
+
   /// Writes the static state (one column of displacements, m, and multipliers) as
   /// state-<cycle>.pvtu.
   /// @p pressure_scale turns multipliers into pressures, Pa; the field is left out without
@@ -30,9 +33,9 @@ namespace squeal
                    double pressure_scale, const std::string &directory, unsigned int cycle);
 
   /// Writes one mode: mode-<cycle>-<mode>.pvtu with Re and Im of the displacement (and the contact
-  /// pressure's amplitude), and an animation over one period as mode-<cycle>-<mode>-frame_*.pvtu
-  /// with a .pvd that ParaView plays; its time is in periods. The mode is scaled so that its
-  /// largest displacement is 1.
+  /// pressure's amplitude), and an animation over one period as
+  /// frames/mode-<cycle>-<mode>-frame-*.pvtu with a mode-<cycle>-<mode>.pvd that ParaView plays;
+  /// its time is in periods. The mode is scaled so that its largest displacement is 1.
   template <int dim>
   void write_mode(const FiniteElementSpace<dim> &spaces, const ComplexMultiVector &modes,
                   unsigned int column, double pressure_scale, const std::string &directory,
