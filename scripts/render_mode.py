@@ -75,8 +75,10 @@ class Bodies:
         self.size = max(part.GetRange(-1)[1] for part in parts) or 1
         bounds = reader.GetDataInformation().GetBounds()
         self.radius = max(abs(value) for value in bounds[:4])
-        self.thickness, self.middle = bounds[5] - bounds[4], 0
-        self.surfaces, self.sides, self.motions = {}, {}, []
+        self.thickness = bounds[5] - bounds[4]
+        # A caliper reaches out of the pictures of a disc.
+        self.distance = (6 if reader.PointData["body"].GetRange(0)[1] <= 2 else 7.2) * self.radius
+        self.surfaces, self.motions, heights = {}, [], {}
         for body in range(round(reader.PointData["body"].GetRange(0)[1]) + 1):
             # Not Threshold: in ParaView 5.11.0 (Debian 12) it crashes now and then on what was read from a .pvtu.
             part = reader
@@ -85,16 +87,18 @@ class Bodies:
             part.UpdatePipeline()
             if part.GetDataInformation().GetNumberOfCells() == 0:
                 continue
-            low, high = part.GetDataInformation().GetBounds()[4:]
-            if body == ROTOR:
-                self.middle, self.thickness = (low + high) / 2, high - low
-            # 1 above the rotor's middle, -1 below, 0 on both sides
-            self.sides[body] = int(low > self.middle) - int(high < self.middle)
+            heights[body] = part.GetDataInformation().GetBounds()[4:]
             # Cells do not share points in the file: weld them, or each would show its own faces.
             part = pv.ExtractSurface(Input=pv.CleantoGrid(Input=part))
             part = pv.Calculator(Input=part, ResultArrayName="u")
             self.motions.append(part)
             self.surfaces[body] = pv.Calculator(Input=part, ResultArrayName="u_z", Function="u_Z")
+        # Between the pads, which are the first bodies after the rotor; with a hat that is not the rotor's middle.
+        pads = [heights[body] for body in (1, 2) if body in heights] if len(heights) > 2 else list(heights.values())[:1]
+        middle = sum(map(sum, pads)) / 2 / len(pads)
+        # 1 above the middle, -1 below, 0 on both sides
+        self.sides = {body: (low > middle) - (high < middle) for body, (low, high) in heights.items()}
+        self.sides[ROTOR] = 0
         self.set_phase(phase)
 
     def set_phase(self, phase):
@@ -182,7 +186,7 @@ def animate(pv, path, bodies, scale, words):
         fail(f"an animation needs Pillow ({error}). Debian: apt-get install python3-pil")
     view = make_view(pv, [WIDTH // 2, HEIGHT])
     show(pv, view, bodies, scale, 0)
-    look(view, [0, 0, 0.05 * bodies.radius], (52, 0), 6 * bodies.radius, 20)
+    look(view, [0, 0, 0.05 * bodies.radius], (52, 0), bodies.distance, 20)
     label(pv, view, words, [0.03, 0.92], 27, bold=True)
     colours(pv, bodies)
     frames = []
@@ -216,8 +220,8 @@ def render(pv, arguments, path, words):
 
     show(pv, left, bodies, scale, 0)
     show(pv, right, bodies, scale, min(1.65 * bodies.thickness, 0.4 * bodies.radius))
-    look(left, [0, 0, 0.05 * bodies.radius], (52, 0), 6 * bodies.radius, 20)
-    look(right, [0, 0, -0.13 * bodies.radius], (15, 12), 6 * bodies.radius, 20)
+    look(left, [0, 0, 0.05 * bodies.radius], (52, 0), bodies.distance, 20)
+    look(right, [0, 0, -0.13 * bodies.radius], (15, 12), bodies.distance, 20)
     label(pv, left, words, [0.03, 0.92], 27, bold=True)
     others = len(bodies.surfaces) - 1
     lifted = "pads" if others <= 2 else "pads and parts"

@@ -184,11 +184,12 @@ class Report:
         self.body.append(f'<figure><img alt="{html.escape(caption)}" src="data:image/{kind};base64,{encoded}">'
                          f"<figcaption>{html.escape(caption)}</figcaption></figure>")
 
-    def drawn_by(self, caption, script, *arguments, launcher=(sys.executable,), kind="png", option="--output"):
-        """The picture that another script makes of the run."""
+    def drawn_by(self, caption, script, *arguments, launcher=(sys.executable,), kind="png", option="--output",
+                 subject=None):
+        """The picture that another script makes of the run, or of another subject."""
         with tempfile.TemporaryDirectory() as scratch:
             output = os.path.join(scratch, "picture." + kind)
-            command = [*launcher, str(SCRIPTS / script), str(self.directory), *arguments, option, output]
+            command = [*launcher, str(SCRIPTS / script), str(subject or self.directory), *arguments, option, output]
             try:
                 # xvfb-run -a takes a display that another may take at the same moment: a second try finds a free one.
                 for _ in range(2 if "xvfb-run" in launcher else 1):
@@ -383,6 +384,21 @@ class Report:
                                           for key, value in lines if value) + "</dl>")
         if of("Scene") and of("Scene") != "matrices":
             self.materials(of)
+        if of("Scene") == "mesh":
+            self.assembly(of)
+
+    def assembly(self, of):
+        """The joints, and a picture of the mesh where it is still there."""
+        keys = {"Ties": "tie", "Contacts": "contact", "Springs": "spring", "Dashpots": "dashpot", "Masses": "mass",
+                "Rigid links": "rigid link", "Superelements": "superelement"}
+        rows = [[name, entry.strip()] for key, name in keys.items() for entry in of("Joints/" + key, "").split(",")
+                if entry.strip()]
+        if rows:
+            self.body.append(table(["joint<", "between<"], rows))
+        places = [Path(of("Mesh/File")), SCRIPTS.parent / of("Mesh/File")]
+        mesh = next((place for place in places if place.suffix == ".msh" and place.is_file()), None)
+        if mesh:
+            self.drawn_by("The mesh: dark are named surfaces", "plot_mesh.py", *(["--lift", "0"] if rows else []), subject=mesh)
 
     def of_the_brake(self, of, varied):
         lines = []
@@ -498,6 +514,22 @@ class Report:
                                [[row["mode"], number(row[GROWTH]), *(number(shares[row["mode"]].get(origin, 0), 4)
                                                                      for origin in origins)] for row in shown]))
         self.note("The growth rate as the sum over what feeds the mode (positive) and what brakes it (negative), 1/s.")
+        self.causes_by_part(max(shown, key=lambda row: float(row[GROWTH])))
+
+    def causes_by_part(self, mode):
+        """Of one mode: what happens in which body, contact or joint."""
+        parts = [row for row in self.rows("contributions.csv") if int(row["cycle"]) == self.cycle and row["mode"] == mode["mode"]]
+        bodies = list(dict.fromkeys(row["body"] for row in parts))
+        values = {(row["body"], row["origin"]): float(row["growth_rate_1_per_s"]) for row in parts}
+        largest = max(map(abs, values.values()), default=0)
+        origins = [origin for origin in dict.fromkeys(row["origin"] for row in parts)
+                   if any(abs(values.get((body, origin), 0)) > 1e-4 * largest for body in bodies)]
+        bodies = [body for body in bodies if any(abs(values.get((body, origin), 0)) > 1e-4 * largest for origin in origins)]
+        if len(bodies) < 3:
+            return
+        self.body.append(table([f"mode {mode['mode']}, by part<", *origins],
+                               [[body, *(number(values[body, origin], 4) if (body, origin) in values else "" for origin in origins)]
+                                for body in bodies]))
 
     def remedies(self):
         """What a tenth more of each parameter would do to the mode that grows fastest, or would first."""

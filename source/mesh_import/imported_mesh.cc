@@ -49,7 +49,8 @@ namespace squeal
       known += (known.empty() ? "" : ", ") + group.first;
     }
     fail(key, "there is no " + kind + " group '" + name + "'. Allowed are: " +
-                  (known.empty() ? "none, the file has no " + kind + " groups" : known) + ".");
+                  (known.empty() ? "none, the file has no " + kind + " groups" : known) +
+                  (key == "Rotor" ? "; or nothing, where parts are studied alone." : "."));
   }
 
   const std::pair<const std::string, std::vector<unsigned int>> &

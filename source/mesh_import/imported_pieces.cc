@@ -76,7 +76,7 @@ namespace squeal
                   " cells have no material, first " + mesh.element(c) + ", " +
                   (groups.empty() ? "in no volume group" : "in the volume group " + groups + "'") +
                   ". Every cell must be in a volume of Mesh/Rotor, Mesh/Pads or a "
-                  "Mesh/Part's Volumes.");
+                  "Mesh/Part's Volumes, or Mesh/Other volumes = left_out.");
   }
 
   void ImportedPieces::find_pieces()

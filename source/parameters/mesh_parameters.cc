@@ -48,6 +48,9 @@ namespace squeal
       prm.add_parameter("Pads", pads,
                         "Names of volume groups of the pads (linings), of the material "
                         "Pads/Material. Empty: none.");
+      add_choice(prm, "Other volumes", others,
+                 "What becomes of elements in no volume of Rotor, Pads or a Part. left_out: they "
+                 "are not there, for instance where parts of an assembly are studied alone.");
       prm.add_parameter("Contact pairs", contact_pairs,
                         "Surface groups that touch: pad surface : rotor surface, and so on. Plane, "
                         "across the axis.");

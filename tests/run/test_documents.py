@@ -1,7 +1,7 @@
 """What README and the tutorial print of runs is what these runs give, to the digits printed.
 
 The default brake: lines of modes in README's *A first result* and the tutorial's step 2. The realistic brake: the numbers of
-modes and of undecided ones in doc/mesh.md; skipped where there is no Gmsh.
+modes and of undecided ones in doc/mesh.md, the whole brake likewise in doc/joints.md; skipped where there is no Gmsh.
 """
 
 import pathlib
@@ -90,26 +90,50 @@ class DefaultBrake(st.TestCase):
                 self.assertLessEqual(abs(float(printed) - computed), 6e-4 * abs(computed), parameter)
 
 
-class RealisticBrake(st.TestCase):
-    def test_verdicts(self):
+class MeshExample(st.TestCase):
+    """Examples whose meshes Gmsh makes."""
+
+    def rows_of(self, name):
+        """Lines of modes.csv of prm/NAME.prm."""
         if not shutil.which("gmsh"):
             self.skipTest("this test needs gmsh: scripts/install-dependencies.sh --mesh")
-        mesh = self.directory / "realistic_brake.msh"
-        subprocess.run(["gmsh", "-3", st.PROJECT / "prm/realistic_brake.geo", "-o", mesh], check=True,
+        mesh = self.directory / f"{name}.msh"
+        subprocess.run(["gmsh", "-3", st.PROJECT / f"prm/{name}.geo", "-o", mesh], check=True,
                        stdout=subprocess.DEVNULL, timeout=60)
-        result = st.run(st.PROJECT / "prm/realistic_brake.prm", "--set", f"Mesh/File={mesh}", "--set",
+        result = st.run(st.PROJECT / f"prm/{name}.prm", "--set", f"Mesh/File={mesh}", "--set",
                         "Output/Fields=none", "--set", "Output/Directory=brake", directory=self.directory, timeout=1100)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        rows = st.read_table(self.directory / "brake/modes.csv")
-        text = " ".join((st.PROJECT / "doc/mesh.md").read_text().split())
+        return st.read_table(self.directory / "brake/modes.csv")
+
+    def check_sentence(self, document, rows, below):
+        """One mode grows, and the document tells its frequency and how many are undecided."""
+        text = " ".join((st.PROJECT / document).read_text().split())
         n_undecided = sum(row["verdict"] == "undecided" for row in rows)
         growing = [row for row in rows if row["verdict"] in ("flutter", "divergence")]
         self.assertEqual([row["verdict"] for row in growing], ["flutter"])
-        self.assertIn(f"Of {len(rows)} modes below 6.5 kHz 1 grows for certain, by flutter at "
+        self.assertIn(f"Of {len(rows)} modes below {below} kHz 1 grows for certain, by flutter at "
                       f"{growing[0]['frequency_hz'] / 1000:.2f} kHz, and {n_undecided} are undecided", text)
+        return text, n_undecided
+
+
+class RealisticBrake(MeshExample):
+    def test_verdicts(self):
+        rows = self.rows_of("realistic_brake")
+        text, n_undecided = self.check_sentence("doc/mesh.md", rows, "6.5")
         self.assertLessEqual(n_undecided, 2)
         n_unknowns = st.read_table(self.directory / "brake/cycles.csv")[0]["dofs"]
         self.assertIn(f"{n_unknowns:_.0f} unknowns".replace("_", " "), text)
+
+
+class WholeBrake(MeshExample):
+    def test_verdicts(self):
+        rows = self.rows_of("whole_brake")
+        text, n_undecided = self.check_sentence("doc/joints.md", rows, "6")
+        self.assertLessEqual(3 * n_undecided, len(rows))
+        mesh = st.read_table(self.directory / "brake/mesh.csv")
+        n_bodies = sum(row["kind"] == "body" for row in mesh)
+        self.assertIn(f"Its {n_bodies} bodies hang on 4 ties, 4 contacts,", text)
+        self.assertLess(st.read_table(self.directory / "brake/cycles.csv")[0]["memory_mib"], 6 * 1024)
 
 
 if __name__ == "__main__":

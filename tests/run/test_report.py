@@ -15,7 +15,9 @@ from html.parser import HTMLParser
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
+import test_joints as joints  # noqa: E402
 
 SCRIPT = st.PROJECT / "scripts/report.py"
 VOID = {"meta", "img", "br", "hr", "link"}
@@ -118,6 +120,28 @@ class Reports(st.TestCase):
         page, words = self.page(results)
         self.assertIn("over frequency", words)
         self.assertIn("loss factor 0.02", page.cells)
+
+    def test_assembly(self):
+        """Plates on ties: joints, the mesh, causes by part, and the mode that grows fastest in motion."""
+        mesh = joints.Parts.brake(self)
+        settings = joints.Parts.settings(self, **{
+            "Stage": "friction", "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 4000,
+            "Eigenproblem/Error bars": "false", "Output/Fields": "unstable", "Contact/Friction/Coefficient": 0.6})
+        self.write("brake.msh", mesh_files.msh4(mesh))
+        results = self.analyse({**settings, "Mesh/File": self.directory / "brake.msh"})
+        page, words = self.page(results)
+        at = page.cells.index("tie")
+        self.assertEqual(page.cells[at:at + 4], ["tie", "upper.high : upper.plate.low", "tie", "lower.low : lower.plate.high"])
+        if CAN_DRAW:
+            self.assertIn("The mesh: dark are named surfaces", words)
+        verdicts = {row["verdict"] for row in st.read_table(results / "modes.csv")}
+        self.assertIn("flutter", verdicts)
+        self.assertIn(", by part", words)
+        self.assertIn("upper.plate", page.cells)
+        if shutil.which("pvbatch") and shutil.which("xvfb-run"):
+            result = self.report(results, "--modes", "1")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn("data:image/webp;base64,", (results / "report.html").read_text())
 
     def test_adaptive(self):
         """An adaptive run is not told to refine adaptively."""

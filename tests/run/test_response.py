@@ -96,6 +96,14 @@ class Response(st.TestCase):
             self.assertLessEqual(abs(value - beside[key][0]), 1e-9 * abs(value))
         modes = self.modes(alone)
         self.assertEqual({row["shape"] for row in modes}, {None})
+        # Left over from the file with the disc
+        self.write_bar()
+        left_over = self.modes({**alone, "Mesh/Other volumes": "left_out"})
+        self.assertSameModes([st.eigenvalue(row) for row in left_over], [st.eigenvalue(row) for row in modes], 1e-12)
+        refused = st.run(self.write("with-disc.prm", alone).name, directory=self.directory)
+        self.assertEqual(refused.returncode, 2, refused.stdout)
+        self.assertIn("Mesh/Other volumes = left_out", refused.stderr)
+        self.write_bar(alone=True)
         for row in modes:
             value = st.eigenvalue(row)
             self.assertLessEqual(min(abs(value - other) for other in everything), 1e-8 * abs(value))

@@ -50,6 +50,7 @@ namespace squeal
   /// to.
   SQUEAL_CHOICE(Axis, x, y, z)
   SQUEAL_CHOICE(CurvedBodies, none, rotor, all)
+  SQUEAL_CHOICE(OtherVolumes, refused, left_out)
   SQUEAL_CHOICE(PartOf, rotor, pads, parts)
 
   /// How a frequency response is computed.

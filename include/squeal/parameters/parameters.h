@@ -165,6 +165,7 @@ namespace squeal
       std::string file = "", origin_text = "0, 0, 0";
       Axis axis                = Axis::z;
       CurvedBodies curved      = CurvedBodies::rotor;
+      OtherVolumes others      = OtherVolumes::refused;
       double scale             = 1;
       double contact_tolerance = 0; ///< m; 0: a part of the pad's size
       std::string rotor = "rotor", pads = "", contact_pairs = "", pressure_on = "";
