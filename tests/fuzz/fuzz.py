@@ -4,6 +4,7 @@
     scripts/build.sh asan squeal
     python3 tests/fuzz/fuzz.py [--program build/asan/squeal] [--number 200] [--seed 1] [--jobs 2] [--keep DIR]
     python3 tests/fuzz/fuzz.py --case 17 --keep DIR         one case of the same seed again
+    python3 tests/fuzz/fuzz.py --of deck second_order from_deck     only cases that start from these
 
 Every case starts from a parameter file of prm/, made small, or from a mesh of mesh_files.py, and changes it: cases with
 an even number the form of the files (lines, words, bytes), those with an odd number the meaning (values, nodes, cells,
@@ -90,7 +91,7 @@ def bases():
     result = []
     examples = {path.stem: path.read_text() for path in sorted(st.PROJECT.glob("prm/*.prm"))}
     for name, text in examples.items():
-        if name in ("realistic_brake", "vented_disc"):  # without their meshes
+        if name in ("realistic_brake", "vented_disc", "whole_brake"):  # without their meshes
             continue
         settings = dict(SMALL_STRIP if "strip" in text else SMALL)
         if "Cycles" in text:
@@ -149,6 +150,10 @@ def bases():
     result.append(Case("second_order", {"second_order.prm": st.parameter_file(second).encode(),
                                         "mesh.msh": element_files.msh2(elements).encode()}))
     result.append(superelement())
+    # Decks whose model --from-deck turns into a parameter file, which then runs
+    elements = element_files.Elements(mesh_files.brake(**cells), shape.get)
+    deck, nodes = element_files.brake_deck(elements)
+    result.append(Case("from_deck", {"brake.inp": (deck + element_files.MODEL).encode(), "nodes.txt": nodes.encode()}))
     return result
 
 
@@ -291,6 +296,8 @@ def mutate_form(rng, case, _keys):
     name = rng.choice([rng.choice(names), max(names, key=lambda n: len(case.files[n]))])
     for _ in range(rng.choice([1, 1, 2, 3])):
         case.files[name] = rng.choice(FORM)(rng, case.files[name])
+    if case.name == "from_deck":
+        return
     # What is left of a file may be right, with the defaults' large mesh.
     small = SMALL_STRIP if b"strip" in case.files[next(n for n in names if n.endswith(".prm"))] else SMALL
     for path, value in small.items():
@@ -540,8 +547,37 @@ def foreign_faces(rng, mesh):
     mesh.surfaces["rotor.high"] = mesh.surfaces.get("rotor.high", []) + mesh.surfaces.get("upper.low", [])[:1]
 
 
+def change_deck(rng, case, _keys):
+    """A keyword of the deck: its parameters, its data, its place."""
+    lines = case.files["brake.inp"].decode().split("\n")
+    keywords = [i for i, line in enumerate(lines) if line.startswith("*") and not line.startswith("**")]
+    for _ in range(rng.choice([1, 1, 2, 3])):
+        at = rng.choice(keywords[len(keywords) // 2:] if rng.random() < 0.7 else keywords)
+        end = next((i for i in range(at + 1, len(lines)) if lines[i].startswith("*")), len(lines))
+        way = rng.randrange(6)
+        if way == 0:  # gone
+            lines[at:end] = [""] * (end - at)
+        elif way == 1:  # twice
+            lines[at] = "\n".join([*lines[at:end], lines[at]])
+        elif way == 2:  # elsewhere
+            block, lines[at:end] = lines[at:end], [""] * (end - at)
+            lines[rng.choice(keywords)] += "\n" + "\n".join(block)
+        elif way == 3:  # without its data
+            lines[at + 1:end] = [""] * (end - at - 1)
+        elif way == 4:  # another parameter
+            words = lines[at].split(",")
+            words[rng.randrange(len(words))] = rng.choice(["", " elset=none", " type=C3D8", " GENERATE", " name=x", " input=brake.inp"])
+            lines[at] = ",".join(words)
+        else:  # another number
+            i = rng.randrange(at, end)
+            lines[i] = change_number(rng, lines[i].encode()).decode()
+    case.files["brake.inp"] = "\n".join(lines).encode()
+
+
 def mutate_meaning(rng, case, keys):
-    if any(name.endswith((".msh", ".inp")) for name in case.files) and \
+    if case.name == "from_deck":
+        change_deck(rng, case, keys)
+    elif any(name.endswith((".msh", ".inp")) for name in case.files) and \
             case.name not in ("realistic_brake", "deck", "second_order", "superelement") and rng.random() < 0.75:
         change_mesh(rng, case, keys)
     elif any(name.endswith(".mtx") for name in case.files) and rng.random() < 0.5:
@@ -569,15 +605,16 @@ class Result:
         self.category, self.detail, self.seconds, self.memory = "", "", 0, 0
 
 
-def make_case(number, seed, keys, interrupted):
-    """The case of a number: what it starts from goes round, how it is changed is random. Every tenth resumes."""
+def make_case(number, seed, keys, interrupted, names):
+    """The case of a number: what it starts from goes round, how it is changed is random. Every tenth resumes, unless
+    the names of those that are wanted are given."""
     rng = random.Random(f"{seed}-{number}")
-    if number % 10 == 8:
+    if number % 10 == 8 and not names:
         base = interrupted[number // 10 % len(interrupted)]
         case = Case(base.name, base.files)
         mutate_interrupted(rng, case, keys)
         return case
-    all_bases = bases()
+    all_bases = [base for base in bases() if not names or base.name in names]
     base = all_bases[(number // 2 * 7 + number % 2 * 3 + seed) % len(all_bases)]
     case = Case(base.name, base.files, base.arguments)
     (mutate_meaning if number % 2 else mutate_form)(rng, case, keys)
@@ -668,21 +705,44 @@ def judge(status, out, err, directory):
 
 
 def run_case(number, options, keys, top, interrupted):
-    case = make_case(number, options.seed, keys, interrupted)
+    case = make_case(number, options.seed, keys, interrupted, options.of)
     directory = top / f"case-{number:03}"
     shutil.rmtree(directory, ignore_errors=True)
     for name, data in case.files.items():
         path = directory / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
-    prm = next(name for name in sorted(case.files) if name.endswith(".prm") and not name.startswith("output/"))
-    command = [str(options.program), prm, *case.arguments]
-    result = Result(number, case, directory, command)
-    encoded = [os.fsencode(argument.replace("\0", "")) for argument in command]
-    shell = f"cd {shlex.quote(str(directory))} && " + " ".join(map(shlex.quote, command))
+    program = str(options.program)
+    if case.name == "from_deck":
+        small = [word for path, value in SMALL.items() for word in ("--set", f"{path}={value}")]
+        commands = [[program, "--from-deck", "brake.inp", *case.arguments], [program, "brake.prm", *small]]
+    else:
+        prm = next(name for name in sorted(case.files) if name.endswith(".prm") and not name.startswith("output/"))
+        commands = [[program, prm, *case.arguments]]
+    result = Result(number, case, directory, commands[0])
     (directory / "command.sh").write_text("\n".join(
         [f"export {name}={shlex.quote(value)}" for name, value in environment().items()
-         if name not in os.environ or os.environ[name] != value] + [shell, ""]), errors="surrogateescape")
+         if name not in os.environ or os.environ[name] != value] +
+        [f"cd {shlex.quote(str(directory))}", " && ".join(" ".join(map(shlex.quote, command)) for command in commands), ""]),
+        errors="surrogateescape")
+    start = time.monotonic()
+    for command in commands:
+        status = supervise(command, directory, result, options)
+        if status != 0:
+            break
+    result.seconds = time.monotonic() - start
+    out, err = ((directory / name).read_text(errors="replace") for name in ("stdout", "stderr"))
+    if result.category:
+        result.detail = f"after {result.seconds:.0f} s, {result.memory / 2**20:.0f} MiB"
+    else:
+        result.category, result.detail = judge(status, out, err, directory)
+    result.message = err.strip() or out.strip()[-600:]
+    return result
+
+
+def supervise(command, directory, result, options):
+    """The status of a command that ends by itself; else it is killed, and the result's category says why."""
+    encoded = [os.fsencode(argument.replace("\0", "")) for argument in command]
     start = time.monotonic()
     with open(directory / "stdout", "wb") as out, open(directory / "stderr", "wb") as err:
         process = subprocess.Popen(encoded, cwd=directory, env=environment(), stdin=subprocess.DEVNULL, stdout=out, stderr=err)
@@ -699,14 +759,7 @@ def run_case(number, options, keys, top, interrupted):
                 process.wait()
                 break
             time.sleep(0.05)
-    result.seconds = time.monotonic() - start
-    out, err = ((directory / name).read_text(errors="replace") for name in ("stdout", "stderr"))
-    if result.category:
-        result.detail = f"after {result.seconds:.0f} s, {result.memory / 2**20:.0f} MiB"
-    else:
-        result.category, result.detail = judge(process.returncode, out, err, directory)
-    result.message = err.strip() or out.strip()[-600:]
-    return result
+    return process.returncode
 
 
 def shortened(text, n_lines, n_characters=240):
@@ -722,6 +775,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", type=pathlib.Path, help="directory in which the cases stay")
     parser.add_argument("--case", type=int, action="append", help="only this case; may be given several times")
+    parser.add_argument("--of", nargs="+", metavar="NAME", help="only cases that start from these, and none that was interrupted")
     parser.add_argument("--timeout", type=float, default=90,
                         help="processor seconds for a case; longer is a hang (or ten times as long by the clock)")
     parser.add_argument("--verbose", action="store_true", help="print the message of every case")
@@ -732,7 +786,7 @@ def main():
     top = options.keep.resolve() if options.keep else pathlib.Path(tempfile.mkdtemp(prefix="squeal-fuzz-"))
     top.mkdir(parents=True, exist_ok=True)
     keys = keys_of(options.program)
-    interrupted = interrupted_runs(options.program)
+    interrupted = [] if options.of else interrupted_runs(options.program)
     numbers = options.case if options.case is not None else range(options.number)
     start = time.monotonic()
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
