@@ -147,7 +147,8 @@ namespace
       "\n"
       "--overwrite: the results of another run in the output directory, or FILE.prm, may be "
       "replaced.\n"
-      "--rotor: the section of the deck that turns, where no name is like rotor or disc.\n"
+      "--rotor: the section of the deck that turns, where no name is like rotor or disc; none: "
+      "parts are studied alone.\n"
       "Open MPI refuses mpirun by root (containers): set OMPI_ALLOW_RUN_AS_ROOT=1 and\n"
       "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1, or use RANKS=N scripts/run.sh, which does.\n"
       "Exit status: 0 finished, 2 the input is wrong, 3 a solver failed, 1 anything else.\n";

@@ -165,6 +165,9 @@ namespace squeal
       void choose_rotor(const std::string &names)
       {
         const std::set<std::string> known = volumes();
+        alone                             = deck_label(names) == "NONE" && known.count("NONE") == 0;
+        if (alone)
+          return;
         if (names.empty())
         {
           for (const std::string &volume : known)
@@ -183,7 +186,7 @@ namespace squeal
         if (rotor.empty())
           fail(
               "no section has a name like rotor, disc or disk. Say which turns: --rotor NAME, of " +
-              list_of(known) + ".");
+              list_of(known) + "; or --rotor none: the parts are studied alone.");
       }
 
       const std::vector<ElementFile::Face> &faces_of(const std::string &surface) const
@@ -209,6 +212,21 @@ namespace squeal
         fail("the surface " + surface + " is on no section's elements.");
       }
 
+      double area_of(const std::string &surface) const
+      {
+        double area = 0;
+        for (const ElementFile::Face &face : faces_of(surface))
+        {
+          // Half the product of the diagonals; a triangle's fourth corner is the first again.
+          const Point<3> &fourth = mesh.nodes[face[3] == ElementFile::none ? face[0] : face[3]];
+          area += cross_product_3d(mesh.nodes[face[2]] - mesh.nodes[face[0]],
+                                   fourth - mesh.nodes[face[1]])
+                      .norm() /
+                  2;
+        }
+        return area;
+      }
+
       double friction_of(const DeckContact &contact) const
       {
         const auto value = deck.friction.find(contact.interaction);
@@ -230,7 +248,12 @@ namespace squeal
             pads.insert(volume_of(contact.first));
           }
           else
+          {
+            // The first surface lies on the second.
+            if (area_of(contact.first) > area_of(contact.second))
+              std::swap(contact.first, contact.second);
             joints.push_back(contact);
+          }
         }
         for (const std::string &volume : rotor)
           pads.erase(volume);
@@ -252,7 +275,9 @@ namespace squeal
         if (!axis_is_told && pairs.empty())
         {
           direction[2] = 1;
-          deck.passed_over.push_back("the axis of the rotor is not told: Mesh/Axis = z is a guess");
+          if (!alone)
+            deck.passed_over.push_back(
+                "the axis of the rotor is not told: Mesh/Axis = z is a guess");
         }
         else if (!axis_is_told)
           for (const ElementFile::Face &face : mesh.surfaces.at(pairs[0].second))
@@ -268,7 +293,7 @@ namespace squeal
         if (!(direction[axis] > 0.999 * direction.norm()))
           fail("the rotor's axis is along none of x, y, z: contact surfaces and *MOTION must be "
                "across a coordinate. Turn the assembly.");
-        if (axis_is_told)
+        if (axis_is_told || alone)
           return;
         // Of the origin of the file where that is about in the middle, which of a coarse mesh no
         // box is.
@@ -307,6 +332,8 @@ namespace squeal
            : pads.count(of.volume) ? of_pads
                                    : of_others)[{of.material, of.orientation}]
               .insert(of.volume);
+        if (alone)
+          out << "  set Rotor =  # parts are studied alone\n";
         unsigned int n_parts = 0;
         const auto add = [&](std::map<DeckLaw, std::set<std::string>> &laws, const std::string &own,
                              const std::string &body)
@@ -627,6 +654,7 @@ namespace squeal
       std::map<ElementFile::Face, unsigned int> element_of_face;
       double length = 1; ///< metres of the deck's unit
       std::set<std::string> rotor, pads;
+      bool alone = false; ///< no rotor is wanted
       std::vector<DeckContact> pairs, joints;
       unsigned int axis = 0;
       bool axis_is_told = false;

@@ -169,7 +169,8 @@ namespace squeal
       {
         for (unsigned int body = 0; body < n_bodies; ++body)
         {
-          if (n_free[body] == 0 || bodies.cluster[body] != body)
+          const bool is_absent = body == rotor_body && !geometry.has_rotor();
+          if (n_free[body] == 0 || bodies.cluster[body] != body || is_absent)
             continue;
           geometry.may_move_rigidly = true;
           const auto n_tied = std::count(bodies.cluster.begin(), bodies.cluster.end(), Body(body));

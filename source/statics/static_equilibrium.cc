@@ -294,11 +294,14 @@ namespace squeal
         {
           // A singular tangent need not be noticed when it is factorised: a pad that touches at
           // one point can tip over. Then the state does not satisfy the equations.
+          // Without a load there is nothing to satisfy.
           constexpr double largest = 1e-6;
-          if (!(solver.relative_residual(contact, result.pressure,
-                                         total_load(contact, result.pressure, problem),
-                                         result.state) <= largest))
-            throw SingularMatrix("its equations are not satisfied");
+          const MultiVector b      = total_load(contact, result.pressure, problem);
+          if (length_of(b) > 0 &&
+              !(solver.relative_residual(contact, result.pressure, b, result.state) <= largest))
+            throw SingularMatrix("The static equilibrium does not satisfy its equations: contact "
+                                 "and supports do not hold a body, which slides away or tips "
+                                 "over.");
           return;
         }
         accurate |= settled;

@@ -90,6 +90,24 @@ class PlatesInContact(st.TestCase):
                     "Joints/Ties": ", ".join(SURFACES), "Joints/Contacts": ""}))
                 self.assertGreater(max(min(abs(l - m) for m in joints.eigenvalues(tied)) for l in expected), 5)
 
+    def test_parts_alone(self):
+        """Two parts without a disc and without a load touch: with stick contact they have the modes of a tie."""
+        mesh = mesh_files.Mesh()
+        for name, heights, n in [("base", (0, 0.01), 3), ("block", (0.01, 0.02), 2)]:
+            mesh.sector(name, mesh_files.equal(0.09, 0.14, n), mesh_files.equal(0, 0.4, n), heights)
+        self.write("parts.msh", mesh_files.msh2(mesh))
+        settings = {"Scene": "mesh", "Stage": "elastic", "Mesh/File": "parts.msh", "Mesh/Rotor": "", "Mesh/Clamped": "base.low",
+                    "Mesh/Part 1/Volumes": "base, block", "Mesh/Part 1/Body": "parts", "Output/Fields": "none",
+                    "Discretization/Degree": 2, "Eigenproblem/Maximum frequency": 70000, "Eigenproblem/Error bars": "false"}
+        tied, stuck = (joints.eigenvalues(self.modes({**settings, **joint})) for joint in (
+            {"Joints/Ties": "block.low : base.high"}, {"Joints/Contacts": "block.low : base.high : stick"}))
+        self.assertGreater(len(tied), 3)
+        self.assertSameModes(stuck, tied, 1e-8)
+        loose = st.run(self.write("loose.prm", {**settings, "Joints/Contacts": "block.low : base.high : frictionless"}).name,
+                       directory=self.directory)
+        self.assertEqual(loose.returncode, 2, loose.stdout)
+        self.assertIn("the body 'block' can move rigidly in 3 ways", loose.stderr)
+
     def test_neither_stuck_nor_open(self):
         """Sets of contacts that repeat: a node that stuck would be pulled apart, and open would overlap, slips."""
         self.write_brake(n_around=(2, 5))

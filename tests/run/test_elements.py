@@ -195,6 +195,14 @@ class Elements(st.TestCase):
         self.assertEqual(status, 2, said)
         self.assertIn("--rotor NAME, of LOW-1.LOWER, UP-1.UPPER, WHEEL-1.RING", said)
         self.assertEqual(self.from_deck(wheel, "--rotor", "Wheel-1.ring")[0], 0)
+        # Parts alone: no rotor, and the modes of what the deck clamps
+        self.assertIn("--rotor none", said)
+        status, said = self.from_deck(wheel, "--rotor", "none", "--overwrite")
+        self.assertEqual(status, 0, said)
+        self.assertIn("set Rotor =  # parts are studied alone", (self.directory / "brake.prm").read_text())
+        result = st.run("brake.prm", "--set", "Discretization/Degree=1", "--set", "Output/Fields=none",
+                        directory=self.directory, timeout=100)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
 
     def test_from_deck_joints(self):
         """Ties, contact between bodies that do not turn, springs, dashpots and masses at points, a lining softer along
