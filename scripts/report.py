@@ -500,10 +500,10 @@ class Report:
 
     def causes(self):
         shares = {}
-        for row in self.rows("contributions.csv"):
-            if int(row["cycle"]) == self.cycle:
-                of_mode = shares.setdefault(row["mode"], {})
-                of_mode[row["origin"]] = of_mode.get(row["origin"], 0) + float(row["growth_rate_1_per_s"])
+        contributions = [row for row in self.rows("contributions.csv") if int(row["cycle"]) == self.cycle]
+        for row in contributions:
+            of_mode = shares.setdefault(row["mode"], {})
+            of_mode[row["origin"]] = of_mode.get(row["origin"], 0) + float(row["growth_rate_1_per_s"])
         shown = [row for row in self.modes if row["verdict"] in UNSTABLE + ("undecided",) and row["mode"] in shares]
         if not shown:
             return
@@ -514,11 +514,11 @@ class Report:
                                [[row["mode"], number(row[GROWTH]), *(number(shares[row["mode"]].get(origin, 0), 4)
                                                                      for origin in origins)] for row in shown]))
         self.note("The growth rate as the sum over what feeds the mode (positive) and what brakes it (negative), 1/s.")
-        self.causes_by_part(max(shown, key=lambda row: float(row[GROWTH])))
+        worst = max(shown, key=lambda row: float(row[GROWTH]))["mode"]
+        self.causes_by_part(worst, [row for row in contributions if row["mode"] == worst])
 
-    def causes_by_part(self, mode):
-        """Of one mode: what happens in which body, contact or joint."""
-        parts = [row for row in self.rows("contributions.csv") if int(row["cycle"]) == self.cycle and row["mode"] == mode["mode"]]
+    def causes_by_part(self, mode, parts):
+        """Of one mode, by its contributions: what happens in which body, contact or joint."""
         bodies = list(dict.fromkeys(row["body"] for row in parts))
         values = {(row["body"], row["origin"]): float(row["growth_rate_1_per_s"]) for row in parts}
         largest = max(map(abs, values.values()), default=0)
@@ -527,7 +527,7 @@ class Report:
         bodies = [body for body in bodies if any(abs(values.get((body, origin), 0)) > 1e-4 * largest for origin in origins)]
         if len(bodies) < 3:
             return
-        self.body.append(table([f"mode {mode['mode']}, by part<", *origins],
+        self.body.append(table([f"mode {mode}, by part<", *origins],
                                [[body, *(number(values[body, origin], 4) if (body, origin) in values else "" for origin in origins)]
                                 for body in bodies]))
 

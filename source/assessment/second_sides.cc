@@ -1,5 +1,5 @@
 #include <squeal/assessment/second_sides.h>
-#include <squeal/contact/contact_kinematics.h>
+#include <squeal/joints/ties.h>
 
 #include <deal.II/base/quadrature_lib.h>
 
@@ -73,15 +73,7 @@ namespace squeal
     {
       std::vector<Joined<dim>> result;
       for (const TiedSurfaces &tie : spaces.geometry.ties)
-      {
-        result.push_back(
-            {tie.side, tie.other,
-             gather_surfaces(spaces, element, tie.side, tie.other, &FiniteElementSpace<dim>::tie),
-             false, false});
-        PairedInterface<dim> &sides = result.back().sides;
-        sides.pairs                 = pair_facing_surfaces(element, shapes_of(sides.pad_faces),
-                                                           shapes_of(sides.rotor_faces), tie.distance);
-      }
+        result.push_back({tie.side, tie.other, pair_tie(spaces, element, tie), false, false});
       for (unsigned int i = 0; contact && i < contact->paired_interfaces().size(); ++i)
         if (!contact->slides(i))
         {

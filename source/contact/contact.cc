@@ -155,8 +155,9 @@ namespace squeal
   template <int dim>
   void Contact<dim>::let_slip(const unsigned int pressure)
   {
-    for (const unsigned int row : with_tractions(pressure))
-      active.by_row[row] = active.by_row[row] && row == pressure;
+    std::vector<unsigned int> tractions = with_tractions(pressure);
+    tractions.erase(tractions.begin()); // the pressure
+    set_closed(tractions, false);
     active.slipping.insert(pressure);
   }
 

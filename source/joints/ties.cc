@@ -60,10 +60,8 @@ namespace squeal
       EntryList entries;
       for (const TiedSurfaces &tie : spaces.geometry.ties)
       {
-        const PairedInterface<dim> sides =
-            gather_surfaces(spaces, element, tie.side, tie.other, &FiniteElementSpace<dim>::tie);
-        for (const FacePair<dim> &pair : pair_facing_surfaces(
-                 element, shapes_of(sides.pad_faces), shapes_of(sides.rotor_faces), tie.distance))
+        const PairedInterface<dim> sides = pair_tie(spaces, element, tie);
+        for (const FacePair<dim> &pair : sides.pairs)
         {
           const unsigned int n_points = pair.points.size();
           std::vector<double> weights(n_points);
@@ -83,6 +81,17 @@ namespace squeal
       return entries;
     }
   } // namespace
+
+  template <int dim>
+  PairedInterface<dim> pair_tie(const FiniteElementSpace<dim> &spaces,
+                                const FaceElement<dim> &element, const TiedSurfaces &tie)
+  {
+    PairedInterface<dim> sides =
+        gather_surfaces(spaces, element, tie.side, tie.other, &FiniteElementSpace<dim>::tie);
+    sides.pairs = pair_facing_surfaces(element, shapes_of(sides.pad_faces),
+                                       shapes_of(sides.rotor_faces), tie.distance);
+    return sides;
+  }
 
   template <int dim>
   Ties assemble_ties(const FiniteElementSpace<dim> &spaces, const double stiffness)
@@ -119,6 +128,10 @@ namespace squeal
     return ties;
   }
 
+  template PairedInterface<2> pair_tie(const FiniteElementSpace<2> &, const FaceElement<2> &,
+                                       const TiedSurfaces &);
+  template PairedInterface<3> pair_tie(const FiniteElementSpace<3> &, const FaceElement<3> &,
+                                       const TiedSurfaces &);
   template Ties assemble_ties(const FiniteElementSpace<2> &, double);
   template Ties assemble_ties(const FiniteElementSpace<3> &, double);
   template Ties assemble_ties_as(const Ties &, const FiniteElementSpace<2> &);

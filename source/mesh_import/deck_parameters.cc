@@ -165,9 +165,8 @@ namespace squeal
       void choose_rotor(const std::string &names)
       {
         const std::set<std::string> known = volumes();
-        alone                             = deck_label(names) == "NONE" && known.count("NONE") == 0;
-        if (alone)
-          return;
+        if (deck_label(names) == "NONE" && known.count("NONE") == 0)
+          return; // parts alone
         if (names.empty())
         {
           for (const std::string &volume : known)
@@ -275,7 +274,7 @@ namespace squeal
         if (!axis_is_told && pairs.empty())
         {
           direction[2] = 1;
-          if (!alone)
+          if (!rotor.empty())
             deck.passed_over.push_back(
                 "the axis of the rotor is not told: Mesh/Axis = z is a guess");
         }
@@ -293,7 +292,7 @@ namespace squeal
         if (!(direction[axis] > 0.999 * direction.norm()))
           fail("the rotor's axis is along none of x, y, z: contact surfaces and *MOTION must be "
                "across a coordinate. Turn the assembly.");
-        if (axis_is_told || alone)
+        if (axis_is_told || rotor.empty())
           return;
         // Of the origin of the file where that is about in the middle, which of a coarse mesh no
         // box is.
@@ -332,7 +331,7 @@ namespace squeal
            : pads.count(of.volume) ? of_pads
                                    : of_others)[{of.material, of.orientation}]
               .insert(of.volume);
-        if (alone)
+        if (rotor.empty())
           out << "  set Rotor =  # parts are studied alone\n";
         unsigned int n_parts = 0;
         const auto add = [&](std::map<DeckLaw, std::set<std::string>> &laws, const std::string &own,
@@ -652,9 +651,8 @@ namespace squeal
       const ElementFile &mesh;
       DeckModel deck;
       std::map<ElementFile::Face, unsigned int> element_of_face;
-      double length = 1; ///< metres of the deck's unit
-      std::set<std::string> rotor, pads;
-      bool alone = false; ///< no rotor is wanted
+      double length = 1;                 ///< metres of the deck's unit
+      std::set<std::string> rotor, pads; ///< no rotor: parts are studied alone
       std::vector<DeckContact> pairs, joints;
       unsigned int axis = 0;
       bool axis_is_told = false;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/contact/contact_kinematics.h>
 #include <squeal/linalg/matrix.h>
 #include <squeal/mesh/finite_element_space.h>
 
@@ -22,6 +23,12 @@ namespace squeal
     double scale          = 1;            ///< Pa: the traction of a unit unknown
     double stiffness      = 1;            ///< N/m, on the diagonal where a traction is zero
   };
+
+  /// The faces of both sides of a tie, the first as those of the pad, and their common parts.
+  /// Collective.
+  template <int dim>
+  PairedInterface<dim> pair_tie(const FiniteElementSpace<dim> &spaces,
+                                const FaceElement<dim> &element, const TiedSurfaces &tie);
 
   /// Assembles the ties. Constraint rows are as large as those of the bodies' @p stiffness, N/m, as
   /// Contact::scale_constraints() makes its own. Collective.
