@@ -6,7 +6,9 @@ hexahedra, linear and with degree 2, stand beside. The reference is degree 5 on 
 the file, unknowns, the largest relative error of the first 20 elastic frequencies, how many of them the bars cover, the median of
 bar / error, processor seconds.
 
-    python3 tests/benchmark/tetrahedra.py             # about five processor minutes
+Then the default brake with pads of either kind on one disc of hexahedra, against the independent eigenvalues of table T6.
+
+    python3 tests/benchmark/tetrahedra.py             # about seven processor minutes
 """
 
 import math
@@ -18,6 +20,7 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
 import element_files  # noqa: E402
+import error_statistics as es  # noqa: E402
 import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
 
@@ -40,6 +43,16 @@ def block(n):
     return mesh
 
 
+def solve(directory, settings):
+    """Rows of modes.csv, the line of cycles.csv."""
+    (directory / "part.prm").write_text(st.parameter_file(settings))
+    result = st.run("part.prm", directory=directory, timeout=3000)
+    if result.returncode != 0:
+        sys.exit(result.stdout + result.stderr)
+    results = directory / "output/part"
+    return st.read_table(results / "modes.csv"), st.read_table(results / "cycles.csv")[0]
+
+
 def run(directory, mesh, tetrahedra, degree, curved, below, bars):
     """Rows of the elastic modes, unknowns, processor seconds, number of elements."""
     elements = element_files.Elements(mesh, lambda name: 4 if tetrahedra else 8)
@@ -49,13 +62,27 @@ def run(directory, mesh, tetrahedra, degree, curved, below, bars):
     settings = {**SETTINGS, "Discretization/Degree": degree, "Eigenproblem/Maximum frequency": below,
                 "Eigenproblem/Error bars": str(bars).lower(),
                 "Mesh/Curved bodies": "all" if curved and not tetrahedra else "none"}
-    (directory / "part.prm").write_text(st.parameter_file(settings))
-    result = st.run("part.prm", directory=directory, timeout=3000)
-    if result.returncode != 0:
-        sys.exit(result.stdout + result.stderr)
-    rows = [row for row in st.read_table(directory / "output/part/modes.csv") if row["frequency_hz"] > 100][:WANTED]
-    cycle = st.read_table(directory / "output/part/cycles.csv")[0]
-    return rows, int(cycle["dofs"]), cycle["processor_seconds"], len(elements.elements)
+    rows, cycle = solve(directory, settings)
+    return ([row for row in rows if row["frequency_hz"] > 100][:WANTED], int(cycle["dofs"]), cycle["processor_seconds"],
+            len(elements.elements))
+
+
+def brake(directory):
+    """Pads of either kind on the same disc of hexahedra, against the independent eigenvalues of T6."""
+    print("\nbrake T6: relative error of l, 25 modes\n")
+    print("pads        degree   unknowns   largest error   of corrected   covered   bar/error: frequency, growth   seconds")
+    for kind, n_corners in (("hexahedra", 8), ("tetrahedra", 4)):
+        (directory / "part.msh").write_text(element_files.msh2(element_files.brake_graded_at_the_clamp(n_corners)))
+        for degree in (2, 3):
+            rows, cycle = solve(directory, {**es.settings_of_file("T6", "part.msh", degree),
+                                            "Mesh/Curved bodies": "all" if n_corners == 8 else "rotor"})
+            modes = es.compare("T6", rows)
+            largest, corrected = (max(abs(value(c.row) - c.reference) / abs(c.reference) for c in modes)
+                                  for value in (st.eigenvalue, es.corrected))
+            s = es.statistics(modes)
+            print(f"{kind:12}{degree:6}{int(cycle['dofs']):11}{largest:16.2e}{corrected:15.2e}"
+                  f"{s.covered['frequency'] + s.covered['growth']:7} of {2 * s.modes}{s.median['frequency']:13.2f}"
+                  f"{s.median['growth']:8.2f}{cycle['processor_seconds']:17.1f}", flush=True)
 
 
 def main():
@@ -77,6 +104,7 @@ def main():
                     ratio = statistics.median(bar / error for bar, error in zip(bars, errors))
                     print(f"{kind:12}{n_elements:10}{n_unknowns:11}{largest:16.2e}{covered:7} of {len(rows)}{ratio:9.2f}"
                           f"{seconds:11.1f}", flush=True)
+        brake(directory)
 
 
 if __name__ == "__main__":

@@ -87,6 +87,22 @@ def on_circle(a, b):
     return x * r / straight, y * r / straight, z
 
 
+def brake_graded_at_the_clamp(n_corners):
+    """The default brake, whose disc has short cells at the clamp's edges, where stress is singular, and lines of cells under
+    the pads' edges. The pads' cells become elements with so many corners, quadratic if they are divided."""
+    radii, half = [0.05, 0.052, 0.06, 0.09, 0.115, 0.14, 0.15], math.radians(25)
+    on_pad = mesh_files.equal(-half, half, 4)
+    mesh = mesh_files.Mesh()
+    mesh.sector("rotor", radii, on_pad + mesh_files.equal(half, 2 * math.pi - half, 31)[1:],
+                [-0.006, -0.0042, 0.0042, 0.006], ring=True)
+    for name, low in (("upper", 0.006), ("lower", -0.018)):
+        mesh.sector(name, radii[3:6], on_pad, [low, low + 0.012])
+    elements = Elements(mesh, lambda name: 8 if name == "rotor" else n_corners)
+    if n_corners < 8:
+        elements.make_quadratic({name: on_circle for name in mesh.volumes})
+    return elements
+
+
 def lines_of(numbers):
     return [", ".join(map(str, numbers[k:k + 16])) for k in range(0, len(numbers), 16)]
 

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import mesh_files
 import squeal_testing as st
 
 # reference.md: the stated accuracy of the tables, relative for frequencies; for growth rates relative or 1/s,
@@ -36,6 +37,12 @@ ADAPTIVE = {"Refinement/Strategy": "adaptive", "Refinement/Tolerance": 1e-3}
 
 def settings(table, **refinement):
     return {**st.REFERENCE_BRAKE, **st.PENALTY, **TABLES[table][1], **MESH, **refinement}
+
+
+def settings_of_file(table, file, degree):
+    """The same brake on a mesh of its own."""
+    return {**st.REFERENCE_BRAKE, **st.PENALTY, **TABLES[table][1], **mesh_files.SCENE, "Mesh/File": file,
+            "Mesh/Curved bodies": "rotor", "Discretization/Degree": degree}
 
 
 def assign(costs):

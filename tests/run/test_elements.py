@@ -10,6 +10,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
 import element_files  # noqa: E402
+import error_statistics as es  # noqa: E402
 import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
 
@@ -108,6 +109,20 @@ class Elements(st.TestCase):
             lists.append([mode for mode in table if mode["cycle"] == 1])
             self.assertTrue(lists[-1])
         self.assertEqualModes(*lists, 1e-8)
+
+    def test_pads_of_tetrahedra_against_reference(self):
+        """C3D10 pads on a disc of hexahedra against the independent eigenvalues of table T6: 1e-3, and the bars hold."""
+        self.write("t6.msh", element_files.msh2(element_files.brake_graded_at_the_clamp(4)))
+        modes = st.read_table(self.analyse(es.settings_of_file("T6", "t6.msh", 3), timeout=900) / "modes.csv")
+        comparisons = es.compare("T6", modes)
+        self.assertEqual(len(comparisons), 25)
+        for c in comparisons:
+            self.assertLess(abs(st.eigenvalue(c.row) - c.reference), 1e-3 * abs(c.reference))
+            self.assertLess(abs(es.corrected(c.row) - c.reference), 3e-4 * abs(c.reference))
+        statistics = es.statistics(comparisons)
+        self.assertEqual(statistics.covered, {"frequency": 25, "growth": 25})
+        self.assertLess(max(statistics.median.values()), 3)
+        self.assertEqual({c.row["verdict"] for c in comparisons}, {"stable"})
 
     def test_bent_contact_surface(self):
         """Middle nodes off the plane of a contact surface are refused, of divided elements by their corners; in it they
