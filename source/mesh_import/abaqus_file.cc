@@ -366,13 +366,17 @@ namespace squeal
         const std::string set = keyword.value("NSET");
         take                  = [this, set](const std::vector<std::string> &fields)
         {
-          if (fields.size() < 4)
-            lines.fail("expected a node's number and three coordinates.");
+          if (fields.size() < 2)
+            lines.fail("expected a node's number and its coordinates.");
           const long number = lines.integer(fields[0]);
           if (!scopes[instance].nodes.emplace(number, file.nodes.size()).second)
             lines.fail("node " + fields[0] + " occurs twice.");
-          file.nodes.push_back(placed(dealii::Point<3>(lines.real(fields[1]), lines.real(fields[2]),
-                                                       lines.real(fields[3]))));
+          // Those that a line leaves out are zero.
+          dealii::Point<3> x;
+          for (unsigned int d = 0; d < 3 && d + 1 < fields.size(); ++d)
+            if (!fields[d + 1].empty())
+              x[d] = lines.real(fields[d + 1]);
+          file.nodes.push_back(placed(x));
           if (!set.empty())
             node_sets[name_here(set)][instance].numbers.insert(number);
         };
@@ -494,29 +498,44 @@ namespace squeal
         }
         take = [this, name](const std::vector<std::string> &fields)
         {
-          const std::string face = fields.size() > 1 ? deck_label(fields[1]) : "";
-          if (face.size() != 2 || face[0] != 'S' || face[1] < '1' || face[1] > '6')
-            lines.fail("expected an element or a set and one of its faces S1 to S6.");
+          const std::string side = fields.size() > 1 ? deck_label(fields[1]) : "";
+          const bool is_face =
+                         side.size() == 2 && side[0] == 'S' && side[1] >= '1' && side[1] <= '6',
+                     is_shell_side = side == "SPOS" || side == "SNEG";
+          if (!is_face && !is_shell_side && !side.empty())
+            lines.fail(
+                "expected an element or a set and one of its faces S1 to S6, nothing behind it "
+                "for all its faces that are free, or SPOS or SNEG of shells.");
           // _SURF_S3, by which a preprocessor collects the elements of one face of SURF, and which
           // not all of them mark as internal.
           if (const std::string set = deck_label(fields[0]);
-              set.size() > 3 && set[0] == '_' && set.substr(set.size() - 3) == "_" + face)
+              is_face && set.size() > 3 && set[0] == '_' &&
+              set.substr(set.size() - 3) == "_" + side)
             internal.insert(full_name(element_sets, set));
           for (const auto &[in, elements] : members(element_sets, fields[0]))
           {
             const Scope &here = scope(in);
-            const auto add    = [&](const long element)
+            const auto add    = [&](const long number)
             {
-              const auto solid = here.elements.find(element);
-              if (solid == here.elements.end())
-                lines.fail("element " + std::to_string(element) +
-                           " is no solid element of this file.");
-              const ElementFile::Element &of = file.elements[solid->second];
-              const unsigned int f = face[1] - '1', n = ElementFile::faces(of.shape).size();
-              if (f >= n)
-                lines.fail("element " + std::to_string(element) + " has no face " + face +
-                           ", only S1 to S" + std::to_string(n) + ".");
-              file.surfaces[name].push_back(file.face(of, f));
+              const auto solid       = here.elements.find(number);
+              const auto shell       = here.faces.find(number);
+              const std::string text = "element " + std::to_string(number);
+              if (shell != here.faces.end() && !is_face)
+                file.surfaces[name].push_back(shell->second);
+              else if (solid == here.elements.end() || is_shell_side)
+                lines.fail(text + (is_shell_side ? " is no shell of this file."
+                                                 : " is no solid element of this file."));
+              else if (side.empty())
+                free_faces_of[name].push_back(solid->second);
+              else
+              {
+                const ElementFile::Element &of = file.elements[solid->second];
+                const unsigned int f = side[1] - '1', n = ElementFile::faces(of.shape).size();
+                if (f >= n)
+                  lines.fail(text + " has no face " + side + ", only S1 to S" + std::to_string(n) +
+                             ".");
+                file.surfaces[name].push_back(file.face(of, f));
+              }
             };
             for (const long element : elements.numbers)
               add(element);
@@ -528,11 +547,34 @@ namespace squeal
         };
       }
 
+      /// Surfaces that are all faces of some elements that no other element has.
+      void add_free_faces()
+      {
+        if (free_faces_of.empty())
+          return;
+        const auto sorted = [](ElementFile::Face face)
+        {
+          std::sort(face.begin(), face.end());
+          return face;
+        };
+        std::map<ElementFile::Face, unsigned int> n_elements;
+        for (const ElementFile::Element &element : file.elements)
+          for (unsigned int f = 0; f < ElementFile::faces(element.shape).size(); ++f)
+            ++n_elements[sorted(file.face(element, f))];
+        for (const auto &[name, elements] : free_faces_of)
+          for (const unsigned int e : elements)
+            for (unsigned int f = 0; f < ElementFile::faces(file.elements[e].shape).size(); ++f)
+              if (const ElementFile::Face face = file.face(file.elements[e], f);
+                  n_elements[sorted(face)] == 1)
+                file.surfaces[name].push_back(face);
+      }
+
       /// Sets of elements become volumes or surfaces. Those that preprocessors make for surfaces
       /// and picks of their own are left out, unless a section gives them a material or a support
       /// holds them.
       void resolve()
       {
+        add_free_faces();
         for (const auto &[name, set] : element_sets)
           if (internal.count(name) == 0 || used.count(name) > 0)
             for (const auto &[in, elements] : set)
@@ -570,6 +612,7 @@ namespace squeal
       std::vector<long> element; ///< number and nodes so far
       std::map<std::string, Scope> scopes;
       std::map<std::string, ScopedSet> element_sets, node_sets;
+      std::map<std::string, std::vector<unsigned int>> free_faces_of; ///< elements by surface
       std::set<std::string> internal, used;
     };
   } // namespace

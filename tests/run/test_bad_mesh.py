@@ -73,7 +73,9 @@ class BadMesh(st.TestCase):
                 ("too few nodes", nodes + "*ELEMENT, TYPE=C3D8\n5, 1, 2,\n", "element 5", "8 nodes"),
                 ("unknown set", nodes + "*ELSET, ELSET=A\nB\n", "line 5", "B"),
                 ("instance", "*INSTANCE, NAME=A, PART=B\n", "no part B", "no parts"),
-                ("surface", nodes + "*SURFACE, NAME=A\n1, S7\n", "line 5", "S6")]:
+                ("surface", nodes + "*SURFACE, NAME=A\n1, S7\n", "line 5", "S6"),
+                ("surface of no solid", nodes + "*SURFACE, NAME=A\n1,\n", "line 5", "no solid element"),
+                ("surface of no shell", nodes + "*SURFACE, NAME=A\n1, SPOS\n", "line 5", "no shell")]:
             with self.subTest(what):
                 self.assertRefused({}, "Mesh/File", "brake.inp", *words, text=text, name="brake.inp")
 

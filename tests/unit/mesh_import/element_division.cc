@@ -12,6 +12,7 @@
 #include <deal.II/fe/mapping_q.h>
 #include <deal.II/grid/grid_tools.h>
 
+#include <set>
 #include <sstream>
 namespace squeal::tests::element_division_tests
 {
@@ -449,5 +450,32 @@ namespace squeal::tests::element_division_tests
     CHECK(file.volumes.count("SOLID_S1") == 1);
     CHECK(file.surfaces.at("TOP") ==
           std::vector<ElementFile::Face>{{{0, 1, 2, ElementFile::none}}});
+  }
+
+  TEST_CASE("element division: surfaces of a deck are faces of solids, their free ones, or shells")
+  {
+    // Two tetrahedra with a common face 1 2 3 under a shell on the face 0 1 2
+    std::istringstream in("*NODE\n1, 0\n2, 1,\n3, 0, 1\n4, , , 1\n5, 1, 1, 1\n"
+                          "*ELEMENT, TYPE=C3D4, ELSET=Solid\n1, 1, 2, 3, 4\n2, 2, 3, 4, 5\n"
+                          "*ELEMENT, TYPE=S3, ELSET=Shell\n7, 1, 2, 3\n"
+                          "*SURFACE, NAME=SKIN\nSolid,\n*SURFACE, NAME=SECOND\n2\n"
+                          "*SURFACE, NAME=UP\nShell, SPOS\n*SURFACE, NAME=BOTH\nShell\n1, S2\n");
+    ElementFile file;
+    read_abaqus(in, file);
+    CHECK(file.nodes[3] == Point<3>(0, 0, 1)); // coordinates left out are zero
+    const auto sorted = [&](const std::string &name)
+    {
+      std::set<std::set<unsigned int>> faces;
+      for (const ElementFile::Face &face : file.surfaces.at(name))
+        faces.insert({face.begin(), face.begin() + 3});
+      CHECK(faces.size() == file.surfaces.at(name).size());
+      return faces;
+    };
+    using Faces = std::set<std::set<unsigned int>>;
+    CHECK(sorted("SECOND") == Faces{{1, 2, 4}, {1, 3, 4}, {2, 3, 4}});
+    CHECK(sorted("SKIN") ==
+          Faces{{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 4}, {1, 3, 4}, {2, 3, 4}});
+    CHECK(sorted("UP") == Faces{{0, 1, 2}});
+    CHECK(sorted("BOTH") == Faces{{0, 1, 2}, {0, 1, 3}});
   }
 } // namespace squeal::tests::element_division_tests
