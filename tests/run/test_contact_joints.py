@@ -11,6 +11,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import element_files  # noqa: E402
 import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
 import test_joints as joints  # noqa: E402
@@ -278,6 +279,59 @@ class OnACylinder(st.TestCase):
         self.assertLess(differences[1], differences[0] / 8)
         self.assertLess(turning[0], 0.1)
         self.assertLess(turning[1], turning[0] / 4)
+
+
+class DividedCylinders(st.TestCase):
+    """A quarter of a sleeve that is pressed onto a core, held in plane strain: Lamé's pressure where they touch. Cells of
+    hexahedra and quadratic tetrahedra, meshes that match and do not."""
+
+    RADII, LENGTH, PRESSURE = (0.05, 0.07, 0.09), 0.02, 2e6
+    MESHES = {"hexahedra": (8, 8, 4), "core of hexahedra": (8, 4, 4), "other cells": (8, 4, 5), "tetrahedra": (4, 4, 5)}
+
+    def settings(self, core, sleeve, n_core, joint):
+        inner, middle, outer = self.RADII
+        mesh = mesh_files.Mesh()
+        for body, radii, n in (("core", (inner, middle), n_core), ("sleeve", (middle, outer), 4)):
+            mesh.sector(body, mesh_files.equal(*radii, 2), mesh_files.equal(0, math.pi / 2, n), [0, self.LENGTH])
+        elements = element_files.Elements(mesh, lambda body: core if body == "core" else sleeve)
+        if min(core, sleeve) == 4:
+            elements.make_quadratic({body: element_files.on_circle for body in mesh.volumes})
+        self.write("sleeve.msh", element_files.msh2(elements))
+        held = {key: ", ".join(f"{body}.{side}" for body in mesh.volumes for side in sides)
+                for key, sides in (("x", ["end"]), ("y", ["begin"]), ("z", ["low", "high"]))}
+        pair = "core.outer : sleeve.inner"
+        return {"Scene": "mesh", "Stage": "elastic", "Mesh/File": "sleeve.msh", "Mesh/Rotor": "",
+                **{f"Mesh/Part {i}/{key}": value for i, body in enumerate(mesh.volumes, start=1)
+                   for key, value in (("Volumes", body), ("Body", "parts"))},
+                **{f"Mesh/Fixed in {key}": value for key, value in held.items()},
+                "Mesh/Pressure on": "sleeve.outer", "Pads/Pressure": self.PRESSURE,
+                "Mesh/Curved bodies": "none" if min(core, sleeve) == 4 else "all", "Discretization/Degree": 2,
+                "Eigenproblem/Maximum frequency": 26000, "Output/Fields": "none",
+                **({"Joints/Ties": pair} if joint == "tie" else {"Joints/Contacts": f"{pair} : {joint}"})}
+
+    def test_pressure_and_modes(self):
+        inner, middle, outer = self.RADII
+        pressure = self.PRESSURE * outer**2 / (outer**2 - inner**2) * (1 - (inner / middle)**2)
+        area = middle * math.pi / 2 * self.LENGTH
+        for joint in ("stick", "frictionless"):
+            limits = self.modes(self.settings(4, 4, 4, joint))
+            for name, (core, sleeve, n_core) in self.MESHES.items():
+                with self.subTest(f"{joint}, {name}"):
+                    results = self.analyse(self.settings(core, sleeve, n_core, joint))
+                    [static] = st.read_table(results / "static.csv")
+                    self.assertAlmostEqual(static["contact_area_m2"] / area, 1, delta=1e-4)
+                    self.assertAlmostEqual(static["normal_force_n"] / (pressure * area), 1, delta=1e-4)
+                    self.assertAlmostEqual(static["max_pressure_pa"] / pressure, 1, delta=0.02)
+                    modes = st.read_table(results / "modes.csv")
+                    if joint == "stick":
+                        # Tractions by the axes instead of by the normal: the same if the meshes match.
+                        tie = self.modes(self.settings(core, sleeve, n_core, "tie"))
+                        self.assertSameModes(joints.eigenvalues(modes), joints.eigenvalues(tie),
+                                             1e-8 if n_core == 4 and core == sleeve else 2e-4)
+                    self.assertEqual(len(modes), len(limits))
+                    for mode, limit in zip(modes, limits):
+                        self.assertLessEqual(abs(mode["frequency_hz"] - limit["frequency_hz"]),
+                                             mode["frequency_error_hz"] + limit["frequency_error_hz"])
 
 
 if __name__ == "__main__":
