@@ -116,6 +116,33 @@ namespace squeal
     return b;
   }
 
+  DenseMatrix pseudo_inverse(DenseMatrix a, const double smallest)
+  {
+    const PetscBLASInt m = a.n_rows, n = a.n_columns, k = std::min(m, n);
+    if (k == 0)
+      return DenseMatrix(n, m);
+    DenseMatrix u(m, k), vt(k, n);
+    std::vector<double> sigma(k), work(1);
+    PetscBLASInt size = -1, info = 0; // the first call asks for the size
+    for (unsigned int call = 0; call < 2; ++call)
+    {
+      LAPACKgesvd_("S", "S", &m, &n, a.values.data(), &m, sigma.data(), u.values.data(), &m,
+                   vt.values.data(), &k, work.data(), &size, &info);
+      size = work[0];
+      work.resize(size);
+    }
+    if (info != 0)
+      throw SolverError("LAPACK dgesvd did not converge (info " + std::to_string(info) + ").");
+    unsigned int rank = 0;
+    while (rank < sigma.size() && sigma[rank] > smallest * sigma[0])
+      ++rank;
+    u = some_columns(u, 0, rank);
+    for (unsigned int j = 0; j < rank; ++j)
+      for (PetscBLASInt i = 0; i < m; ++i)
+        u(i, j) /= sigma[j];
+    return transposed(outer_product(u, transposed(some_rows(vt, 0, rank))));
+  }
+
   PositiveFactors::PositiveFactors(DenseMatrix a, const std::string &what) : factors(std::move(a))
   {
     const PetscBLASInt n = factors.n_rows;

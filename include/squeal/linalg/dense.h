@@ -80,6 +80,10 @@ namespace squeal
   /// A^{-1} B by LU with partial pivoting. Throws SolverError if A is singular.
   DenseMatrix solve(DenseMatrix a, DenseMatrix b);
 
+  /// The inverse of A on the directions whose singular values are more than @p smallest times the
+  /// largest, zero on the others. LAPACK dgesvd. Throws SolverError.
+  DenseMatrix pseudo_inverse(DenseMatrix a, double smallest);
+
   /// A symmetric positive definite A, factorised once by Cholesky's method for many right sides.
   class PositiveFactors
   {

@@ -25,8 +25,8 @@ namespace squeal
   struct ContactEdge
   {
     std::vector<unsigned int> releasing, closing; ///< R, C: rows
-    DenseMatrix slack;                            ///< (E_R^T A^{-1} E_R)^{-1}
-    DenseMatrix pressure;                         ///< (c - b A^{-1} a)^{-1}
+    DenseMatrix slack;                            ///< (E_R^T A^{-1} E_R)^{-1}, a pseudo-inverse
+    DenseMatrix pressure;                         ///< (c - b A^{-1} a)^{-1}, likewise
     Matrix closed; ///< the contact's matrix N + d tau/dp in which C is closed
   };
 
@@ -36,8 +36,9 @@ namespace squeal
   /// @p solve gives A^{-1} of a block with a column for each of some multipliers, whose rows it is
   /// told; where these are images of each other in a symmetric brake, so are the columns.
   /// Empty sets without lift-off and for penalty contact, whose
-  /// edge is placed by quadrature points. A set whose change leaves a singular system is left
-  /// out. Collective.
+  /// edge is placed by quadrature points. Changes that leave a singular system are left out, as
+  /// that of a pad all of whose contacts are at the edge and which would move freely without them:
+  /// their resultant is no matter of where the edge is. Collective.
   template <int dim>
   ContactEdge find_contact_edge(const Contact<dim> &contact, const ContactPressure &pressure,
                                 const RowRange &rows, bool with_friction,

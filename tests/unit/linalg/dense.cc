@@ -346,6 +346,35 @@ namespace squeal::tests::dense_tests
       CHECK(d(i, 0) == -1);
   }
 
+  TEST_CASE("dense: pseudo-inverse")
+  {
+    const auto product = [](const DenseMatrix &a, const DenseMatrix &b)
+    {
+      DenseMatrix c(a.n_rows, b.n_columns);
+      gemm(false, 1, a, b, 0, c);
+      return c;
+    };
+    const auto check_equal = [](const DenseMatrix &a, const DenseMatrix &b)
+    {
+      REQUIRE(a.values.size() == b.values.size());
+      for (unsigned int k = 0; k < a.values.size(); ++k)
+        CHECK(std::abs(a.values[k] - b.values[k]) < 1e-12);
+    };
+    // Of rank 3, of rank 2 but for rounding, and of rank 2 with fewer rows than columns: the four
+    // conditions of Moore and Penrose
+    for (const DenseMatrix &a :
+         {matrix(3, {2, 1, 0, -1, 3, 1, 0, 0.5, 1}), matrix(3, {1, 2, 3, 4, 5, 6, 5, 7, 9 + 1e-14}),
+          matrix(2, {1, 2, 3, -1, 0, 1})})
+    {
+      const DenseMatrix p = pseudo_inverse(a, 1e-8), ap = product(a, p), pa = product(p, a);
+      check_equal(product(ap, a), a);
+      check_equal(product(pa, p), p);
+      check_equal(transposed(ap), ap);
+      check_equal(transposed(pa), pa);
+    }
+    CHECK(pseudo_inverse(DenseMatrix(), 1e-8).values.empty());
+  }
+
   TEST_CASE("dense: diagonal of an inverse")
   {
     // [4 2 0; 2 5 3; 0 3 6] has the determinant 4 (30 - 9) - 2 (12) = 60 and the cofactors 21, 24,
