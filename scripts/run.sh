@@ -67,7 +67,16 @@ status=0
 # Where the results are, the program itself knows best.
 directory=$(build/release/squeal --check "$file" "${arguments[@]}" 2> /dev/null | sed -n 's/^Results go to //p')
 if [[ $directory != /* ]]; then directory=$root/$directory; fi
-if [[ $status -eq 0 && -e $directory/modes.csv && " ${arguments[*]} " != *" --check "* ]]; then
+tables=("modes.csv    one line per mode: growth rate, frequency, verdict"
+        "sweep.csv    one line per mode and value" "critical.csv    where modes begin and cease to grow"
+        "map.csv    one line per pair of values" "border.csv    the border of stability"
+        "samples.csv    one line per sample" "probability.csv    of squeal, in all and by branch"
+        "response.csv    amplitudes over frequency")
+written=()
+for table in "${tables[@]}"; do
+  if [[ -e $directory/${table%% *} ]]; then written+=("$table"); fi
+done
+if [[ $status -eq 0 && ${#written[@]} -gt 0 && " ${arguments[*]} " != *" --check "* ]]; then
   echo
   echo "Look at:"
   # A page that lacks a picture is a page; the script says on the screen what it lacks.
@@ -76,14 +85,24 @@ if [[ $status -eq 0 && -e $directory/modes.csv && " ${arguments[*]} " != *" --ch
     echo "  $report  the run on one page, for a browser"
   fi
   echo "  $directory/log.txt      what you saw above"
-  echo "  $directory/modes.csv    one line per mode: growth rate, frequency, verdict"
+  for table in "${written[@]}"; do
+    echo "  $directory/$table"
+  done
   for pvd in "$directory"/*.pvd; do
     if [[ -e $pvd ]]; then
       echo "  paraview $pvd"
     fi
   done
-  echo "  Pictures without a display (after scripts/install-dependencies.sh --pictures):"
-  echo "  scripts/plot.py $directory; xvfb-run -a pvbatch scripts/render_mode.py $directory"
-  echo "  A state for ParaView, ready to play: xvfb-run -a pvbatch scripts/paraview_state.py $directory"
+  pictures=()
+  if [[ -e $directory/modes.csv ]]; then pictures+=("scripts/plot.py $directory"); fi
+  if [[ -e $directory/map.csv ]]; then pictures+=("scripts/stability_map.py $directory"); fi
+  if compgen -G "$directory/mode-*.pvtu" > /dev/null; then
+    pictures+=("xvfb-run -a pvbatch scripts/render_mode.py $directory"
+               "xvfb-run -a pvbatch scripts/paraview_state.py $directory    a state for ParaView, ready to play")
+  fi
+  if [[ ${#pictures[@]} -gt 0 ]]; then
+    echo "  Pictures without a display (after scripts/install-dependencies.sh --pictures):"
+    printf '  %s\n' "${pictures[@]}"
+  fi
 fi
 exit $status

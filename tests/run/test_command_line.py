@@ -81,17 +81,40 @@ class CommandLine(st.TestCase):
             self.assertRegex(result.stderr, r"^\s*squeal: the standard output cannot be written", arguments)
         self.assertTrue((self.directory / "output/small/modes.csv").exists())
 
-    def test_gmsh_scripts_of_others_are_not_run(self):
-        """scripts/run.sh makes meshes of squeal's examples only: a Gmsh script may start any program. It names the command.
-        Names that begin with a dash are no options. Everything that run.sh starts is a dummy here."""
-        root, called = self.directory / "project", self.directory / "called"
+    def project_of_dummies(self, programs):
+        """A project with the true run.sh, whose other programs are shell commands, by name."""
+        root = self.directory / "project"
         for folder in ("scripts", "prm", "build/release", "bin"):
             (root / folder).mkdir(parents=True)
         shutil.copy(st.PROJECT / "scripts/run.sh", root / "scripts")
-        for name, text in (("scripts/install-dependencies.sh", ""), ("scripts/build.sh", ""), ("build/release/squeal", ""),
-                           ("bin/gmsh", f'printf "%s\\n" "$@" >> "{called}"')):
+        for name, text in {"scripts/install-dependencies.sh": "", "scripts/build.sh": "", "build/release/squeal": "",
+                           **programs}.items():
             (root / name).write_text(f"#!/bin/bash\n{text}\n")
             (root / name).chmod(0o755)
+        return root
+
+    def test_run_script_names_what_was_written(self):
+        """Of runs with modes and of those without, as sweeps, maps and samples, whose page is made, too."""
+        table_of = {"sweep": "sweep.csv", "map": "map.csv", "sampling": "samples.csv", "modes": "modes.csv"}
+        root = self.project_of_dummies({"build/release/squeal": """
+name=$(basename "${@: -1}" .prm)
+if [[ $1 == --check ]]; then name=$(basename "$2" .prm); echo "Results go to output/$name"; exit; fi
+mkdir -p output/$name; touch "output/$name/$TABLE\""""})
+        (root / "scripts/report.py").write_text("import sys; print(sys.argv[1] + '/report.html')\n")
+        for name, table in table_of.items():
+            file = self.write(f"{name}.prm", {})
+            result = subprocess.run([root / "scripts/run.sh", file], env={**os.environ, "TABLE": table}, text=True,
+                                    capture_output=True)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            for wanted in (f"output/{name}/report.html", f"output/{name}/{table}"):
+                self.assertIn(wanted, result.stdout)
+            self.assertEqual("scripts/plot.py" in result.stdout, name == "modes")
+
+    def test_gmsh_scripts_of_others_are_not_run(self):
+        """scripts/run.sh makes meshes of squeal's examples only: a Gmsh script may start any program. It names the command.
+        Names that begin with a dash are no options. Everything that run.sh starts is a dummy here."""
+        called = self.directory / "called"
+        root = self.project_of_dummies({"bin/gmsh": f'printf "%s\\n" "$@" >> "{called}"'})
         environment = {**os.environ, "PATH": f"{root}/bin:{os.environ['PATH']}"}
 
         def run(mesh, place):
