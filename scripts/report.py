@@ -36,6 +36,8 @@ SCRIPTS = Path(__file__).resolve().parent
 # Of Okabe and Ito, told apart with any colour vision
 RESPONSE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000")
 RENDERING_SECONDS = 300
+# -noreset: without it the display is gone for a moment when ParaView has tried it, and under load ParaView meets that moment.
+PARAVIEW = ("xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", "pvbatch")
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1b1b1b; margin: 0 auto; padding: 1rem; max-width: 70rem; }
@@ -798,7 +800,7 @@ class Report:
     def pictures_of_modes(self):
         written = [row for row in self.modes if row["verdict"] in (*UNSTABLE, "undecided") and
                    (self.directory / f"mode-{self.cycle}-{int(row['mode']):03}.pvtu").exists()]
-        written.sort(key=lambda row: -float(row[GROWTH]))
+        written.sort(key=lambda row: (row["verdict"] not in UNSTABLE, -float(row[GROWTH])))  # certain ones first
         if not written or self.parameters.get("Scene") not in ("brake", "mesh", "rotor"):
             return
         self.section("Modes that grow or may grow")
@@ -809,12 +811,12 @@ class Report:
         for number_of_picture, row in enumerate(written[:self.most_modes]):
             if len(launcher) == 2 and number_of_picture == 0:
                 self.drawn_by(f"Mode {row['mode']} in motion, much slowed down", "render_mode.py", "--mode", row["mode"],
-                              "--cycle", str(self.cycle), launcher=("xvfb-run", "-a", "pvbatch"), kind="webp",
+                              "--cycle", str(self.cycle), launcher=PARAVIEW, kind="webp",
                               option="--animation")
             if len(launcher) == 2:
                 self.drawn_by(f"Mode {row['mode']}, {row['verdict']}, {number(row[FREQUENCY])} Hz: rotor and pads, displacement enlarged",
                               "render_mode.py", "--mode", row["mode"], "--cycle", str(self.cycle),
-                              launcher=("xvfb-run", "-a", "pvbatch"))
+                              launcher=PARAVIEW)
             if list(self.directory.glob(f"mode-{self.cycle}-{int(row['mode']):03}-contact.pvtu")):
                 self.drawn_by(f"Mode {row['mode']}: work of friction on the contact faces", "plot_contact.py", "--mode",
                               row["mode"])

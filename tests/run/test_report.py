@@ -143,6 +143,22 @@ class Reports(st.TestCase):
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertIn("data:image/webp;base64,", (results / "report.html").read_text())
 
+    def test_examples(self):
+        """The gallery has picture, command, result, seconds and memory of each example, and leads to its page."""
+        script, output = SCRIPT.with_name("examples.py"), self.directory / "gallery"
+        result = subprocess.run([sys.executable, script, "falling_friction", "strip", "--program", st.SQUEAL, "--output", output],
+                                capture_output=True, text=True, check=False, timeout=300)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        page = (output / "examples.html").read_text()
+        for wanted in ("scripts/run.sh prm/strip.prm", "Two-dimensional, seconds: an elastic layer", "strip/report.html",
+                       "Squeal is to be expected: 1 mode grows", "falling_friction/report.html"):
+            self.assertIn(wanted, page)
+        self.assertEqual(len(re.findall(r"\d+ s, \d+ MiB", page)), 2)
+        self.assertEqual(page.count("data:image/png;base64,"), 2 if CAN_DRAW else 0)
+        result = subprocess.run([sys.executable, script, "stripe"], capture_output=True, text=True, check=False, timeout=60)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("there is no example stripe; there are strip, rotor, brake", result.stderr)
+
     def test_adaptive(self):
         """An adaptive run is not told to refine adaptively."""
         results = self.analyse({**st.SMALL_BRAKE, **st.MORTAR, "Discretization/Degree": 1, "Refinement/Strategy": "adaptive",
