@@ -177,6 +177,19 @@ namespace squeal
       return text;
     }
 
+    /// A word where all bodies together are of a size that no brake has.
+    std::string describe_size(const Row &all)
+    {
+      constexpr double smallest = 0.02, largest = 5; // m
+      double size = 0;
+      for (unsigned int d = 0; d < 3; ++d)
+        size = std::max(size, all.box.high[d] - all.box.low[d]);
+      if (size >= smallest && size <= largest)
+        return "";
+      return text_of("Warning, size: the bodies extend over ", digits(size),
+                     " m. Mesh/Scale gives the file's unit of length in metres: 1e-3 for mm.\n");
+    }
+
     void add_cell(Row &row, const Geometry<3> &geometry, const unsigned int c,
                   const CellMeasures &cell, const double density)
     {
@@ -354,6 +367,6 @@ namespace squeal
              ? ", " + std::to_string(facts.n_turned) + " cells numbered inside out have been turned"
              : "") +
         "\n" + describe_division(prm, facts, geometry, measures) +
-        describe_flat_cells(prm, geometry) + describe_rows(rows) + joints;
+        describe_flat_cells(prm, geometry) + describe_rows(rows) + describe_size(rows[0]) + joints;
   }
 } // namespace squeal

@@ -154,6 +154,14 @@ namespace squeal
           "section. What is not given is that of the section. Pads are named as in static.csv.");
     }
 
+    bool Contact::is_smoothed() const
+    {
+      bool all = friction.smoothing_speed > 0;
+      for (const auto &[pad, law] : friction_by_pad())
+        all = all && law.smoothing_speed > 0;
+      return all;
+    }
+
     std::vector<std::pair<std::string, FrictionLaw>> Contact::friction_by_pad() const
     {
       using dealii::Utilities::split_string_list;
@@ -205,10 +213,7 @@ namespace squeal
              "closed surfaces do not approach with Contact/Formulation = mortar; allowed are "
              "penalty and mortar_penalty, or 0.");
       friction.check();
-      bool is_smoothed = friction.smoothing_speed > 0;
-      for (const auto &[pad, law] : friction_by_pad())
-        is_smoothed = is_smoothed && law.smoothing_speed > 0;
-      if (angular_velocity == 0 && terms_of(stage).friction_damping && !is_smoothed)
+      if (angular_velocity == 0 && terms_of(stage).friction_damping && !is_smoothed())
         fail("Operation/Angular velocity", angular_velocity,
              "the friction damping of the stages friction_damping and full grows like 1/Omega and "
              "has "

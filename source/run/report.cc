@@ -435,6 +435,10 @@ namespace squeal
                << ". Elements of degree " << prm.discretization.degree
                << " lock: error bars allow for what may be, and are long. Take degree "
                << free_of_locking << ".\n";
+    if (prm.scene != Scene::matrices && prm.scene != Scene::strip && prm.n_pads() > 0 &&
+        prm.terms().friction && prm.operation.angular_velocity == 0 && prm.contact.is_smoothed())
+      text << "Warning, no friction: at rest (Operation/Angular velocity = 0) a law with "
+              "Contact/Friction/Smoothing speed gives zero.\n";
     if (const double ratio = too_long_cells(prm); ratio > 0)
       text << "Warning, thin rotor: its cells are " << number(std::round(ratio))
            << " times as long as thick. "

@@ -141,6 +141,14 @@ mkdir -p output/$name; touch "output/$name/$TABLE\""""})
         subprocess.run([root / "scripts/run.sh", file], env=environment, cwd=self.directory, capture_output=True)
         self.assertFalse(called.exists())
 
+    def test_warns_of_friction_that_is_zero(self):
+        """A smoothed law has no friction at rest: what was meant to be a run with friction says so."""
+        smoothed = {**st.SMALL_BRAKE, "Contact/Friction/Smoothing speed": 0.1}
+        for name, settings, warned in (("rest", {**smoothed, "Operation/Angular velocity": 0}, True), ("turns", smoothed, False),
+                                       ("elastic", {**smoothed, "Operation/Angular velocity": 0, "Stage": "elastic"}, False)):
+            self.write(f"{name}.prm", settings)
+            self.assertEqual("Warning, no friction" in self.assertPrints("--check", f"{name}.prm"), warned, name)
+
     def test_check_computes_nothing(self):
         self.write("case.prm", {**st.SMALL_BRAKE, "Contact/Friction/Coefficient": 0.123})
         text = self.assertPrints("--check", "case.prm")

@@ -53,6 +53,19 @@ class SameAsBrake(st.TestCase):
         moved = {"Mesh/File": "moved.msh", "Mesh/Scale": 1e-3, "Mesh/Axis": "x", "Mesh/Origin": "70, -20, 5"}
         self.assertSameModes(self.eigenvalues({**MESH, **moved}), self.eigenvalues(BRAKE), 1e-8)
 
+    def test_forgotten_scale(self):
+        """A file in millimetres that is read as metres, and one that is scaled twice: the log asks for Mesh/Scale."""
+        mesh = mesh_files.brake()
+        mesh.move(lambda x, y, z: (1e3 * x, 1e3 * y, 1e3 * z))
+        self.write("large.msh", mesh_files.msh2(mesh))
+        for scale, size in ((1, 300), (1e-3, None), (1e-6, 0.0003)):
+            self.write("it.prm", {**MESH, "Mesh/File": "large.msh", "Mesh/Scale": scale, "Eigenproblem/Solver": "none",
+                                  "Discretization/Degree": 1})
+            text = st.run("it.prm", "--overwrite", directory=self.directory).stdout
+            self.assertEqual("Warning, size" in text, size is not None, scale)
+            if size:
+                self.assertIn(f"the bodies extend over {size} m. Mesh/Scale gives", text)
+
     def test_cells_numbered_inside_out(self):
         """Mirrored numbering is put right, and said."""
         mesh = mesh_files.brake()

@@ -126,6 +126,8 @@ namespace squeal
       /// The laws of pads that have their own, by name: the section Friction with what is given
       /// for the pad in its place. Throws InputError.
       std::vector<std::pair<std::string, FrictionLaw>> friction_by_pad() const;
+      /// Whether friction of all pads passes through zero with the speed.
+      bool is_smoothed() const;
 
       void declare(dealii::ParameterHandler &prm);
       void check(Stage stage, double angular_velocity);
