@@ -125,6 +125,14 @@ class TestCase(unittest.TestCase):
         path.write_text(parameter_file(content) if isinstance(content, dict) else content)
         return path
 
+    def assertSettingsRefused(self, settings, *words):
+        """A run with these settings ends with status 2 before anything is computed; the message has every word."""
+        self.write("refused.prm", settings)
+        result = run("refused.prm", directory=self.directory, timeout=60)
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        for word in words:
+            self.assertIn(word, result.stderr)
+
     def analyse(self, settings, ranks=1, executable=SQUEAL, timeout=300):
         """Runs an analysis that must succeed; returns the directory of its results."""
         n_runs = len(list(self.directory.glob("run*.prm")))

@@ -119,10 +119,7 @@ class Springs(st.TestCase):
         for changed, words in [(": 0 0 0", "x' and a vector"), (": 1 0 0 2 0 0", "x' and a vector"), (": 1 0", "x' and a vector"),
                                (": 1 0 nan", "x' and a vector"), (": 1 0 0", "must be equal"), (": 1 0 0 : 1", "is not point")]:
             with self.subTest(changed):
-                self.write("refused.prm", st.parameter_file({**SETTINGS, **point, "Joints/Springs": good + changed}))
-                result = st.run("refused.prm", directory=self.directory)
-                self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
-                self.assertIn(words, result.stderr)
+                self.assertSettingsRefused({**SETTINGS, **point, "Joints/Springs": good + changed}, words)
 
 
 if __name__ == "__main__":
