@@ -56,12 +56,14 @@ def purpose(text):
 def make_mesh(text):
     """The mesh that a parameter file names, by its Gmsh script; a sentence if that cannot be."""
     named = re.search(r"^\s*set\s+File\s*=\s*(prm/\S+)\.msh", text, re.M)
-    if not named or (ROOT / f"{named[1]}.msh").exists():
+    if not named:
+        return None
+    mesh, script = ROOT / f"{named[1]}.msh", ROOT / f"{named[1]}.geo"
+    if mesh.exists() and mesh.stat().st_mtime > script.stat().st_mtime:
         return None
     if not shutil.which("gmsh"):
         return "its mesh needs Gmsh: scripts/install-dependencies.sh --mesh"
-    done = subprocess.run(["gmsh", "-3", f"{named[1]}.geo", "-o", f"{named[1]}.msh", "-v", "2"], cwd=ROOT, check=False,
-                          capture_output=True, text=True)
+    done = subprocess.run(["gmsh", "-3", str(script), "-o", str(mesh), "-v", "2"], check=False, capture_output=True, text=True)
     return None if done.returncode == 0 else f"gmsh: {done.stderr.strip() or done.stdout.strip()}"
 
 
@@ -102,8 +104,8 @@ def run(name, program, directory):
         pieces.append(f"<p>{headline[1]}</p>")
     seconds = re.search(r"^  total +([\d.]+)", done.stdout, re.M)
     memory = re.search(r"Peak memory (\d+) MiB", done.stdout)
-    pieces.append(f'<p class="note">{float(seconds[1]):.0f} s, {memory[1]} MiB. '
-                  f'<a href="{html.escape(directory.name)}/report.html">Its page</a></p>' if seconds and memory else "")
+    cost = f"{float(seconds[1]):.0f} s, {memory[1]} MiB. " if seconds and memory else ""
+    pieces.append(f'<p class="note">{cost}<a href="{html.escape(directory.name)}/report.html">Its page</a></p>')
     return pieces, page.returncode == 0
 
 

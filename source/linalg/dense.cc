@@ -140,7 +140,7 @@ namespace squeal
     for (unsigned int j = 0; j < rank; ++j)
       for (PetscBLASInt i = 0; i < m; ++i)
         u(i, j) /= sigma[j];
-    return transposed(outer_product(u, transposed(some_rows(vt, 0, rank))));
+    return outer_product(transposed(some_rows(vt, 0, rank)), u);
   }
 
   PositiveFactors::PositiveFactors(DenseMatrix a, const std::string &what) : factors(std::move(a))

@@ -552,20 +552,12 @@ namespace squeal
       {
         if (free_faces_of.empty())
           return;
-        const auto sorted = [](ElementFile::Face face)
-        {
-          std::sort(face.begin(), face.end());
-          return face;
-        };
-        std::map<ElementFile::Face, unsigned int> n_elements;
-        for (const ElementFile::Element &element : file.elements)
-          for (unsigned int f = 0; f < ElementFile::faces(element.shape).size(); ++f)
-            ++n_elements[sorted(file.face(element, f))];
+        const std::map<ElementFile::Face, ElementFile::Face> free = file.free_faces();
         for (const auto &[name, elements] : free_faces_of)
           for (const unsigned int e : elements)
             for (unsigned int f = 0; f < ElementFile::faces(file.elements[e].shape).size(); ++f)
               if (const ElementFile::Face face = file.face(file.elements[e], f);
-                  n_elements[sorted(face)] == 1)
+                  free.count(ElementFile::ascending(face)) > 0)
                 file.surfaces[name].push_back(face);
       }
 

@@ -42,11 +42,7 @@ namespace squeal
       {
         for (unsigned int e = 0; e < mesh.elements.size(); ++e)
           for (unsigned int f = 0; f < ElementFile::faces(mesh.elements[e].shape).size(); ++f)
-          {
-            ElementFile::Face face = mesh.face(mesh.elements[e], f);
-            std::sort(face.begin(), face.end());
-            element_of_face.emplace(face, e);
-          }
+            element_of_face.emplace(ElementFile::ascending(mesh.face(mesh.elements[e], f)), e);
         choose_units();
         choose_rotor(rotor);
         sort_contacts();
@@ -199,9 +195,7 @@ namespace squeal
       /// The section in which a surface is, by its first face.
       std::string volume_of(const std::string &surface) const
       {
-        ElementFile::Face face = faces_of(surface)[0];
-        std::sort(face.begin(), face.end());
-        const auto element = element_of_face.find(face);
+        const auto element = element_of_face.find(ElementFile::ascending(faces_of(surface)[0]));
         if (element != element_of_face.end())
           for (const std::string &volume : volumes())
             if (const auto group = mesh.volumes.find(volume);

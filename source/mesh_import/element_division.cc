@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <unordered_map>
 
 namespace squeal
@@ -60,6 +61,25 @@ namespace squeal
       if (corner != none)
         corner = element.nodes[corner];
     return result;
+  }
+
+  ElementFile::Face ElementFile::ascending(Face face)
+  {
+    std::sort(face.begin(), face.end());
+    return face;
+  }
+
+  std::map<ElementFile::Face, ElementFile::Face> ElementFile::free_faces() const
+  {
+    std::map<Face, Face> free;
+    std::set<Face> shared;
+    for (const Element &element : elements)
+      for (unsigned int f = 0; f < faces(element.shape).size(); ++f)
+        if (const Face found = face(element, f); !free.emplace(ascending(found), found).second)
+          shared.insert(ascending(found));
+    for (const Face &face : shared)
+      free.erase(face);
+    return free;
   }
 
   namespace

@@ -122,34 +122,18 @@ namespace squeal
     {
       if (file.node_sets.empty())
         return;
-      struct Use
-      {
-        ElementFile::Face face;
-        unsigned int n_elements = 0;
-      };
-      std::map<ElementFile::Face, Use> uses;
-      for (const ElementFile::Element &element : file.elements)
-        for (unsigned int f = 0; f < ElementFile::faces(element.shape).size(); ++f)
-        {
-          const ElementFile::Face face = file.face(element, f);
-          ElementFile::Face sorted     = face;
-          std::sort(sorted.begin(), sorted.end());
-          Use &use = uses[sorted];
-          use.face = face;
-          ++use.n_elements;
-        }
+      const std::map<ElementFile::Face, ElementFile::Face> free = file.free_faces();
       for (const auto &[name, nodes] : file.node_sets)
       {
         std::vector<bool> is_in(file.nodes.size());
         for (const unsigned int node : nodes)
           is_in[node] = true;
         std::vector<ElementFile::Face> faces;
-        for (const auto &[sorted, use] : uses)
-          if (use.n_elements == 1 && std::all_of(sorted.begin(), sorted.end(),
-                                                 [&](const auto node) {
-                                                   return node == ElementFile::none || is_in[node];
-                                                 }))
-            faces.push_back(use.face);
+        for (const auto &[ascending, face] : free)
+          if (std::all_of(ascending.begin(), ascending.end(),
+                          [&](const auto node)
+                          { return node == ElementFile::none || is_in[node]; }))
+            faces.push_back(face);
         if (!faces.empty() && file.surfaces.count(name) == 0)
           file.surfaces[name] = faces;
       }

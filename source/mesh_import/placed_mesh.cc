@@ -75,17 +75,12 @@ namespace squeal
       std::vector<unsigned int> number(file.elements.size());
       std::vector<ElementFile::Element> elements;
       std::set<ElementFile::Face> faces;
-      const auto sorted = [](ElementFile::Face face)
-      {
-        std::sort(face.begin(), face.end());
-        return face;
-      };
       for (unsigned int e = 0; e < file.elements.size(); ++e)
         if (stays[e])
         {
           const ElementFile::Element &element = file.elements[e];
           for (unsigned int f = 0; f < ElementFile::faces(element.shape).size(); ++f)
-            faces.insert(sorted(file.face(element, f)));
+            faces.insert(ElementFile::ascending(file.face(element, f)));
           number[e] = elements.size();
           elements.push_back(element);
         }
@@ -104,7 +99,8 @@ namespace squeal
       {
         std::vector<ElementFile::Face> &all = group->second;
         all.erase(std::remove_if(all.begin(), all.end(),
-                                 [&](const auto &face) { return faces.count(sorted(face)) == 0; }),
+                                 [&](const auto &face)
+                                 { return faces.count(ElementFile::ascending(face)) == 0; }),
                   all.end());
         group = all.empty() ? file.surfaces.erase(group) : std::next(group);
       }

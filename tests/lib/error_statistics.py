@@ -35,14 +35,18 @@ MESH = {
 ADAPTIVE = {"Refinement/Strategy": "adaptive", "Refinement/Tolerance": 1e-3}
 
 
+def brake_of(table):
+    return {**st.REFERENCE_BRAKE, **st.PENALTY, **TABLES[table][1]}
+
+
 def settings(table, **refinement):
-    return {**st.REFERENCE_BRAKE, **st.PENALTY, **TABLES[table][1], **MESH, **refinement}
+    return {**brake_of(table), **MESH, **refinement}
 
 
 def settings_of_file(table, file, degree):
     """The same brake on a mesh of its own."""
-    return {**st.REFERENCE_BRAKE, **st.PENALTY, **TABLES[table][1], **mesh_files.SCENE, "Mesh/File": file,
-            "Mesh/Curved bodies": "rotor", "Discretization/Degree": degree}
+    return {**brake_of(table), **mesh_files.SCENE, "Mesh/File": file, "Mesh/Curved bodies": "rotor",
+            "Discretization/Degree": degree}
 
 
 def assign(costs):

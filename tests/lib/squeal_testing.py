@@ -126,7 +126,7 @@ class TestCase(unittest.TestCase):
         return path
 
     def assertSettingsRefused(self, settings, *words):
-        """A run with these settings ends with status 2 before anything is computed; the message has every word."""
+        """A run with these settings ends with status 2; the message has every word."""
         self.write("refused.prm", settings)
         result = run("refused.prm", directory=self.directory, timeout=60)
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)

@@ -49,6 +49,10 @@ namespace squeal
     static const std::vector<Face> &faces(ElementShape shape);
     /// Face @p f of an element by nodes.
     Face face(const Element &element, unsigned int f) const;
+    /// Its nodes in ascending order: the same for all elements that have the face.
+    static Face ascending(Face face);
+    /// The faces that one element alone has, by their nodes in ascending order.
+    std::map<Face, Face> free_faces() const;
   };
 
   /// Hexahedra of a file: a tetrahedron becomes four, with the centres of its edges, its faces and
