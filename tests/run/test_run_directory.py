@@ -46,8 +46,9 @@ STRACE = shutil.which("strace") if shutil.which("strace") and subprocess.run(
     ["strace", "-o", "/dev/null", "true"], capture_output=True, check=False).returncode == 0 else None
 
 
-# A run is killed at every third of the places; with SQUEAL_ALL_KILLS in the environment at all of them (five minutes).
-STEP = 1 if os.environ.get("SQUEAL_ALL_KILLS") else 3
+# A run is killed at every fifth of the places, a map at every third; with SQUEAL_ALL_KILLS in the environment at all of
+# them (ten minutes).
+STEP = 1 if os.environ.get("SQUEAL_ALL_KILLS") else 5
 
 
 class RunDirectory(st.TestCase):
@@ -113,7 +114,7 @@ class RunDirectory(st.TestCase):
         pendulum = {"Scene": "matrices", "Matrices/Mass": "ziegler_mass.mtx", "Matrices/Velocity": "ziegler_damping.mtx",
                     "Matrices/Stiffness": "ziegler_stiffness.mtx", "Matrices/Circulatory": "ziegler_load.mtx",
                     "Eigenproblem/Maximum frequency": 1, "Sweep/Parameter": "Matrices/Circulatory factor",
-                    "Sweep/Values": "1 : 1.4 : 2000"}
+                    "Sweep/Values": "1 : 1.4 : 800"}
         self.stopped(pendulum)
         stiffness = self.directory / "ziegler_stiffness.mtx"
         stiffness.write_text((st.PROJECT / "prm/theory/ziegler_mass.mtx").read_text())
@@ -159,7 +160,7 @@ class RunDirectory(st.TestCase):
         for settings, least in [(MAP, 2), (FALLING_MAP, 2), (PROJECTED_MAP, 1)]:
             whole = self.tables(self.analyse(settings))
             n_resumed = 0
-            for number in range(1, 40, STEP):
+            for number in range(1, 40, min(STEP, 3)):
                 shutil.rmtree(self.directory / "output/killed", ignore_errors=True)
                 self.write("killed.prm", settings)
                 if not self.traced("rename", number, "killed.prm"):
@@ -230,7 +231,7 @@ class RunDirectory(st.TestCase):
             whole = self.tables(self.analyse(settings))
             for call in ["rename", "unlink", "ftruncate", "fsync"]:
                 n_kills = 0
-                for number in range(1, 200, STEP * (17 if call == "fsync" else 8)):
+                for number in range(1, 200, STEP * (10 if call == "fsync" else 5)):
                     shutil.rmtree(self.directory / "output/killed", ignore_errors=True)
                     self.write("killed.prm", settings)
                     if not self.traced(call, number, "killed.prm"):
