@@ -1,0 +1,180 @@
+#include "helpers.h"
+
+#include <doctest/doctest.h>
+
+#include <squeal/contact/contact_forces.h>
+#include <squeal/eigen/eigensolvers.h>
+#include <squeal/linalg/factorization.h>
+#include <squeal/model/brake_model.h>
+
+/// The equations of motion with the nonlinear forces of contact and friction, integrated in time
+/// from a small disturbance of the steady sliding: what grows or decays there does so with the real
+/// part of an eigenvalue.
+namespace squeal::tests::time_integration_tests
+{
+  using Complex = std::complex<double>;
+
+  namespace
+  {
+    /// Full of what is nonlinear: a block pressed onto a moving strip, with friction that is
+    /// constant or falls with the speed; little damping.
+    Parameters::All small_strip(const FrictionLaw::Kind law, const double coefficient)
+    {
+      Parameters::All prm;
+      prm.discretization.degree               = 2;
+      prm.scene                               = Scene::strip;
+      prm.operation.angular_velocity          = 2;
+      prm.contact.formulation                 = Formulation::penalty;
+      prm.contact.penalty_stiffness           = 1e12;
+      prm.contact.friction.kind               = law;
+      prm.contact.friction.coefficient        = coefficient;
+      prm.contact.friction.coefficient_moving = coefficient - 0.05;
+      prm.contact.friction.decay_speed        = 3;
+      prm.rotor.material.stiffness_damping    = 1e-9;
+      prm.pads.material.stiffness_damping     = 1e-9;
+      prm.discretization.rotor_cells          = {{1, 12, 1}};
+      prm.discretization.pad_cells            = {{1, 5, 1}};
+      prm.eigenproblem.maximum_frequency      = 40000;
+      return prm;
+    }
+
+    void add(MultiVector &a, const double c, const MultiVector &b)
+    {
+      for (unsigned int i = 0; i < a.n_local(); ++i)
+        a.data()[i] += c * b.data()[i];
+    }
+
+    MultiVector sum(MultiVector a, const double c, const MultiVector &b)
+    {
+      add(a, c, b);
+      return a;
+    }
+
+    /// M a + P v + Q u + f(u, v) = b by the trapezoidal rule, f being the forces of contact and
+    /// friction.
+    struct Motion
+    {
+      Motion(const BrakeModel<2> &model, const double step)
+          : contact(*model.contact()), rows(model.spaces().rows), h(step),
+            load(model.static_load(model.parameters(), model.spaces())),
+            u(model.equilibrium()->state), v(rows, 1), a(rows, 1)
+      {
+        std::vector<Term> all = model.equations().terms, bodies;
+        for (const Term &term : all)
+          if (!is_of_contact(term.origin))
+            bodies.push_back(term);
+        M = sum_of(rows, bodies, 2);
+        P = sum_of(rows, bodies, 1);
+        Q = sum_of(rows, bodies, 0);
+        // M + h/2 P + h^2/4 Q, linearised: the steps' Newton iterations keep it.
+        jacobian =
+            std::make_unique<Factorization>(sum_of(rows, {{1., sum_of(rows, all, 2)},
+                                                          {h / 2, sum_of(rows, all, 1)},
+                                                          {h * h / 4, sum_of(rows, all, 0)}}),
+                                            Factorization::Kind::lu, "time step");
+      }
+
+      MultiVector residual(const MultiVector &u, const MultiVector &v, const MultiVector &a) const
+      {
+        MultiVector r = nonlinear_forces(contact, u, v, true);
+        add(r, 1, multiply(M, a));
+        if (P)
+          add(r, 1, multiply(P, v));
+        add(r, 1, multiply(Q, u));
+        add(r, -1, load);
+        return r;
+      }
+
+      /// The acceleration that the equations ask for, a first time.
+      void start()
+      {
+        const Factorization mass(M, Factorization::Kind::ldlt, "mass");
+        a = mass.solve(residual(u, v, a));
+        for (unsigned int i = 0; i < a.n_local(); ++i)
+          a.data()[i] = -a.data()[i];
+      }
+
+      void step()
+      {
+        const MultiVector u_0 = sum(sum(u, h, v), h * h / 4, a), v_0 = sum(v, h / 2, a);
+        for (unsigned int i = 0; i < 3; ++i)
+        {
+          u = sum(u_0, h * h / 4, a);
+          v = sum(v_0, h / 2, a);
+          add(a, -1, jacobian->solve(residual(u, v, a)));
+        }
+        u = sum(u_0, h * h / 4, a);
+        v = sum(v_0, h / 2, a);
+      }
+
+      const Contact<2> &contact;
+      const RowRange rows;
+      const double h;
+      const MultiVector load;
+      MultiVector u, v, a;
+      Matrix M, P, Q;
+      std::unique_ptr<Factorization> jacobian;
+    };
+
+    double squared(const MultiVector &a)
+    {
+      return inner_products(a, a)[0];
+    }
+  } // namespace
+
+  TEST_CASE("time integration: small motions grow and decay as the eigenvalues say")
+  {
+    for (const auto &[law, coefficient] : {std::make_pair(FrictionLaw::Kind::constant, 0.3),
+                                           std::make_pair(FrictionLaw::Kind::falling, 0.3),
+                                           std::make_pair(FrictionLaw::Kind::falling, 0.1)})
+    {
+      const Parameters::All prm = small_strip(law, coefficient);
+      Log log(MPI_COMM_WORLD);
+      PhaseTimer timer;
+      BrakeModel<2> model(make_strip(prm), prm, MPI_COMM_WORLD, log, timer);
+      model.distribute();
+      model.assemble(prm);
+      EigensolverOptions options;
+      options.max_imaginary = 2 * M_PI * prm.eigenproblem.maximum_frequency;
+      const EigenPairs modes =
+          make_eigensolver(ModeSolver::krylov)->solve(model.problem(), options).modes;
+      const auto ratio = [&](const unsigned int j)
+      { return modes.lambda[j].real() / modes.lambda[j].imag(); };
+      unsigned int growing = 0, decaying = 0;
+      for (unsigned int j = 0; j < modes.size(); ++j)
+      {
+        growing  = ratio(j) > ratio(growing) ? j : growing;
+        decaying = ratio(j) < ratio(decaying) ? j : decaying;
+      }
+      for (const unsigned int j : {growing, decaying})
+      {
+        const Complex l                = modes.lambda[j];
+        const double period            = 2 * M_PI / l.imag();
+        constexpr unsigned int n_steps = 60; // of a period: (w h)^2/4 = 0.3 % of Re l
+        const unsigned int n_periods =
+            std::min(100., std::round(1.5 / (2 * M_PI * std::abs(ratio(j)))));
+        Motion motion(model, period / n_steps);
+        const MultiVector rest = motion.u, x_re = modes.right.re.columns(j, 1),
+                          x_im = modes.right.im.columns(j, 1);
+        // The vector's motion, at its fastest a ten thousandth of the sliding speed
+        const double scale = 1e-4 * prm.operation.angular_velocity /
+                             (std::abs(l) * std::max(largest_entry(x_re), largest_entry(x_im)));
+        add(motion.u, scale, x_re);
+        add(motion.v, scale * l.real(), x_re);
+        add(motion.v, -scale * l.imag(), x_im);
+        motion.start();
+        const auto amplitude = [&]
+        { return std::sqrt(squared(sum(motion.u, -1, rest)) + squared(motion.v) / std::norm(l)); };
+        const double first = amplitude();
+        for (unsigned int step = 0; step < n_periods * n_steps; ++step)
+          motion.step();
+        const double rate = std::log(amplitude() / first) / (n_periods * period);
+        CAPTURE(l);
+        MESSAGE("Re l = ", l.real(), " 1/s, in ", n_periods, " periods ", rate);
+        CHECK(relative_error(rate, l.real()) <= 0.01);
+      }
+      CHECK(ratio(growing) > 0);
+      CHECK(ratio(decaying) < 0);
+    }
+  }
+} // namespace squeal::tests::time_integration_tests
