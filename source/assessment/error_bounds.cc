@@ -125,7 +125,9 @@ namespace squeal
       const double whole = whole_effect(effects.degree), unequal = 0.25;
       std::vector<unsigned int> all(m);
       std::iota(all.begin(), all.end(), 0u);
-      const std::vector<Complex> corrected = coupled(lambda, f, all, std::vector<double>(m, 1.)),
+      const std::vector<Complex> corrected = coupled(lambda, correcting(effects), all,
+                                                     std::vector<double>(m, 1.)),
+                                 seen      = coupled(lambda, f, all, std::vector<double>(m, 1.)),
                                  extrapolated =
                                      coupled(lambda, f, all, std::vector<double>(m, whole));
       std::vector<std::vector<std::vector<Complex>>> shifted;
@@ -143,7 +145,7 @@ namespace squeal
       for (unsigned int k = 0; k < m; ++k)
       {
         bounds.correction.push_back(corrected[k] - lambda[k]);
-        std::vector<Complex> changes = {corrected[k] - lambda[k], extrapolated[k] - lambda[k]};
+        std::vector<Complex> changes = {seen[k] - lambda[k], extrapolated[k] - lambda[k]};
         const std::vector<unsigned int> members = neighbours(lambda, f, k, whole);
         for (unsigned int varied = 0; varied < members.size() && members.size() > 1; ++varied)
           for (const bool seen_only : {true, false})
@@ -181,6 +183,16 @@ namespace squeal
       return bounds;
     }
   } // namespace
+
+  ErrorEffects::Effect correcting(const ErrorEffects &effects)
+  {
+    Effect sum = effects.f;
+    for (const std::vector<Effect> &group : effects.alternatives)
+      if (group.size() == 3)
+        for (std::size_t k = 0; k < sum.size(); ++k)
+          sum[k] += group.back()[k];
+    return sum;
+  }
 
   double whole_effect(const unsigned int degree)
   {

@@ -733,7 +733,8 @@ namespace squeal
       if (effects.rows.empty())
         return {};
       for (unsigned int k = 0; k < m * m; ++k)
-        for (std::vector<Complex> *products : {&effects.smaller, &effects.larger})
+        for (std::vector<Complex> *products :
+             {&effects.smaller, &effects.larger, &effects.likeliest})
           (*products)[k] /= -2. * modes.lambda[k % m];
 
       // By row: its number in the list plus one
@@ -747,7 +748,7 @@ namespace squeal
           if (const unsigned int place = places[0].local_element(entry.index); place > 0)
             for (unsigned int j = 0; j < m; ++j)
               errors.cells[cell][j] += effects.parts[place - 1][j] / (2. * modes.lambda[j]);
-      return {std::move(effects.smaller), std::move(effects.larger)};
+      return {std::move(effects.smaller), std::move(effects.larger), std::move(effects.likeliest)};
     }
 
     template <int dim>

@@ -568,10 +568,11 @@ namespace squeal
     CriticalBar result;
     const Effect all                         = multiple(effects.f);
     const std::optional<double> seen         = problem.moved_by(effects.f),
+                                corrected    = problem.moved_by(correcting(effects)),
                                 extrapolated = problem.moved_by(all);
-    if (!seen || !extrapolated)
+    if (!seen || !corrected || !extrapolated)
       return std::nullopt;
-    result.correction = *seen * length;
+    result.correction = *corrected * length;
     double error      = std::max(std::abs(*seen), std::abs(*extrapolated));
     for (unsigned int varied = 0; varied < m && m > 1; ++varied)
       for (const bool seen_only : {true, false})

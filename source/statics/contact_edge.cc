@@ -1,6 +1,9 @@
+#include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/statics/contact_edge.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 namespace squeal
@@ -13,12 +16,11 @@ namespace squeal
       return transposed(gather_rows(block, numbers));
     }
 
-    /// Multipliers, pressures with their tangential tractions, of nodes next to each other on a
-    /// pad's face of which one is closed, the other open: the closed ones and the open ones,
-    /// ascending, the same on all ranks.
+    /// Sets R and C, pressures with their tangential tractions, of nodes next to each other on a
+    /// pad's face of which one is closed, the other open: ascending, the same on all ranks.
     template <int dim>
-    std::array<std::vector<unsigned int>, 2> multipliers_beside_edge(const Contact<dim> &contact,
-                                                                     const RowRange &rows)
+    void find_multipliers_beside_edge(const Contact<dim> &contact, const RowRange &rows,
+                                      ContactEdge &edge)
     {
       const unsigned int n_1d = contact.face_element().degree() + 1;
       const auto adjacent     = [n_1d](const unsigned int a, const unsigned int b)
@@ -26,9 +28,9 @@ namespace squeal
         const int across = int(a % n_1d) - int(b % n_1d), along = int(a / n_1d) - int(b / n_1d);
         return std::abs(across) <= 1 && std::abs(along) <= 1;
       };
-      std::vector<char> marked(rows.size);
-      for (const PairedInterface<dim> &interface : contact.paired_interfaces())
-        for (const ContactFace<dim> &face : interface.pad_faces)
+      std::vector<unsigned int> marked(rows.size); // the interface's number plus one
+      for (unsigned int i = 0; i < contact.paired_interfaces().size(); ++i)
+        for (const ContactFace<dim> &face : contact.paired_interfaces()[i].pad_faces)
           for (unsigned int a = 0; a < face.nodes.size(); ++a)
             for (unsigned int b = 0; b < face.nodes.size(); ++b)
               for (unsigned int k = 0; adjacent(a, b) && k < face.nodes[a].size(); ++k)
@@ -37,14 +39,33 @@ namespace squeal
                   const int row = face.nodes[a][k].equations[dim], beside = other.equations[dim];
                   if (row >= 0 && beside >= 0 &&
                       contact.is_closed(row) != contact.is_closed(beside))
-                    marked[row] = true;
+                    marked[row] = i + 1;
                 }
-      MPI_Allreduce(MPI_IN_PLACE, marked.data(), marked.size(), MPI_CHAR, MPI_MAX, rows.comm);
-      std::array<std::vector<unsigned int>, 2> result;
+      MPI_Allreduce(MPI_IN_PLACE, marked.data(), marked.size(), MPI_UNSIGNED, MPI_MAX, rows.comm);
       for (unsigned int row = 0; row < rows.size; ++row)
         if (marked[row])
           for (const unsigned int changed : contact.with_tractions(row))
-            result[contact.is_closed(row) ? 0 : 1].push_back(changed);
+          {
+            const bool is_closed = contact.is_closed(row);
+            (is_closed ? edge.releasing : edge.closing).push_back(changed);
+            (is_closed ? edge.releasing_at : edge.closing_at).push_back(marked[row] - 1);
+          }
+    }
+
+    /// |a_i (A a)_i| / 2, summed by group.
+    std::vector<double> energies(const DenseMatrix &A, const DenseMatrix &a,
+                                 const std::vector<unsigned int> &groups)
+    {
+      DenseMatrix answer(A.n_rows, 1);
+      gemm(false, 1, A, a, 0, answer);
+      std::vector<double> result;
+      for (unsigned int i = 0; i < groups.size(); ++i)
+      {
+        result.resize(std::max<std::size_t>(result.size(), groups[i] + 1));
+        result[groups[i]] += a(i, 0) * answer(i, 0) / 2;
+      }
+      for (double &energy : result)
+        energy = std::abs(energy);
       return result;
     }
 
@@ -55,17 +76,17 @@ namespace squeal
       return pseudo_inverse(std::move(a), 1e-8);
     }
 
-    /// L^H A R of complex L and R, and the parts of its diagonal by row.
+    /// L^H A R of complex L and R: the summands of each group of rows, and by row what they add to
+    /// the diagonal.
     struct Form
     {
       Form(const DenseMatrix &l_re, const DenseMatrix &l_im, const DenseMatrix &A,
-           const DenseMatrix &r_re, const DenseMatrix &r_im)
+           const DenseMatrix &r_re, const DenseMatrix &r_im,
+           const std::vector<unsigned int> &groups, const unsigned int n_groups)
+          : by_group(n_groups, Effect(std::size_t(l_re.n_columns) * r_re.n_columns))
       {
         if (A.n_rows == 0)
-        {
-          values.resize(std::size_t(l_re.n_columns) * r_re.n_columns);
           return;
-        }
         const auto product = [](const bool transpose, const DenseMatrix &a, const DenseMatrix &b)
         {
           DenseMatrix c(transpose ? a.n_columns : a.n_rows, b.n_columns);
@@ -73,10 +94,22 @@ namespace squeal
           return c;
         };
         const DenseMatrix a_re = product(false, A, r_re), a_im = product(false, A, r_im);
-        const DenseMatrix rr = product(true, l_re, a_re), ri = product(true, l_re, a_im),
-                          ir = product(true, l_im, a_re), ii = product(true, l_im, a_im);
-        for (std::size_t k = 0; k < rr.values.size(); ++k)
-          values.emplace_back(rr.values[k] + ii.values[k], ri.values[k] - ir.values[k]);
+        for (unsigned int group = 0; group < n_groups; ++group)
+        {
+          const auto rows_of_group = [&](DenseMatrix block)
+          {
+            for (unsigned int j = 0; j < block.n_columns; ++j)
+              for (unsigned int i = 0; i < block.n_rows; ++i)
+                if (groups[i] != group)
+                  block(i, j) = 0;
+            return block;
+          };
+          const DenseMatrix own_re = rows_of_group(l_re), own_im = rows_of_group(l_im);
+          const DenseMatrix rr = product(true, own_re, a_re), ri = product(true, own_re, a_im),
+                            ir = product(true, own_im, a_re), ii = product(true, own_im, a_im);
+          for (std::size_t k = 0; k < rr.values.size(); ++k)
+            by_group[group][k] = {rr.values[k] + ii.values[k], ri.values[k] - ir.values[k]};
+        }
         for (unsigned int i = 0; i < A.n_rows; ++i)
         {
           parts.emplace_back();
@@ -85,27 +118,56 @@ namespace squeal
                                    std::complex<double>(a_re(i, j), a_im(i, j)));
         }
       }
-      std::vector<std::complex<double>> values;
+      using Effect = EdgeEffects::Effect;
+      std::vector<Effect> by_group;
       std::vector<std::vector<std::complex<double>>> parts;
     };
+
+    /// Where an interface's edge is: shifts of the present one towards the open nodes, in spacings.
+    struct EdgePosition
+    {
+      double smaller = -0.5, likeliest = 0, larger = 0.5;
+    };
+
+    /// s of EdgeEffects. @p opening and @p closing: F_o and F_c of the interface.
+    EdgePosition position_of(const ContactEdge &edge, const unsigned int interface,
+                             const EdgeEffects::Effect &opening, const EdgeEffects::Effect &closing,
+                             const unsigned int n_modes)
+    {
+      constexpr double largest_q = 1.2, accuracy = 0.2;
+      const auto of_modes = [n_modes](const EdgeEffects::Effect &effect)
+      {
+        double sum = 0;
+        for (unsigned int j = 0; j < n_modes; ++j)
+          sum += std::abs(effect[j + n_modes * j]);
+        return sum;
+      };
+      const auto energy = [interface](const std::vector<double> &of_interfaces)
+      { return interface < of_interfaces.size() ? of_interfaces[interface] : 0; };
+      const double released = energy(edge.release_energy) * of_modes(closing),
+                   closed   = energy(edge.closing_energy) * of_modes(opening);
+      if (!(closed <= largest_q * largest_q * released) || closed == 0)
+        return {};
+      const double q = std::sqrt(closed / released), s = (1 - q) / (1 + q) / 2 - 0.2;
+      return {s - accuracy, s, s + accuracy};
+    }
   } // namespace
 
   template <int dim>
   ContactEdge find_contact_edge(const Contact<dim> &contact, const ContactPressure &pressure,
                                 const RowRange &rows, const bool with_friction,
-                                const ColumnSolver &solve)
+                                const MultiVector &state, const ColumnSolver &solve)
   {
     ContactEdge edge;
     if (!contact.contact_model().mortar)
       return edge;
-    std::array<std::vector<unsigned int>, 2> beside = multipliers_beside_edge(contact, rows);
-    edge.releasing                                  = std::move(beside[0]);
-    edge.closing                                    = std::move(beside[1]);
+    find_multipliers_beside_edge(contact, rows, edge);
     if (!edge.releasing.empty())
     {
       edge.slack =
           rows_of(solve(unit_columns(rows, edge.releasing), edge.releasing), edge.releasing);
-      edge.slack = inverse_of(std::move(edge.slack));
+      edge.slack          = inverse_of(std::move(edge.slack));
+      edge.release_energy = energies(edge.slack, rows_of(state, edge.releasing), edge.releasing_at);
     }
     if (!edge.closing.empty())
     {
@@ -120,7 +182,13 @@ namespace squeal
       const DenseMatrix b_y = rows_of(multiply(edge.closed, solve(a, edge.closing)), edge.closing);
       for (std::size_t k = 0; k < c.values.size(); ++k)
         c.values[k] -= b_y.values[k];
-      edge.pressure = inverse_of(std::move(c));
+      edge.pressure    = inverse_of(std::move(c));
+      DenseMatrix gaps = rows_of(multiply(edge.closed, state), edge.closing);
+      const DenseMatrix initial =
+          rows_of(contact_load(wider, pressure, with_friction), edge.closing);
+      for (unsigned int i = 0; i < gaps.n_rows; ++i)
+        gaps(i, 0) -= initial(i, 0);
+      edge.closing_energy = energies(edge.pressure, gaps, edge.closing_at);
     }
     return edge;
   }
@@ -128,37 +196,74 @@ namespace squeal
   EdgeEffects edge_effects(const ContactEdge &edge, const ComplexMultiVector &x,
                            const ComplexMultiVector &z)
   {
+    using Effect = EdgeEffects::Effect;
     EdgeEffects effects;
     const std::vector<unsigned int> &R = edge.releasing, &C = edge.closing;
     if (R.empty() && C.empty())
       return effects;
+    unsigned int n_interfaces = 0;
+    for (const std::vector<unsigned int> *numbers : {&edge.releasing_at, &edge.closing_at})
+      for (const unsigned int number : *numbers)
+        n_interfaces = std::max(n_interfaces, number + 1);
     const Form opening(rows_of(z.re, R), rows_of(z.im, R), edge.slack, rows_of(x.re, R),
-                       rows_of(x.im, R));
+                       rows_of(x.im, R), edge.releasing_at, n_interfaces);
     // Neither vector has a pressure in C: a^T z and b x are whole columns and rows of the matrix.
-    const Form closing(rows_of(multiply_transposed(edge.closed, z.re), C),
-                       rows_of(multiply_transposed(edge.closed, z.im), C), edge.pressure,
-                       rows_of(multiply(edge.closed, x.re), C),
-                       rows_of(multiply(edge.closed, x.im), C));
-    for (unsigned int k = 0; k < opening.values.size(); ++k)
+    Form closing(rows_of(multiply_transposed(edge.closed, z.re), C),
+                 rows_of(multiply_transposed(edge.closed, z.im), C), edge.pressure,
+                 rows_of(multiply(edge.closed, x.re), C), rows_of(multiply(edge.closed, x.im), C),
+                 edge.closing_at, n_interfaces);
+    for (Effect &effect : closing.by_group)
+      for (std::complex<double> &entry : effect)
+        entry = -entry;
+
+    const unsigned int m = x.n_columns();
+    for (Effect *effect : {&effects.opening, &effects.closing, &effects.smaller, &effects.larger,
+                           &effects.likeliest})
+      effect->resize(std::size_t(m) * m);
+    // F(s) = (s^2 - s)/2 F_o + (s^2 + s)/2 F_c
+    const auto of_opening = [](const double s) { return (s * s - s) / 2; };
+    const auto of_closing = [](const double s) { return (s * s + s) / 2; };
+    std::vector<double> largest_of_opening, largest_of_closing;
+    for (unsigned int i = 0; i < n_interfaces; ++i)
     {
-      const std::complex<double> F_o = opening.values[k], F_c = -closing.values[k];
-      effects.smaller.push_back(3. / 8 * F_o - 1. / 8 * F_c);
-      effects.larger.push_back(3. / 8 * F_c - 1. / 8 * F_o);
-    }
-    for (const Form *form : {&opening, &closing})
-      for (std::vector<std::complex<double>> parts : form->parts)
+      const Effect &F_o = opening.by_group[i], &F_c = closing.by_group[i];
+      const EdgePosition at = position_of(edge, i, F_o, F_c, m);
+      for (std::size_t k = 0; k < F_o.size(); ++k)
       {
-        for (std::complex<double> &part : parts)
-          part *= 3. / 8;
-        effects.parts.push_back(std::move(parts));
+        const auto F = [&](const double s)
+        { return of_opening(s) * F_o[k] + of_closing(s) * F_c[k]; };
+        effects.opening[k] += F_o[k];
+        effects.closing[k] += F_c[k];
+        effects.smaller[k] += F(at.smaller);
+        effects.likeliest[k] += F(at.likeliest);
+        effects.larger[k] += F(at.larger);
       }
+      const auto largest = [&](const auto &weight)
+      { return std::max(std::abs(weight(at.smaller)), std::abs(weight(at.larger))); };
+      largest_of_opening.push_back(largest(of_opening));
+      largest_of_closing.push_back(largest(of_closing));
+    }
+    const auto add_parts = [&](const Form &form, const std::vector<unsigned int> &interfaces,
+                               const std::vector<double> &weights)
+    {
+      for (unsigned int i = 0; i < form.parts.size(); ++i)
+      {
+        effects.parts.push_back(form.parts[i]);
+        for (std::complex<double> &part : effects.parts.back())
+          part *= weights[interfaces[i]];
+      }
+    };
+    add_parts(opening, edge.releasing_at, largest_of_opening);
+    add_parts(closing, edge.closing_at, largest_of_closing);
     effects.rows = R;
     effects.rows.insert(effects.rows.end(), C.begin(), C.end());
     return effects;
   }
 
   template ContactEdge find_contact_edge(const Contact<2> &, const ContactPressure &,
-                                         const RowRange &, bool, const ColumnSolver &);
+                                         const RowRange &, bool, const MultiVector &,
+                                         const ColumnSolver &);
   template ContactEdge find_contact_edge(const Contact<3> &, const ContactPressure &,
-                                         const RowRange &, bool, const ColumnSolver &);
+                                         const RowRange &, bool, const MultiVector &,
+                                         const ColumnSolver &);
 } // namespace squeal

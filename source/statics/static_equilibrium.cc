@@ -342,7 +342,7 @@ namespace squeal
       iterate(solver_by(factors), problem, contact, result);
       if (problem.with_edge)
         result.edge = find_contact_edge(
-            contact, result.pressure, rows, problem.with_friction,
+            contact, result.pressure, rows, problem.with_friction, result.state,
             [&](const MultiVector &b, const std::vector<unsigned int> &multipliers)
             { return factors.solve_columns(contact, b, multipliers); });
     }

@@ -22,9 +22,13 @@ namespace squeal
     std::vector<double> growth_rate_parts;
     unsigned int degree = 1;
     /// Effects that may be so or not and belong to no correction: of each group of them, which
-    /// exclude each other, the larger change is added.
+    /// exclude each other, the larger change is added. Where a group has three, the third is the
+    /// likeliest and belongs to the correction, too: the others lie on both sides of it.
     std::vector<std::vector<Effect>> alternatives;
   };
+
+  /// What corrects the eigenvalues: one degree more, and the likeliest of alternatives.
+  ErrorEffects::Effect correcting(const ErrorEffects &effects);
 
   /// The effects on some of the modes.
   ErrorEffects select(const ErrorEffects &effects, const std::vector<unsigned int> &members);

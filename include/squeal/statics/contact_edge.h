@@ -24,15 +24,20 @@ namespace squeal
   /// in the pressure that is lost, for a contact that opens is no small perturbation.
   struct ContactEdge
   {
-    std::vector<unsigned int> releasing, closing; ///< R, C: rows
-    DenseMatrix slack;                            ///< (E_R^T A^{-1} E_R)^{-1}, a pseudo-inverse
-    DenseMatrix pressure;                         ///< (c - b A^{-1} a)^{-1}, likewise
-    Matrix closed; ///< the contact's matrix N + d tau/dp in which C is closed
+    std::vector<unsigned int> releasing, closing;       ///< R, C: rows
+    std::vector<unsigned int> releasing_at, closing_at; ///< the interface of each
+    /// By interface: static energy that R releases, Lambda_R^T slack Lambda_R / 2, and that it
+    /// would take to close C, r_C^T pressure r_C / 2 with r_C = b x - g_C; J, without their signs.
+    std::vector<double> release_energy, closing_energy;
+    DenseMatrix slack;    ///< (E_R^T A^{-1} E_R)^{-1}, a pseudo-inverse
+    DenseMatrix pressure; ///< (c - b A^{-1} a)^{-1}, likewise
+    Matrix closed;        ///< the contact's matrix N + d tau/dp in which C is closed
   };
 
   using ColumnSolver =
       std::function<MultiVector(const MultiVector &, const std::vector<unsigned int> &multipliers)>;
 
+  /// @p state is the static equilibrium with its pressures.
   /// @p solve gives A^{-1} of a block with a column for each of some multipliers, whose rows it is
   /// told; where these are images of each other in a symmetric brake, so are the columns.
   /// Empty sets without lift-off and for penalty contact, whose
@@ -41,18 +46,30 @@ namespace squeal
   /// their resultant is no matter of where the edge is. Collective.
   template <int dim>
   ContactEdge find_contact_edge(const Contact<dim> &contact, const ContactPressure &pressure,
-                                const RowRange &rows, bool with_friction,
+                                const RowRange &rows, bool with_friction, const MultiVector &state,
                                 const ColumnSolver &solve);
 
   /// z_i^H dQ x_j of right and left vectors X and Z: what another edge does to the operator.
   /// Opening R and closing C give
   ///     F_o = z_R^H (E_R^T A^{-1} E_R)^{-1} x_R,   F_c = -(a^T z)^H (c - b A^{-1} a)^{-1} b x,
-  /// with the static response in place of that at the frequency of the mode. Nodes know the edge
-  /// to half of their spacing: the parabola through F_c, 0 and F_o at the shifts -1, 0 and 1 is
-  /// taken at -1/2 and 1/2.
+  /// with the static response in place of that at the frequency of the mode. Between them effects
+  /// are a parabola F(s) through F_o, 0 and F_c at the shifts s = -1, 0 and 1 of the edge.
+  ///
+  /// Nodes know the edge to half of their spacing; the static state knows more. Where its pressures
+  /// at R are small beside what it would take to close C the edge lies inside, and the other way
+  /// round. With the energies e_o, e_c of ContactEdge and the share r of the closing in the modes'
+  /// answers, r = sum |F_c| / sum |F_o|, which takes off what R and C differ in stiffness,
+  ///     q = sqrt(e_c / (r e_o)),    s = (1 - q)/(1 + q)/2 - 1/5.
+  /// This is measured: s that makes growth rates right on twelve meshes of three brakes
+  /// (tests/benchmark/lift_off.py) lies within 0.15 of it. So the edge is there to a fifth of the
+  /// spacing. Where q is beyond those of the measurement, as at a chamfer's edge, it is anywhere
+  /// within half a spacing.
   struct EdgeEffects
   {
-    std::vector<std::complex<double>> smaller, larger; ///< area in contact; column-major
+    using Effect = std::vector<std::complex<double>>; ///< column-major
+    Effect opening, closing;                          ///< F_o, F_c
+    Effect smaller, larger;                           ///< area in contact, at most
+    Effect likeliest; ///< F(s); zero for edges that are not known better than the spacing
     /// The multipliers beside the edge and their parts of z_j^H dQ x_j, one for each mode.
     std::vector<unsigned int> rows;
     std::vector<std::vector<std::complex<double>>> parts;

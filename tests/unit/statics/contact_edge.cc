@@ -76,9 +76,7 @@ namespace squeal::tests::contact_edge_tests
       REQUIRE(partners.size() == m);
       std::vector<Complex> f(m * m);
       for (unsigned int k = 0; k < f.size(); ++k)
-        f[k] = -(opens ? 3. * effects.smaller[k] + effects.larger[k]
-                       : 3. * effects.larger[k] + effects.smaller[k]) /
-               (2. * modes.lambda[k % m]);
+        f[k] = -(opens ? effects.opening[k] : effects.closing[k]) / (2. * modes.lambda[k % m]);
       const ErrorBounds bounds = bound_errors(
           modes.lambda, {}, {std::vector<Complex>(m * m), std::vector<double>(m), 2, {{f}}});
       double largest = 0;
