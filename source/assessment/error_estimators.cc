@@ -112,7 +112,7 @@ namespace squeal
       /// By material: the factors of its matrices at each eigenvalue.
       std::vector<std::vector<OperatorFactors>> factors;
       DenseMatrix t_re, t_im;               ///< T
-      DenseMatrix locked_re, locked_im;     ///< what T becomes more where elements lock, at most
+      DenseMatrix yielding_re, yielding_im; ///< what T becomes more where V_h follows, at most
       std::vector<Column> state_correction; ///< sums and numbers of summands
     };
 
@@ -123,7 +123,7 @@ namespace squeal
           n_vectors(m + with_state), base(model.spaces()), spaces(base, base.fe.degree + 1),
           n(spaces.fe.n_dofs_per_cell()), n_fields(base.n_fields()),
           lift(interpolation(base.fe, spaces.fe)), cell_residuals(base, spaces),
-          materials(prm.materials()), t_re(m, m), t_im(m, m), locked_re(m, m), locked_im(m, m)
+          materials(prm.materials()), t_re(m, m), t_im(m, m), yielding_re(m, m), yielding_im(m, m)
     {
       const bool long_cells = base.fe.degree < free_of_locking && too_long_cells(prm) > 0;
       for (const Parameters::BodyMaterial &material : materials)
@@ -557,9 +557,10 @@ namespace squeal
         for (unsigned int j = 0; j < 4 * n_vectors; ++j)
           for (unsigned int i = 0; i < n_kept; ++i)
             r(i, j) = tested.values[std::size_t(j) * n_fields * n_w + problem.unknowns[i]];
-        const bool may_lock = locks[material];
+        const bool yields =
+            locks[material] || is_long_at_support<dim>(cell, base.geometry.supports);
         DenseMatrix softer;
-        if (may_lock)
+        if (yields)
           softer = soften(number, material, problem);
         const DenseMatrix right = half(r, false), left = half(r, true),
                           solution = problem.symmetric
@@ -568,7 +569,7 @@ namespace squeal
         DenseMatrix e_re(n_vectors, n_vectors), e_im(n_vectors, n_vectors);
         add_product(left, solution, e_re, e_im);
         DenseMatrix more_re(n_vectors, n_vectors), more_im(n_vectors, n_vectors);
-        if (may_lock)
+        if (yields)
           add_product(left,
                       problem.symmetric ? solve_positive(std::move(softer), right)
                                         : solve(std::move(softer), right),
@@ -581,12 +582,12 @@ namespace squeal
             const Complex e = Complex(e_re(i, j), e_im(i, j)) / factors[material][j].k;
             t_re(i, j) -= e.real();
             t_im(i, j) -= e.imag();
-            if (may_lock)
+            if (yields)
             {
               const Complex more =
                   Complex(more_re(i, j), more_im(i, j)) / factors[material][j].k - e;
-              locked_re(i, j) -= more.real();
-              locked_im(i, j) -= more.imag();
+              yielding_re(i, j) -= more.real();
+              yielding_im(i, j) -= more.imag();
             }
             if (i == j)
               parts.emplace_back(e / (2. * modes.lambda[j]));
@@ -695,19 +696,19 @@ namespace squeal
     template <int dim>
     void Estimator<dim>::find_corrections(EigenvalueErrors &errors)
     {
-      // T, what locking may add to it, then sum |Re| of the cells' parts of each mode
+      // T, what may come to it where V_h follows, then sum |Re| of the cells' parts of each mode
       std::vector<double> sums;
-      for (const DenseMatrix *block : {&t_re, &t_im, &locked_re, &locked_im})
+      for (const DenseMatrix *block : {&t_re, &t_im, &yielding_re, &yielding_im})
         sums.insert(sums.end(), block->values.begin(), block->values.end());
       sums.resize(4 * m * m + m);
       for (const auto &cell : errors.cells)
         for (unsigned int j = 0; j < m; ++j)
           sums[4 * m * m + j] += std::abs(cell[j].real());
       MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, spaces.comm);
-      std::vector<Complex> f(m * m), locked(m * m);
+      std::vector<Complex> f(m * m), yielding_effect(m * m);
       for (unsigned int i = 0; i < m; ++i)
         for (unsigned int j = 0; j < m; ++j)
-          for (std::vector<Complex> *effect : {&f, &locked})
+          for (std::vector<Complex> *effect : {&f, &yielding_effect})
           {
             const double *block = &sums[effect == &f ? 0 : 2 * m * m];
             (*effect)[i + m * j] =
@@ -717,8 +718,10 @@ namespace squeal
       effects = {std::move(f), {sums.end() - m, sums.end()}, base.fe.degree, {other_edges(errors)}};
       if (with_state)
         effects.alternatives.push_back({other_pressure()});
-      if (std::any_of(locks.begin(), locks.end(), [](const bool l) { return l; }))
-        effects.alternatives.push_back({locked});
+      // The same on all ranks, whichever has such cells
+      if (std::any_of(yielding_effect.begin(), yielding_effect.end(),
+                      [](const Complex e) { return e != 0.; }))
+        effects.alternatives.push_back({yielding_effect});
       errors.bounds = bound_errors(modes.lambda, modes.parity, effects);
     }
 

@@ -1,5 +1,8 @@
 #include <squeal/assessment/locking.h>
 
+#include <algorithm>
+#include <limits>
+
 namespace squeal
 {
   namespace
@@ -25,6 +28,28 @@ namespace squeal
                           prm.discretization.rotor_cells[0],
                  thickness = prm.rotor.thickness / prm.discretization.rotor_cells[2];
     return prm.scene == Scene::brake && length > long_cell * thickness ? length / thickness : 0;
+  }
+
+  template <int dim>
+  bool is_long_at_support(const typename Triangulation<dim>::cell_iterator &cell,
+                          const std::vector<Support<dim>> &supports)
+  {
+    constexpr double long_cell = 4;
+    double shortest = std::numeric_limits<double>::max(), longest = 0;
+    for (unsigned int d = 0; d < dim; ++d)
+    {
+      shortest = std::min(shortest, cell->extent_in_direction(d));
+      longest  = std::max(longest, cell->extent_in_direction(d));
+    }
+    if (longest <= long_cell * shortest)
+      return false;
+    for (const unsigned int face : cell->face_indices())
+      if (cell->at_boundary(face))
+        for (const Support<dim> &support : supports)
+          if (cell->face(face)->boundary_id() == support.boundary &&
+              std::count(support.fixed.begin(), support.fixed.end(), true) == dim)
+            return true;
+    return false;
   }
 
   template <int dim>
@@ -72,6 +97,10 @@ namespace squeal
     return result;
   }
 
+  template bool is_long_at_support(const Triangulation<2>::cell_iterator &,
+                                   const std::vector<Support<2>> &);
+  template bool is_long_at_support(const Triangulation<3>::cell_iterator &,
+                                   const std::vector<Support<3>> &);
   template class YieldingCells<2>;
   template class YieldingCells<3>;
 } // namespace squeal
