@@ -31,7 +31,7 @@ namespace squeal
   }
 
   template <int dim>
-  bool is_long_at_support(const typename Triangulation<dim>::cell_iterator &cell,
+  bool is_long_at_support(const typename dealii::Triangulation<dim>::cell_iterator &cell,
                           const std::vector<Support<dim>> &supports)
   {
     constexpr double long_cell = 4;
@@ -97,9 +97,9 @@ namespace squeal
     return result;
   }
 
-  template bool is_long_at_support(const Triangulation<2>::cell_iterator &,
+  template bool is_long_at_support(const dealii::Triangulation<2>::cell_iterator &,
                                    const std::vector<Support<2>> &);
-  template bool is_long_at_support(const Triangulation<3>::cell_iterator &,
+  template bool is_long_at_support(const dealii::Triangulation<3>::cell_iterator &,
                                    const std::vector<Support<3>> &);
   template class YieldingCells<2>;
   template class YieldingCells<3>;

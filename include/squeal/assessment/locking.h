@@ -3,6 +3,8 @@
 #include <squeal/assessment/local_problems.h>
 #include <squeal/parameters/parameters.h>
 
+#include <deal.II/grid/tria.h>
+
 namespace squeal
 {
   /// Elements of lower degrees lock in nearly incompressible and in flat bodies.
@@ -19,7 +21,7 @@ namespace squeal
   /// singular, and is long beside its shortest side. Then stress falls over a small part of its
   /// length, and functions of V_h that follow are as many as those of one degree more.
   template <int dim>
-  bool is_long_at_support(const typename Triangulation<dim>::cell_iterator &cell,
+  bool is_long_at_support(const typename dealii::Triangulation<dim>::cell_iterator &cell,
                           const std::vector<Support<dim>> &supports);
 
   /// What functions of V_h give way to a local problem on its cell, its neighbours being free:
