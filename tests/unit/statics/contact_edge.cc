@@ -35,9 +35,8 @@ namespace squeal::tests::contact_edge_tests
     }
   } // namespace
 
-  /// The half-spacing effects are combined from those of opening R and of closing C, which they
-  /// give back: F_o = 3 smaller + larger, F_c = 3 larger + smaller. These are compared with the
-  /// eigenvalues of the problem in which R is open or C is closed.
+  /// The effects of opening R and of closing C are compared with the eigenvalues of the problem in
+  /// which R is open or C is closed.
   TEST_CASE("A contact that opens or closes moves the eigenvalues as its edge says")
   {
     const Parameters::All prm = brake_with_lift_off();
@@ -91,5 +90,72 @@ namespace squeal::tests::contact_edge_tests
       }
       CHECK(largest > 1e-4 * std::abs(modes.lambda[0])); // otherwise nothing was compared
     }
+  }
+
+  TEST_CASE("The static state tells where between its nodes the edge of contact is")
+  {
+    const Parameters::All prm = brake_with_lift_off();
+    const Geometry<3> bodies  = make_brake(prm);
+    Log log(MPI_COMM_WORLD);
+    PhaseTimer timer;
+    BrakeModel<3> model(bodies, prm, MPI_COMM_WORLD, log, timer);
+    model.distribute();
+    model.assemble(prm);
+    const EigenPairs modes   = solve(model.problem(), prm);
+    const ContactEdge &known = model.equilibrium()->edge;
+    ContactEdge edge; // a copy, whose energies are given
+    edge.releasing       = known.releasing;
+    edge.closing         = known.closing;
+    edge.releasing_at    = known.releasing_at;
+    edge.closing_at      = known.closing_at;
+    edge.slack           = known.slack;
+    edge.pressure        = known.pressure;
+    edge.closed          = sum_of(model.spaces().rows, {{1., known.closed}});
+    edge.release_energy  = known.release_energy;
+    edge.closing_energy  = known.closing_energy;
+    const unsigned int m = modes.size();
+    REQUIRE(edge.release_energy.size() == edge.closing_energy.size());
+
+    // The shift s of the parabola (s^2 - s)/2 F_o + (s^2 + s)/2 F_c that gives an effect, for one
+    // mode
+    const auto shift_of = [&](const EdgeEffects &effects, const std::vector<Complex> &effect)
+    {
+      const Complex F_o = effects.opening[0], F_c = effects.closing[0], a = (F_c + F_o) / 2.,
+                    b = (F_c - F_o) / 2., root = std::sqrt(b * b + 4. * a * effect[0]);
+      const Complex one = (-b + root) / (2. * a), other = (-b - root) / (2. * a);
+      return std::abs(one) < std::abs(other) ? one : other;
+    };
+    // Both pads have one energy, so that they have one shift.
+    double q_before = 0;
+    for (const double closing : {0., 0.01, 0.3, 1.})
+    {
+      std::fill(edge.release_energy.begin(), edge.release_energy.end(), 1.);
+      std::fill(edge.closing_energy.begin(), edge.closing_energy.end(), closing);
+      const EdgeEffects effects = edge_effects(edge, modes.right, modes.left);
+      // sum |F_c| / sum |F_o| by pad; here they are images of each other
+      double of_opening = 0, of_closing = 0;
+      for (unsigned int j = 0; j < m; ++j)
+      {
+        of_opening += std::abs(effects.opening[j + m * j]);
+        of_closing += std::abs(effects.closing[j + m * j]);
+      }
+      const double q = std::sqrt(closing * of_opening / of_closing);
+      CAPTURE(q);
+      if (closing == 0 || q > 1.2)
+      {
+        // Not known better than to half a spacing
+        CHECK(std::abs(effects.likeliest[0]) == 0);
+        CHECK(std::abs(shift_of(effects, effects.smaller) + 0.5) <= 1e-8);
+        CHECK(std::abs(shift_of(effects, effects.larger) - 0.5) <= 1e-8);
+        continue;
+      }
+      const double s = (1 - q) / (1 + q) / 2 - 0.2;
+      CHECK(q > q_before);
+      CHECK(std::abs(shift_of(effects, effects.likeliest) - s) <= 1e-8);
+      CHECK(std::abs(shift_of(effects, effects.smaller) - (s - 0.2)) <= 1e-8);
+      CHECK(std::abs(shift_of(effects, effects.larger) - (s + 0.2)) <= 1e-8);
+      q_before = q;
+    }
+    CHECK(q_before > 0);
   }
 } // namespace squeal::tests::contact_edge_tests
