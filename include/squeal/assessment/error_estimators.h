@@ -38,8 +38,9 @@ namespace squeal
   /// stress included; local problems leave that out, and what the stress's own error does: both are
   /// of the size of the static strain.
   ///
-  /// With a computed steady pressure the bounds contain what half a spacing of nodes at the edge
-  /// of contact changes (contact_edge.h), and the effect of the pressure's own error. Collective.
+  /// With a computed steady pressure the correction contains where the edge of contact is, the
+  /// bounds how well that is known (contact_edge.h), and the effect of the pressure's own error.
+  /// Collective.
   template <int dim>
   EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const EigenPairs &modes);
 } // namespace squeal
