@@ -52,18 +52,18 @@ namespace squeal
           }
     }
 
-    /// |a_i (A a)_i| / 2, summed by group.
-    std::vector<double> energies(const DenseMatrix &A, const DenseMatrix &a,
-                                 const std::vector<unsigned int> &groups)
+    /// |sum a_i (A a)_i| / 2 of each interface that slides; zero of the others, by which the
+    /// position of the edge has not been measured.
+    template <int dim>
+    std::vector<double> energies(const Contact<dim> &contact, const DenseMatrix &A,
+                                 const DenseMatrix &a, const std::vector<unsigned int> &interfaces)
     {
       DenseMatrix answer(A.n_rows, 1);
       gemm(false, 1, A, a, 0, answer);
-      std::vector<double> result;
-      for (unsigned int i = 0; i < groups.size(); ++i)
-      {
-        result.resize(std::max<std::size_t>(result.size(), groups[i] + 1));
-        result[groups[i]] += a(i, 0) * answer(i, 0) / 2;
-      }
+      std::vector<double> result(contact.paired_interfaces().size());
+      for (unsigned int i = 0; i < interfaces.size(); ++i)
+        if (contact.slides(interfaces[i]))
+          result[interfaces[i]] += a(i, 0) * answer(i, 0) / 2;
       for (double &energy : result)
         energy = std::abs(energy);
       return result;
@@ -166,8 +166,9 @@ namespace squeal
     {
       edge.slack =
           rows_of(solve(unit_columns(rows, edge.releasing), edge.releasing), edge.releasing);
-      edge.slack          = inverse_of(std::move(edge.slack));
-      edge.release_energy = energies(edge.slack, rows_of(state, edge.releasing), edge.releasing_at);
+      edge.slack = inverse_of(std::move(edge.slack));
+      edge.release_energy =
+          energies(contact, edge.slack, rows_of(state, edge.releasing), edge.releasing_at);
     }
     if (!edge.closing.empty())
     {
@@ -188,7 +189,7 @@ namespace squeal
           rows_of(contact_load(wider, pressure, with_friction), edge.closing);
       for (unsigned int i = 0; i < gaps.n_rows; ++i)
         gaps(i, 0) -= initial(i, 0);
-      edge.closing_energy = energies(edge.pressure, gaps, edge.closing_at);
+      edge.closing_energy = energies(contact, edge.pressure, gaps, edge.closing_at);
     }
     return edge;
   }

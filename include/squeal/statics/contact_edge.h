@@ -28,6 +28,7 @@ namespace squeal
     std::vector<unsigned int> releasing_at, closing_at; ///< the interface of each
     /// By interface: static energy that R releases, Lambda_R^T slack Lambda_R / 2, and that it
     /// would take to close C, r_C^T pressure r_C / 2 with r_C = b x - g_C; J, without their signs.
+    /// Zero of interfaces that do not slide.
     std::vector<double> release_energy, closing_energy;
     DenseMatrix slack;    ///< (E_R^T A^{-1} E_R)^{-1}, a pseudo-inverse
     DenseMatrix pressure; ///< (c - b A^{-1} a)^{-1}, likewise
@@ -62,8 +63,8 @@ namespace squeal
   ///     q = sqrt(e_c / (r e_o)),    s = (1 - q)/(1 + q)/2 - 1/5.
   /// This is measured: s that makes growth rates right on twelve meshes of three brakes
   /// (tests/benchmark/lift_off.py) lies within 0.15 of it. So the edge is there to a fifth of the
-  /// spacing. Where q is beyond those of the measurement, as at a chamfer's edge, it is anywhere
-  /// within half a spacing.
+  /// spacing. Where q is beyond those of the measurement, as at a chamfer's edge, and between
+  /// bodies that do not slide, it is anywhere within half a spacing.
   struct EdgeEffects
   {
     using Effect = std::vector<std::complex<double>>; ///< column-major
