@@ -87,14 +87,15 @@ def on_circle(a, b):
     return x * r / straight, y * r / straight, z
 
 
-def brake_graded_at_the_clamp(n_corners):
+def brake_graded_at_the_clamp(n_corners, heights=(-0.006, -0.0042, 0.0042, 0.006)):
     """The default brake, whose disc has short cells at the clamp's edges, where stress is singular, and lines of cells under
-    the pads' edges. The pads' cells become elements with so many corners, quadratic if they are divided."""
+    the pads' edges; heights are those of the disc's layers. The pads' cells become elements with so many corners, quadratic
+    if they are divided."""
     radii, half = [0.05, 0.052, 0.06, 0.09, 0.115, 0.14, 0.15], math.radians(25)
     on_pad = mesh_files.equal(-half, half, 4)
     mesh = mesh_files.Mesh()
     mesh.sector("rotor", radii, on_pad + mesh_files.equal(half, 2 * math.pi - half, 31)[1:],
-                [-0.006, -0.0042, 0.0042, 0.006], ring=True)
+                list(heights), ring=True)
     for name, low in (("upper", 0.006), ("lower", -0.018)):
         mesh.sector(name, radii[3:6], on_pad, [low, low + 0.012])
     elements = Elements(mesh, lambda name: 8 if name == "rotor" else n_corners)

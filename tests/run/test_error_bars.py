@@ -14,6 +14,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import element_files  # noqa: E402
 import error_statistics as es  # noqa: E402
 import layered_brakes as lp  # noqa: E402
 import squeal_testing as st  # noqa: E402
@@ -89,6 +90,43 @@ class LayeredPads(st.TestCase):
             long += bars.real > 10 * max(abs(error.real), better["growth_rate_error_1_per_s"])
         self.assertEqual(worse, 0, "corrected values further from the finer solution's")
         self.assertLessEqual(long, 1, "bars of growth rates more than ten times the error")
+
+
+class LiftOff(st.TestCase):
+    def rows_of(self, name, **settings):
+        result = st.run(st.PROJECT / "prm/brake.prm", *[part for key, value in {
+            "Pads/Sector angle": 65, "Contact/Friction/Coefficient": 0.4, "Eigenproblem/Maximum frequency": 4000,
+            "Output/Fields": "none", "Output/Directory": name, **settings}.items() for part in ("--set", f"{key}={value}")],
+            directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        return st.read_table(self.directory / name / "modes.csv")
+
+    def test_border_of_contact(self):
+        """Pads of 65 degrees: degree 2 against degree 3 with smaller cells, whose growth rates are known to 0.06 1/s
+        (tests/benchmark/lift_off.py). The border is most of the error, and is taken off."""
+        values = [st.eigenvalue(row) for row in self.rows_of("fine", **{"Discretization/Pad cells": "4, 8, 1",
+                                                                       "Eigenproblem/Error bars": "false"})]
+        pairs = [(row, values[j]) for row, j in es.pair(self.rows_of("coarse", **{"Discretization/Degree": 2}), values)]
+        self.assertEqual(len(pairs), 12)
+        computed = [abs(row["growth_rate_1_per_s"] - value.real) for row, value in pairs]
+        corrected = [abs(row["corrected_growth_rate_1_per_s"] - value.real) for row, value in pairs]
+        self.assertGreater(max(computed), 3)
+        self.assertLess(max(corrected), 0.2 * max(computed))
+        for error, (row, _) in zip(computed, pairs):
+            self.assertLessEqual(error, row["growth_rate_error_1_per_s"] + 0.06)
+
+
+class LongCells(st.TestCase):
+    def test_thin_along_the_radius_alone(self):
+        """One layer of cells, 2 mm along the radius at the clamp and 12 mm high: one degree more sees half of what it
+        changes there, and bars hold since the functions of the degree at hand are let follow (18 of 25 without)."""
+        self.write("brake.msh", element_files.msh2(element_files.brake_graded_at_the_clamp(8, (-0.006, 0.006))))
+        modes = es.compare("T6", self.modes({**es.settings_of_file("T6", "brake.msh", 4), "Mesh/Curved bodies": "all",
+                                             "Output/Fields": "none"}))
+        self.assertEqual(len(modes), 25)
+        covered = es.statistics(modes).covered
+        self.assertGreaterEqual(covered["frequency"], 23)
+        self.assertEqual(covered["growth"], 25)
 
 
 class Sectors(st.TestCase):
