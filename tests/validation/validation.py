@@ -35,6 +35,10 @@ INTRODUCTION = """# Validation: published problems and closed forms
 Printed by `python3 tests/validation/validation.py --write`; a test runs it again and compares. *Allowed* is the order of what
 the formula leaves out. *Bar* is the program's own error bar, where a run has one.
 
+The linearisation has a check of its own: a block on a moving strip, its nonlinear contact and friction forces integrated in
+time from a small disturbance. Of flutter modes, their decaying partners and modes that falling friction feeds, six in all over
+up to a hundred periods, the rates of growth and decay are those of the eigenvalues to 1 % (unit test *time integration*).
+
 """
 
 
