@@ -50,7 +50,8 @@ class DebugBuild(st.TestCase):
                          "iterative_statics: products without matrices are those with*",
                          "iterative_statics: the state is that of the direct solver where nodes hang",
                          "unilateral_contact: one factorisation serves other friction*", "contact_convergence*",
-                         "friction work: its integral*", "unilateral_contact: the zone of another mesh is a start", "time integration*"])
+                         "friction work: its integral*", "unilateral_contact: the zone of another mesh is a start",
+                         "time integration*"])
         result = subprocess.run([UNIT_TESTS, f"--test-case-exclude={slow}"], env=st.ENVIRONMENT,
                                 capture_output=True, text=True, timeout=1800)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)

@@ -59,8 +59,8 @@ class CutAndTied(st.TestCase):
         mesh = add_pads(disc([("rotor", radii, 18, (LOW, 0)), ("top", radii, 24, (0, HIGH))]))
         tied = self.modes_of(mesh, **cut)
         self.assertWithinBars(tied, whole)
-        ranks = self.modes({**BRAKE, **cut, "Eigenproblem/Error bars": "false"}, ranks=2)
-        self.assertSameModes(eigenvalues(ranks), eigenvalues(tied), 1e-7)
+        on_two_ranks = self.modes({**BRAKE, **cut, "Eigenproblem/Error bars": "false"}, ranks=2)
+        self.assertSameModes(eigenvalues(on_two_ranks), eigenvalues(tied), 1e-7)
 
     def test_disc_around(self):
         """A cylindrical tie: the disc inside of the pads, 18 cells around, and the ring that they touch, 20."""

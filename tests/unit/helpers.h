@@ -30,6 +30,20 @@ namespace squeal::tests
     return dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD);
   }
 
+  /// a += c b
+  inline void add(MultiVector &a, const double c, const MultiVector &b)
+  {
+    for (unsigned int i = 0; i < a.n_local(); ++i)
+      a.data()[i] += c * b.data()[i];
+  }
+
+  /// a + c b
+  inline MultiVector sum(MultiVector a, const double c, const MultiVector &b)
+  {
+    add(a, c, b);
+    return a;
+  }
+
   /// |computed - expected| / scale; the scale is |expected| unless given.
   inline double relative_error(const double computed, const double expected, const double scale = 0)
   {

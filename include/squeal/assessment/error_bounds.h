@@ -21,9 +21,9 @@ namespace squeal
     /// Sums of the moduli of the cells' parts of Re F_jj.
     std::vector<double> growth_rate_parts;
     unsigned int degree = 1;
-    /// Effects that may be so or not and belong to no correction: of each group of them, which
-    /// exclude each other, the larger change is added. Where a group has three, the third is the
-    /// likeliest and belongs to the correction, too: the others lie on both sides of it.
+    /// Effects that may be so or not: of each group of them, which exclude each other, the larger
+    /// change is added. They belong to no correction, but for the third of a group of three: it is
+    /// the likeliest, and the others lie on both sides of it.
     std::vector<std::vector<Effect>> alternatives;
   };
 

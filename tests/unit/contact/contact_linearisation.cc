@@ -120,15 +120,6 @@ namespace squeal::tests::contact_linearisation_tests
           masks; ///< 1 in the rows of each displacement component and the multipliers
     };
 
-    /// a + c b
-    MultiVector sum(const MultiVector &a, const double c, const MultiVector &b)
-    {
-      MultiVector result = a;
-      for (unsigned int i = 0; i < a.n_local(); ++i)
-        result.data()[i] += c * b.data()[i];
-      return result;
-    }
-
     /// |computed - expected|/|expected|, 2-norms over displacement rows and over multiplier rows,
     /// the worse of them.
     template <int dim>

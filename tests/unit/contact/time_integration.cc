@@ -38,18 +38,6 @@ namespace squeal::tests::time_integration_tests
       return prm;
     }
 
-    void add(MultiVector &a, const double c, const MultiVector &b)
-    {
-      for (unsigned int i = 0; i < a.n_local(); ++i)
-        a.data()[i] += c * b.data()[i];
-    }
-
-    MultiVector sum(MultiVector a, const double c, const MultiVector &b)
-    {
-      add(a, c, b);
-      return a;
-    }
-
     /// M a + P v + Q u + f(u, v) = b by the trapezoidal rule, f being the forces of contact and
     /// friction.
     struct Motion
@@ -90,8 +78,7 @@ namespace squeal::tests::time_integration_tests
       {
         const Factorization mass(M, Factorization::Kind::ldlt, "mass");
         a = mass.solve(residual(u, v, a));
-        for (unsigned int i = 0; i < a.n_local(); ++i)
-          a.data()[i] = -a.data()[i];
+        a *= -1;
       }
 
       void step()

@@ -27,6 +27,20 @@ namespace squeal::tests::contact_edge_tests
       return prm;
     }
 
+    /// Its equations about the static state.
+    struct LiftedBrake
+    {
+      LiftedBrake() : model(make_brake(prm), prm, MPI_COMM_WORLD, log, timer)
+      {
+        model.distribute();
+        model.assemble(prm);
+      }
+      const Parameters::All prm = brake_with_lift_off();
+      Log log{MPI_COMM_WORLD};
+      PhaseTimer timer;
+      BrakeModel<3> model;
+    };
+
     EigenPairs solve(const QuadraticEigenproblem &problem, const Parameters::All &prm)
     {
       EigensolverOptions options;
@@ -39,13 +53,9 @@ namespace squeal::tests::contact_edge_tests
   /// which R is open or C is closed.
   TEST_CASE("A contact that opens or closes moves the eigenvalues as its edge says")
   {
-    const Parameters::All prm = brake_with_lift_off();
-    const Geometry<3> bodies  = make_brake(prm);
-    Log log(MPI_COMM_WORLD);
-    PhaseTimer timer;
-    BrakeModel<3> model(bodies, prm, MPI_COMM_WORLD, log, timer);
-    model.distribute();
-    model.assemble(prm);
+    LiftedBrake brake;
+    const Parameters::All &prm          = brake.prm;
+    const BrakeModel<3> &model          = brake.model;
     const QuadraticEigenproblem problem = model.problem();
     const EigenPairs modes              = solve(problem, prm);
     const ContactEdge &edge             = model.equilibrium()->edge;
@@ -94,15 +104,9 @@ namespace squeal::tests::contact_edge_tests
 
   TEST_CASE("The static state tells where between its nodes the edge of contact is")
   {
-    const Parameters::All prm = brake_with_lift_off();
-    const Geometry<3> bodies  = make_brake(prm);
-    Log log(MPI_COMM_WORLD);
-    PhaseTimer timer;
-    BrakeModel<3> model(bodies, prm, MPI_COMM_WORLD, log, timer);
-    model.distribute();
-    model.assemble(prm);
-    const EigenPairs modes   = solve(model.problem(), prm);
-    const ContactEdge &known = model.equilibrium()->edge;
+    LiftedBrake brake;
+    const EigenPairs modes   = solve(brake.model.problem(), brake.prm);
+    const ContactEdge &known = brake.model.equilibrium()->edge;
     ContactEdge edge; // a copy, whose energies are given
     edge.releasing       = known.releasing;
     edge.closing         = known.closing;
@@ -110,7 +114,7 @@ namespace squeal::tests::contact_edge_tests
     edge.closing_at      = known.closing_at;
     edge.slack           = known.slack;
     edge.pressure        = known.pressure;
-    edge.closed          = sum_of(model.spaces().rows, {{1., known.closed}});
+    edge.closed          = sum_of(brake.model.spaces().rows, {{1., known.closed}});
     edge.release_energy  = known.release_energy;
     edge.closing_energy  = known.closing_energy;
     const unsigned int m = modes.size();
