@@ -466,15 +466,19 @@ class Report:
             if of(path + "/Law") == "transversely_isotropic":
                 young += f" ({number(1e-9 * float(of(path + '/Axial Young modulus')))} along z)"
             of_frequency = [f"{key.lower()} {of(path + '/' + key)}" for key in
-                            ("Loss factor", "Prony series", "Fractional Zener", "Modulus table")
+                            ("Bulk viscosity", "Shear viscosity", "Viscosity tensor", "Loss factor", "Prony series",
+                             "Fractional Zener", "Modulus table")
                             if of(path + "/" + key, "") not in ("", "0")]
             rows.append([name, young, number(of(path + "/Poisson ratio")), number(of(path + "/Density")),
                          number(of(path + "/Mass proportional damping")), number(of(path + "/Stiffness proportional damping")),
                          "; ".join(of_frequency)])
         header = ["material of<", "E, GPa", "\N{GREEK SMALL LETTER NU}", "density, kg/m\N{SUPERSCRIPT THREE}",
-                  "damping \N{GREEK SMALL LETTER ALPHA}, 1/s", "\N{GREEK SMALL LETTER BETA}, s", "over frequency<"]
+                  "damping \N{GREEK SMALL LETTER ALPHA}, 1/s", "\N{GREEK SMALL LETTER BETA}, s", "other damping<"]
         n_columns = len(header) if any(row[-1] for row in rows) else len(header) - 1
         self.body.append(table(header[:n_columns], [row[:n_columns] for row in rows]))
+        if of("Modal damping/Ratios", "") and float(of("Modal damping/Factor", 1)):
+            self.note(f"Damping of real modes, frequency (Hz) : ratio, times {of('Modal damping/Factor')}: "
+                      f"{of('Modal damping/Ratios')}.")
         masses = [f"{row['name']} {number(row['mass_kg'], 4)} kg" for row in self.rows("mesh.csv")
                   if row.get("kind") == "body" and row.get("mass_kg")]
         if masses:

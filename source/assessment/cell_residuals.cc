@@ -114,19 +114,19 @@ namespace squeal
   /// Puts in the place of a function's values and derivatives what is tested with values and
   /// derivatives: with s the stress and d_phi = w.grad
   ///     values       rho [m u + g/2 d_phi u],
-  ///     derivatives  k s + rho [m_star d_phi u - g/2 u] w^T + stress grad(u) sigma_0.
+  ///     derivatives  k s + v s_v + rho [m_star d_phi u - g/2 u] w^T + stress grad(u) sigma_0.
   template <int dim>
   void CellResiduals<dim>::combine_at_points(const Material &material, const OperatorFactors &c,
                                              double *const *re, double *const *im) const
   {
-    const ElasticModuli<dim> C(material);
+    const ElasticModuli<dim> C(material), C_v(material.viscosity);
     const double rho     = material.density;
     const Complex g_half = rho * c.g / 2., m = rho * c.m, m_star = rho * c.m_star;
     for (unsigned int q = 0; q < n_q; ++q)
     {
       const Point &point = points[q];
       // [part][component][direction]
-      double gradient[2][dim][dim], along[2][dim], stress[2][dim][dim];
+      double gradient[2][dim][dim], along[2][dim], stress[2][dim][dim], viscous[2][dim][dim];
       for (unsigned int part = 0; part < 2; ++part)
       {
         std::array<const double *, dim> fields;
@@ -140,6 +140,8 @@ namespace squeal
             along[part][i] += point.transport[d] * gradient[part][i][d];
         }
         stress_of(C, gradient[part], stress[part]);
+        if (c.v != 0.)
+          stress_of(C_v, gradient[part], viscous[part]);
       }
       for (unsigned int i = 0; i < dim; ++i)
       {
@@ -160,6 +162,13 @@ namespace squeal
           flux_re[d] = jxw[q] * (c.k.real() * s_re - c.k.imag() * s_im + t_re * point.transport[d]);
           flux_im[d] = jxw[q] * (c.k.real() * s_im + c.k.imag() * s_re + t_im * point.transport[d]);
         }
+        if (c.v != 0.)
+          for (unsigned int d = 0; d < dim; ++d)
+          {
+            const double s_re = viscous[0][i][d], s_im = viscous[1][i][d];
+            flux_re[d] += jxw[q] * (c.v.real() * s_re - c.v.imag() * s_im);
+            flux_im[d] += jxw[q] * (c.v.real() * s_im + c.v.imag() * s_re);
+          }
         if (c.stress != 0.)
           for (unsigned int d = 0; d < dim; ++d)
             for (unsigned int l = 0; l < dim; ++l)
@@ -199,8 +208,8 @@ namespace squeal
         // Q^H: conjugate factors, and G is skew.
         OperatorFactors c = factors[j];
         if (left)
-          c = {std::conj(c.m), std::conj(c.k), -std::conj(c.g), std::conj(c.m_star),
-               std::conj(c.stress)};
+          c = {std::conj(c.m),      std::conj(c.k),      -std::conj(c.g),
+               std::conj(c.m_star), std::conj(c.stress), std::conj(c.v)};
         std::array<double *, dim> re, im;
         for (unsigned int i = 0; i < dim; ++i)
         {

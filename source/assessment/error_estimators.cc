@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <tuple>
 
 namespace squeal
@@ -21,12 +22,22 @@ namespace squeal
 
   namespace
   {
+    /// The multiple of the elastic moduli that is nearest to the viscous ones, C : C_v / C : C, s.
+    template <int dim>
+    double viscous_proportion(const Material &material)
+    {
+      const auto elastic = elasticity_tensor<dim>(material),
+                 viscous = elasticity_tensor(ElasticModuli<dim>(material.viscosity));
+      return std::inner_product(elastic.begin(), elastic.end(), viscous.begin(), 0.) /
+             std::inner_product(elastic.begin(), elastic.end(), elastic.begin(), 0.);
+    }
+
     /// Sums of a body's terms at the eigenvalue l: sum c l^order for each kind of matrix, and what
     /// f(l) makes of the stiffness. The static stress has one, if there is any.
     OperatorFactors factors_at(const Parameters::All &prm, const Parameters::BodyMaterial &material,
                                const Complex l, const bool has_stress)
     {
-      std::array<Complex, 4> sums{};
+      std::array<Complex, 5> sums{};
       if (prm.terms().material_damping)
         sums[static_cast<unsigned int>(BodyTerm::Kind::K)] =
             material.material.stiffness_factor(l) - 1.;
@@ -37,8 +48,8 @@ namespace squeal
                                                   : l * l);
       const auto of = [&](const BodyTerm::Kind kind)
       { return sums[static_cast<unsigned int>(kind)]; };
-      return {of(BodyTerm::Kind::M), of(BodyTerm::Kind::K), of(BodyTerm::Kind::G),
-              of(BodyTerm::Kind::M_star), has_stress ? 1. : 0.};
+      return {of(BodyTerm::Kind::M),      of(BodyTerm::Kind::K), of(BodyTerm::Kind::G),
+              of(BodyTerm::Kind::M_star), has_stress ? 1. : 0.,  of(BodyTerm::Kind::V)};
     }
 
     template <int dim>
@@ -57,7 +68,12 @@ namespace squeal
       /// column side by side, then the other fields of all. They also go to @p result.
       void lift_cell(unsigned int number, const std::vector<Column> &columns, DenseMatrix &coarse,
                      MultiVector &result);
-      void add_bodies();
+      /// Lifts columns and adds the products of the bodies' operators with them to @p forces: the
+      /// columns [Re X, Im X, Re Z, Im Z], as many of each as a material has factors.
+      void add_bodies(const std::vector<Column> &columns,
+                      const std::vector<std::vector<OperatorFactors>> &by_material,
+                      MultiVector &in_fine_space, std::vector<Column> &forces);
+      void add_measured_damping();
       void add_contact();
       /// Adds what is there as matrices, that is little.
       void add_matrices();
@@ -71,6 +87,8 @@ namespace squeal
                                 const std::vector<int> &unknowns, const double *solution);
       void add_static_residual();
       std::vector<Complex> other_pressure();
+      /// Multiplies what moves eigenvalues like a change of the stiffness: a column a mode.
+      void add_answer_of_damping(std::vector<Complex> &effects) const;
       void find_corrections(EigenvalueErrors &errors);
       /// Whether the body has a geometric stiffness, as in BrakeModel::linearise().
       bool is_stressed(const Parameters::BodyMaterial &material) const
@@ -109,6 +127,7 @@ namespace squeal
       MultiVector lifted;                           ///< the columns, interpolated
       std::vector<Column> residuals;                ///< of the columns
       const std::vector<Parameters::BodyMaterial> materials;
+      std::vector<double> proportions; ///< by material, viscous_proportion()
       /// By material: the factors of its matrices at each eigenvalue.
       std::vector<std::vector<OperatorFactors>> factors;
       DenseMatrix t_re, t_im;               ///< T
@@ -130,6 +149,7 @@ namespace squeal
       {
         locks.push_back(may_lock(material.material, base.fe.degree) ||
                         (material.of_rotor && long_cells));
+        proportions.push_back(viscous_proportion<dim>(material.material));
         factors.emplace_back();
         for (const Complex &l : modes.lambda)
           factors.back().push_back(factors_at(prm, material, l, is_stressed(material)));
@@ -206,19 +226,21 @@ namespace squeal
     }
 
     template <int dim>
-    void Estimator<dim>::add_bodies()
+    void Estimator<dim>::add_bodies(const std::vector<Column> &columns,
+                                    const std::vector<std::vector<OperatorFactors>> &by_material,
+                                    MultiVector &in_fine_space, std::vector<Column> &forces)
     {
-      const std::vector<Column> columns = import_columns();
-      const std::vector<Column> state   = prm.prestress.needs_state() && model.equilibrium()
-                                              ? base_map->import(model.equilibrium()->state)
-                                              : std::vector<Column>();
+      const unsigned int n_columns    = columns.size();
+      const std::vector<Column> state = prm.prestress.needs_state() && model.equilibrium()
+                                            ? base_map->import(model.equilibrium()->state)
+                                            : std::vector<Column>();
       DenseMatrix u_0(n_fields * base.fe.n_dofs_per_cell(), 1), coarse,
-          u(base.fe.n_dofs_per_cell(), dim * 4 * n_vectors), r(n, dim * 4 * n_vectors);
+          u(base.fe.n_dofs_per_cell(), dim * n_columns), r(n, dim * n_columns);
       unsigned int number = 0;
       for (const auto &cell : spaces.nodes.active_cell_iterators())
         if (cell->is_locally_owned())
         {
-          lift_cell(number, columns, coarse, lifted);
+          lift_cell(number, columns, coarse, in_fine_space);
           std::copy_n(coarse.values.begin(), u.values.size(), u.values.begin());
           cell_residuals.reinit(cell);
           const unsigned int material = material_of(cell);
@@ -231,27 +253,74 @@ namespace squeal
                  dim,
                  {u_0.values.begin(), u_0.values.begin() + dim * base.fe.n_dofs_per_cell()}});
           }
-          cell_residuals.apply(materials[material].material, factors[material], u, r);
-          for (unsigned int j = 0; j < 4 * n_vectors; ++j)
+          cell_residuals.apply(materials[material].material, by_material[material], u, r);
+          for (unsigned int j = 0; j < n_columns; ++j)
             for (const auto &entry : map->cells[number])
               if (entry.unknown < dim * n)
-                residuals[j].local_element(entry.index) +=
+                forces[j].local_element(entry.index) +=
                     entry.weight * r.values[std::size_t(j) * dim * n + entry.unknown];
           ++number;
         }
-      for (Column &column : residuals)
+      for (Column &column : forces)
         column.compress(VectorOperation::add);
       if (!base.has_nodeless_rows() || Utilities::MPI::this_mpi_process(spaces.comm) != 0)
         return;
       // The rows of points and superelements belong to no cell; they are the same on each space.
       const unsigned int n_points      = base.first_local_multiplier - base.first_point,
                          n_multipliers = base.rows.end - base.first_point_multiplier;
-      for (unsigned int j = 0; j < columns.size(); ++j)
+      for (unsigned int j = 0; j < n_columns; ++j)
       {
         const auto copy = [&](const unsigned int from, const unsigned int to, const unsigned int n)
-        { std::copy_n(columns[j].begin() + from, n, lifted.column(j) + to); };
+        { std::copy_n(columns[j].begin() + from, n, in_fine_space.column(j) + to); };
         copy(base.first_point, spaces.first_point, n_points);
         copy(base.first_point_multiplier, spaces.first_point_multiplier, n_multipliers);
+      }
+    }
+
+    /// Of modes with measured ratios, (f(l) - 1) sum_k (M phi_k) c_k (M phi_k)^T x: the inner
+    /// product is the model's, the force is M phi_k in the enriched space.
+    template <int dim>
+    void Estimator<dim>::add_measured_damping()
+    {
+      for (const RelaxationTerm &term : model.relaxation())
+      {
+        if (!term.low_rank)
+          continue;
+        // Four blocks of columns are wanted; with a real factor each column is by itself.
+        const unsigned int n_shapes = term.low_rank->weights.size(), n_each = (n_shapes + 3) / 4;
+        MultiVector shapes = term.low_rank->preimages;
+        shapes.append(MultiVector(base.rows, 4 * n_each - n_shapes));
+        MultiVector fine_shapes(spaces.rows, 4 * n_each);
+        std::vector<Column> forces = map->zeros(4 * n_each);
+        const std::vector<OperatorFactors> inertia(n_each, {1., 0., 0., 0., 0., 0.});
+        add_bodies(base_map->import(shapes), {materials.size(), inertia}, fine_shapes, forces);
+        const MultiVector of_points = multiply(sum_of(spaces.rows, joint_terms, 2), fine_shapes);
+        for (unsigned int k = 0; k < n_shapes; ++k)
+          for (unsigned int i = 0; i < of_points.n_local(); ++i)
+            forces[k].local_element(i) += of_points.column(k)[i];
+
+        for (const bool is_left : {false, true})
+        {
+          const ComplexMultiVector &x = is_left ? modes.left : modes.right;
+          const unsigned int side     = is_left ? 2 * n_vectors : 0;
+          const DenseMatrix re        = term.low_rank->weighted_products(x.re),
+                            im        = term.low_rank->weighted_products(x.im);
+          for (unsigned int j = 0; j < m; ++j)
+          {
+            const Complex of_right = term.coefficient * (term.factor(modes.lambda[j]) - 1.),
+                          factor   = is_left ? std::conj(of_right) : of_right;
+            for (unsigned int k = 0; k < n_shapes; ++k)
+            {
+              const Complex c = factor * Complex(re(k, j), im(k, j));
+              for (unsigned int i = 0; i < of_points.n_local(); ++i)
+              {
+                residuals[side + j].local_element(i) += c.real() * forces[k].local_element(i);
+                residuals[side + n_vectors + j].local_element(i) +=
+                    c.imag() * forces[k].local_element(i);
+              }
+            }
+          }
+        }
       }
     }
 
@@ -579,13 +648,14 @@ namespace squeal
           for (unsigned int i = 0; i < m; ++i)
           {
             // Damping makes the stiffness complex.
-            const Complex e = Complex(e_re(i, j), e_im(i, j)) / factors[material][j].k;
+            const OperatorFactors &c = factors[material][j];
+            const Complex stiffness  = c.k + c.v * proportions[material];
+            const Complex e          = Complex(e_re(i, j), e_im(i, j)) / stiffness;
             t_re(i, j) -= e.real();
             t_im(i, j) -= e.imag();
             if (yields)
             {
-              const Complex more =
-                  Complex(more_re(i, j), more_im(i, j)) / factors[material][j].k - e;
+              const Complex more = Complex(more_re(i, j), more_im(i, j)) / stiffness - e;
               yielding_re(i, j) -= more.real();
               yielding_im(i, j) -= more.imag();
             }
@@ -692,6 +762,24 @@ namespace squeal
       return f;
     }
 
+    /// Damping by measured ratios follows the real modes: P = g(M^{-1} K) in their coordinates with
+    /// g(w^2) = 2 zeta(w) w, so that with K it changes by g' dK, between modes of one frequency:
+    ///     dK + l dP = (1 + l g') dK,   g' = (w zeta(w))' / w.
+    template <int dim>
+    void Estimator<dim>::add_answer_of_damping(std::vector<Complex> &effects) const
+    {
+      for (const RelaxationTerm &term : model.relaxation())
+        if (term.low_rank)
+          for (unsigned int j = 0; j < m; ++j)
+          {
+            const Complex l      = modes.lambda[j];
+            const double omega   = std::abs(l);
+            const Complex answer = 1. + l * prm.modal_damping.slope(omega / (2 * M_PI)) / omega;
+            for (unsigned int i = 0; i < m && !effects.empty(); ++i)
+              effects[i + m * j] *= answer;
+          }
+    }
+
     /// Corrections and bounds out of T, summed over all ranks.
     template <int dim>
     void Estimator<dim>::find_corrections(EigenvalueErrors &errors)
@@ -714,8 +802,13 @@ namespace squeal
             (*effect)[i + m * j] =
                 -Complex(block[i + m * j], block[m * m + i + m * j]) / (2. * modes.lambda[i]);
           }
+      add_answer_of_damping(f);
+      add_answer_of_damping(yielding_effect);
+      std::vector<std::vector<Complex>> edges = other_edges(errors);
+      for (std::vector<Complex> &edge : edges)
+        add_answer_of_damping(edge);
       ErrorEffects &effects = errors.effects;
-      effects = {std::move(f), {sums.end() - m, sums.end()}, base.fe.degree, {other_edges(errors)}};
+      effects = {std::move(f), {sums.end() - m, sums.end()}, base.fe.degree, {std::move(edges)}};
       if (with_state)
         effects.alternatives.push_back({other_pressure()});
       // The same on all ranks, whichever has such cells
@@ -768,9 +861,10 @@ namespace squeal
       state_correction = map->zeros(2);
       pair_contact();
       joint_terms = model.joint_terms(spaces);
-      add_bodies();
+      add_bodies(import_columns(), factors, lifted, residuals);
       add_contact();
       add_matrices();
+      add_measured_damping();
       if (with_state)
         add_static_residual();
       if (contact && prm.contact.mortar())

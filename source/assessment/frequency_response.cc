@@ -52,6 +52,8 @@ namespace squeal
     }
     for (const RelaxationTerm &term : equations.relaxation)
     {
+      if (term.low_rank)
+        continue;
       const Complex beyond = term.coefficient * (term.factor(Complex(0, omega)) - 1.);
       real.push_back({term.origin, 0, beyond.real(), term.matrix});
       imaginary.push_back({term.origin, 0, beyond.imag(), term.matrix});
@@ -71,8 +73,13 @@ namespace squeal
       const Sector &sector = sectors[s];
       ComplexMultiVector x(sector.restrict(start.re), sector.restrict(start.im));
       const std::vector<Matrix> of_sector = sector.sums(sums);
-      solve(omega, of_sector[0], of_sector[1], sector.restrict(forces), largest_entry(forces),
-            parts[s], x);
+      std::vector<Factored> dense;
+      for (const RelaxationTerm &term : equations.relaxation)
+        if (term.low_rank)
+          dense.push_back({term.coefficient * (term.factor(Complex(0, omega)) - 1.),
+                           sector.restrict(term.low_rank)});
+      solve(omega, of_sector[0], of_sector[1], dense, sector.restrict(forces),
+            largest_entry(forces), parts[s], x);
       result.re += sector.expand(x.re);
       result.im += sector.expand(x.im);
     }
@@ -80,8 +87,8 @@ namespace squeal
   }
 
   void HarmonicSolver::solve(const double omega, const Matrix &A, const Matrix &B,
-                             const MultiVector &forces, const double largest_force, Part &part,
-                             ComplexMultiVector &x)
+                             const std::vector<Factored> &dense, const MultiVector &forces,
+                             const double largest_force, Part &part, ComplexMultiVector &x)
   {
     const RowRange &rows = forces.row_range();
     const auto apply     = [&](const MultiVector &x)
@@ -97,6 +104,16 @@ namespace squeal
           result.column(1)[i] += turned.column(0)[i];
         }
       }
+      for (const auto &[factor, matrix] : dense)
+      {
+        const MultiVector image = multiply(matrix, both);
+        for (unsigned int i = 0; i < rows.n_local(); ++i)
+        {
+          const Complex y = factor * Complex(image.column(0)[i], image.column(1)[i]);
+          result.column(0)[i] += y.real();
+          result.column(1)[i] += y.imag();
+        }
+      }
       return stacked(result);
     };
     const auto precondition = [&](const MultiVector &x)
@@ -106,8 +123,10 @@ namespace squeal
     constexpr double tolerance = 1e-11, largest_backward_error = 1e-9;
     constexpr unsigned int most_with_others = 20, most_iterations = 300;
     constexpr double nearby = 0.02;
-    const double norm       = A.infinity_norm() + B.infinity_norm();
-    bool has_own_factors    = false;
+    double norm             = A.infinity_norm() + B.infinity_norm();
+    for (const auto &[factor, matrix] : dense)
+      norm += std::abs(factor) * matrix.infinity_norm();
+    bool has_own_factors = false;
     const std::vector<double> zeros(rows.n_local(), 0.);
     for (unsigned int k = 0; k < forces.n_columns(); ++k)
     {

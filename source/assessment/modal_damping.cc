@@ -1,4 +1,5 @@
 #include <squeal/assessment/modal_damping.h>
+#include <squeal/eigen/real_modes.h>
 #include <squeal/eigen/shift_invert.h>
 
 #include <algorithm>
@@ -14,15 +15,6 @@ namespace squeal
     {
       return term.origin == Origin::material_damping || term.origin == Origin::joint ||
              term.origin == Origin::contact_damping || term.origin == Origin::velocity;
-    }
-
-    /// B^T A B.
-    DenseMatrix congruent(const DenseMatrix &a, const DenseMatrix &b)
-    {
-      DenseMatrix a_b(a.n_rows, b.n_columns), result(b.n_columns, b.n_columns);
-      gemm(false, 1, a, b, 0, a_b);
-      gemm(true, 1, b, a_b, 0, result);
-      return result;
     }
   } // namespace
 
@@ -55,17 +47,8 @@ namespace squeal
     for (DenseMatrix *matrix : {&m, &k, &c})
       *matrix = symmetrised(std::move(*matrix));
 
-    // The real modes as columns of combinations of the span. Imaginary parts of vectors that are
-    // real but for rounding are no directions.
-    constexpr double smallest         = 1e-4;
-    const DenseMatrix unit            = principal_combinations(m, smallest);
-    DenseMatrix vectors               = congruent(k, unit);
-    const std::vector<double> squares = symmetric_eigen(vectors);
-    const unsigned int n_modes =
-        std::min<std::size_t>({modes.size(), squares.size(), vectors.n_columns});
-    DenseMatrix phi(n, vectors.n_columns);
-    gemm(false, 1, unit, vectors, 0, phi);
-    phi = some_columns(phi, 0, n_modes);
+    const auto [phi, squares]  = real_modes(m, k, modes.size());
+    const unsigned int n_modes = squares.size();
 
     DenseMatrix d = congruent(c, phi);
     for (const RelaxationTerm &term : model.relaxation())

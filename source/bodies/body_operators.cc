@@ -90,7 +90,7 @@ namespace squeal
   BodyMatrices assemble_body(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
                              const Material &material, const BodyMatrixChoice &choice)
   {
-    if (!choice.M && !choice.K && !choice.G && !choice.M_star)
+    if (!choice.M && !choice.K && !choice.G && !choice.M_star && !choice.V)
       return {};
     const DynamicSparsityPattern graph = node_graph(spaces, bodies);
     const auto new_matrix              = [&](const bool wanted, const bool coupled)
@@ -101,9 +101,12 @@ namespace squeal
       return make_matrix(spaces.rows, diagonal, off_diagonal);
     };
     Matrix K = new_matrix(choice.K, true), M = new_matrix(choice.M, false),
-           G = new_matrix(choice.G, false), M_star = new_matrix(choice.M_star, false);
+           G = new_matrix(choice.G, false), M_star = new_matrix(choice.M_star, false),
+           V = new_matrix(choice.V, true);
 
-    const auto C     = elasticity_tensor<dim>(material);
+    using Tensor     = std::array<double, dim * dim * dim * dim>;
+    const Tensor C   = elasticity_tensor<dim>(material),
+                 C_v = elasticity_tensor(ElasticModuli<dim>(material.viscosity));
     const double rho = material.density;
     CellIntegrals<dim> integrals(spaces, choice.G || choice.M_star);
     CellNodes<dim> cell_nodes(spaces);
@@ -120,19 +123,24 @@ namespace squeal
 
       // The block (k, i) of the stiffness is the transpose of (i, k). PETSc reads rows, the block
       // is stored by columns: what is filled here is the transpose of what is added.
-      for (unsigned int i = 0; i < dim && choice.K; ++i)
-        for (unsigned int k = i; k < dim; ++k)
-        {
-          stiffness_block(integrals, C, i, k, block);
-          add_block(K, cell_nodes, i, k, cell_nodes.condense(block));
-          if (i != k)
+      const auto add_stiffness = [&](const Matrix &matrix, const Tensor &moduli)
+      {
+        for (unsigned int i = 0; i < dim && matrix; ++i)
+          for (unsigned int k = i; k < dim; ++k)
           {
-            for (unsigned int a = 0; a < n; ++a)
-              for (unsigned int b = 0; b < a; ++b)
-                std::swap(block(b, a), block(a, b));
-            add_block(K, cell_nodes, k, i, cell_nodes.condense(block));
+            stiffness_block(integrals, moduli, i, k, block);
+            add_block(matrix, cell_nodes, i, k, cell_nodes.condense(block));
+            if (i != k)
+            {
+              for (unsigned int a = 0; a < n; ++a)
+                for (unsigned int b = 0; b < a; ++b)
+                  std::swap(block(b, a), block(a, b));
+              add_block(matrix, cell_nodes, k, i, cell_nodes.condense(block));
+            }
           }
-        }
+      };
+      add_stiffness(K, C);
+      add_stiffness(V, C_v);
 
       // The same for every component
       const auto add_each_component = [&](const Matrix &matrix, const auto &entry)
@@ -165,7 +173,7 @@ namespace squeal
       compress(matrix);
       return std::shared_ptr<const Matrix>(std::make_shared<Matrix>(std::move(matrix)));
     };
-    return {share(M), share(K), share(G), share(M_star)};
+    return {share(M), share(K), share(G), share(M_star), share(V)};
   }
 
   template <int dim>

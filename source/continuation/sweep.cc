@@ -57,8 +57,8 @@ namespace squeal
       throw InputError(
           "Sweep/Parameter = " + parameter +
           ": the equations of motion do not depend on it. Allowed are numbers of the sections "
-          "Operation, Contact, Rotor, Pads, Strip, Mesh, Discretization, and of Matrices in the "
-          "scene matrices.");
+          "Operation, Contact, Rotor, Pads, Strip, Mesh, Modal damping, Discretization, and of "
+          "Matrices in the scene matrices.");
     // A value that is not allowed is refused before anything is computed.
     const double now = file.value_of(parameter);
     for (const double value : values)

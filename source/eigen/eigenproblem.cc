@@ -51,9 +51,10 @@ namespace squeal
   {
     EquationsOfMotion result = *this;
     for (const RelaxationTerm &term : relaxation)
-      result.terms.push_back({Origin::elasticity, 0,
-                              term.coefficient * (storage(term.factor, frequency) - 1),
-                              term.matrix});
+      if (!term.low_rank)
+        result.terms.push_back({Origin::elasticity, 0,
+                                term.coefficient * (storage(term.factor, frequency) - 1),
+                                term.matrix});
     result.frozen_at = frequency;
     return result;
   }

@@ -68,7 +68,10 @@ namespace squeal
     }
     for (unsigned int k = 0; k < problem.frozen.size(); ++k)
     {
-      const std::vector<Complex> &form = forms(*given.relaxation[k].matrix);
+      const RelaxationTerm &term      = given.relaxation[k];
+      const std::vector<Complex> form = term.low_rank
+                                            ? diagonal_form(modes.left, *term.matrix, modes.right)
+                                            : forms(*term.matrix);
       for (unsigned int j = 0; j < n; ++j)
       {
         residual[j] += problem.frozen[k].h(modes.lambda[j]) * form[j];

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -100,6 +101,9 @@ namespace squeal
       };
 
       void expand(MultiVector of_right, MultiVector of_left);
+      /// z^H T(l) x / z^H T'(l) x of the present pairs, of which l - this is right to the product
+      /// of the vectors' errors.
+      std::vector<Complex> rayleigh_corrections() const;
       /// Follows the modes in the present spaces.
       void follow();
       /// Corrects the pairs in the enlarged spaces, or follows them where they would move too far;
@@ -120,6 +124,11 @@ namespace squeal
       ProjectedNonlinear projected;
       std::vector<ProjectedPair> pairs;
       std::vector<Complex> quadratic; ///< eigenvalues without the frozen terms
+      /// What is new in V and in W may have nothing to do with each other, errors of right and of
+      /// left vectors: W^T T V is nearly singular then. Partners on the other side mend it, at
+      /// twice the price; they are added where the spaces have grown in vain.
+      bool needs_partners = false;
+      MultiVector newest_right, newest_left;
     };
 
     void Search::expand(MultiVector of_right, MultiVector of_left)
@@ -129,15 +138,24 @@ namespace squeal
       MultiVector v(rows, 0), w(rows, 0);
       right.add(std::move(of_right), v);
       left.add(std::move(of_left), w);
+      const auto partners_of = [this](const MultiVector &columns, const Side &other)
+      {
+        n_solves += columns.n_columns();
+        return other.shift_invert.solve(multiply(other.problem.M, columns));
+      };
+      if (needs_partners)
+      {
+        const MultiVector of_v = partners_of(newest_right, left),
+                          of_w = partners_of(newest_left, right);
+        left.add(of_v, w);
+        right.add(of_w, v);
+      }
       // As many columns on both sides: what was not new on one of them gives way to the partners
       // F^{-T} M v, F^{-1} M w of the other's.
-      const auto fill = [this](const MultiVector &longer, Side &shorter, MultiVector &added)
+      const auto fill = [&](const MultiVector &longer, Side &shorter, MultiVector &added)
       {
         const unsigned int first = added.n_columns(), n = longer.n_columns() - first;
-        n_solves += n;
-        shorter.add(
-            shorter.shift_invert.solve(multiply(shorter.problem.M, longer.columns(first, n))),
-            added);
+        shorter.add(partners_of(longer.columns(first, n), shorter), added);
       };
       for (unsigned int k = 0; k < 3 && v.n_columns() != w.n_columns(); ++k)
         if (v.n_columns() > w.n_columns())
@@ -152,6 +170,8 @@ namespace squeal
       const unsigned int n = v.n_columns(), size = old + n;
       if (n == 0)
         return;
+      newest_right       = v;
+      newest_left        = w;
       const auto enlarge = [&](const Matrix &matrix, DenseMatrix &known)
       {
         if (!matrix)
@@ -274,6 +294,36 @@ namespace squeal
       n_solves += 4 * pairs.size();
     }
 
+    std::vector<Complex> Search::rayleigh_corrections() const
+    {
+      const EigenPairs &modes = right.pairs;
+      ComplexMultiVector z    = left.pairs.right; // T(l)^T y = 0: z = conj(y)
+      z.conjugate();
+      const auto form_of = [&](const Matrix &matrix)
+      { return diagonal_form(z, matrix, modes.right); };
+      const std::vector<Complex> of_m = form_of(right.problem.M), of_p = form_of(right.problem.P),
+                                 of_q = form_of(right.problem.Q);
+      std::vector<Complex> residuals, slopes, result;
+      for (unsigned int j = 0; j < modes.size(); ++j)
+      {
+        const Complex l = modes.lambda[j];
+        residuals.push_back(l * l * of_m[j] + l * of_p[j] + of_q[j]);
+        slopes.push_back(2. * l * of_m[j] + of_p[j]);
+      }
+      for (const FrozenTerm &term : right.problem.frozen)
+      {
+        const std::vector<Complex> of_a = form_of(term.matrix);
+        for (unsigned int j = 0; j < modes.size(); ++j)
+        {
+          residuals[j] += term.h(modes.lambda[j]) * of_a[j];
+          slopes[j] += term.derivative(modes.lambda[j]) * of_a[j];
+        }
+      }
+      for (unsigned int j = 0; j < modes.size(); ++j)
+        result.push_back(residuals[j] / slopes[j]);
+      return result;
+    }
+
     EigenPairs Search::run(MultiVector of_right, MultiVector of_left,
                            const std::vector<Complex> &eigenvalues)
     {
@@ -282,6 +332,7 @@ namespace squeal
       constexpr unsigned int most_steps = 30;
       std::vector<Complex> previous;
       std::vector<double> changes, errors;
+      double worst_before = std::numeric_limits<double>::infinity();
       const auto correct =
           [&](const unsigned int step) -> std::optional<std::pair<MultiVector, MultiVector>>
       {
@@ -289,6 +340,8 @@ namespace squeal
         iterate();
         changes.resize(pairs.size(), 1);
         errors.resize(pairs.size());
+        const std::vector<Complex> corrections =
+            step == 0 ? rayleigh_corrections() : std::vector<Complex>();
         std::vector<unsigned int> inaccurate;
         double worst = 0;
         for (unsigned int j = 0; j < pairs.size(); ++j)
@@ -298,9 +351,10 @@ namespace squeal
           // do not become smaller.
           constexpr double uncertain = 1e-5;
           errors[j] = std::max(right.pairs.backward_error[j], left.pairs.backward_error[j]);
-          const double change = previous.empty() ? 1 : std::abs(l - previous[j]) / std::abs(l);
-          const bool settled  = change <= bound(l) || (change <= uncertain && change >= changes[j]);
-          changes[j]          = change;
+          const double change =
+              std::abs(step == 0 ? corrections[j] : l - previous[j]) / std::abs(l);
+          const bool settled = change <= bound(l) || (change <= uncertain && change >= changes[j]);
+          changes[j]         = change;
           if (errors[j] > bound(l) || !settled)
             inaccurate.push_back(j);
           if (is_wanted(options, l))
@@ -308,7 +362,10 @@ namespace squeal
         }
         options.progress(text_of("  exact moduli, step ", step, ": ", right.space.n_columns(),
                                  " vectors, largest backward error ", worst));
-        previous = right.pairs.lambda;
+        constexpr double in_vain = 0.5;
+        needs_partners |= worst > in_vain * worst_before;
+        worst_before = worst;
+        previous     = right.pairs.lambda;
         if (inaccurate.empty())
           return std::nullopt;
         return std::make_pair(right.pairs.right.columns(inaccurate).real_span(),

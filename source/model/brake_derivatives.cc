@@ -3,6 +3,7 @@
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/gmres.h>
 #include <squeal/model/brake_derivatives.h>
+#include <squeal/model/measured_damping.h>
 
 #include <algorithm>
 #include <cmath>
@@ -123,6 +124,19 @@ namespace squeal
       }
       result.push_back(density);
       if (stage.material_damping)
+        for (const Viscosity::Constant &constant : material.viscosity.constants())
+        {
+          Material unit  = material;
+          unit.viscosity = constant.unit;
+          result.push_back({section + constant.key,
+                            constant.value,
+                            {{Origin::material_damping, 1, 1.,
+                              assemble_body(spaces, geometry.bodies_of(m), unit,
+                                            {false, false, false, false, true})
+                                  .V}},
+                            {}});
+        }
+      if (stage.material_damping)
         for (const Material::Constant &constant : material.damping_constants())
         {
           const auto &[alpha, beta] = constant.damping;
@@ -136,6 +150,12 @@ namespace squeal
                 {Origin::material_damping, 0, alpha * omega * rho, matrices.G});
         }
     }
+    for (const RelaxationTerm &term : model.relaxation())
+      if (term.low_rank)
+      {
+        const ParameterDerivative by_factor = derivative_by_factor(term, prm.modal_damping.factor);
+        result.push_back({by_factor.parameter, by_factor.value, {}, {}, by_factor.moduli});
+      }
     if (moves)
       result.insert(result.begin(), speed);
     if (has_pads)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <stdexcept>
 
 namespace squeal
 {
@@ -59,8 +60,10 @@ namespace squeal
           return part.k;
         case BodyTerm::Kind::G:
           return part.g;
-        default:
+        case BodyTerm::Kind::M_star:
           return part.m_star;
+        default:
+          throw std::logic_error("Operators without matrices have no viscosity.");
         }
       }
     };

@@ -3,6 +3,7 @@
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/model/brake_model.h>
+#include <squeal/model/measured_damping.h>
 #include <squeal/parameters/expressions.h>
 
 #include <algorithm>
@@ -34,6 +35,7 @@ namespace squeal
     {
       add(Origin::material_damping, 1, Kind::M, alpha);
       add(Origin::material_damping, 1, Kind::K, beta);
+      add(Origin::material_damping, 1, Kind::V, body.material.viscosity.is_active());
       // Damping proportional to mass acts on the material velocity u_t + Omega d_phi u.
       add(Origin::material_damping, 0, Kind::G, alpha * omega);
     }
@@ -62,20 +64,20 @@ namespace squeal
                            [&](const BodyTerm &term) { return term.matrix == kind; });
       };
       return {has(BodyTerm::Kind::M), has(BodyTerm::Kind::K), has(BodyTerm::Kind::G),
-              has(BodyTerm::Kind::M_star)};
+              has(BodyTerm::Kind::M_star), has(BodyTerm::Kind::V)};
     }
 
     /// The part of a choice that is not there.
     BodyMatrixChoice missing(const BodyMatrixChoice &choice, const BodyMatrices &matrices)
     {
       return {choice.M && !matrices.M, choice.K && !matrices.K, choice.G && !matrices.G,
-              choice.M_star && !matrices.M_star};
+              choice.M_star && !matrices.M_star, choice.V && !matrices.V};
     }
 
     void add(BodyMatrices &&more, BodyMatrices &matrices)
     {
-      for (auto member :
-           {&BodyMatrices::M, &BodyMatrices::K, &BodyMatrices::G, &BodyMatrices::M_star})
+      for (auto member : {&BodyMatrices::M, &BodyMatrices::K, &BodyMatrices::G,
+                          &BodyMatrices::M_star, &BodyMatrices::V})
         if (more.*member)
           matrices.*member = std::move(more.*member);
     }
@@ -159,6 +161,11 @@ namespace squeal
       for (Matrix &matrix : stress_stiffnesses(prm, state.equilibrium->state))
         add_term(Origin::prestress, 0, 1., std::move(matrix));
     }
+    if (prm.terms().material_damping && prm.modal_damping.is_active())
+    {
+      PhaseTimer::Scope scope(timer, "modal damping");
+      relaxation_.push_back(measured_damping(equations(), sectors(), prm));
+    }
     return equations();
   }
 
@@ -213,6 +220,11 @@ namespace squeal
       const bool is_new = !body.matrices.M && !body.matrices.K;
       if (is_new)
         body.material = material;
+      if (material.viscosity != body.material.viscosity)
+      {
+        body.matrices.V.reset();
+        body.material.viscosity = material.viscosity;
+      }
       add(assemble_body(spaces_, geometry.bodies_of(m), body.material,
                         missing(choice, body.matrices)),
           body.matrices);
@@ -220,11 +232,14 @@ namespace squeal
       const double rho             = material.density / body.material.density,
                    E               = material.young_modulus / body.material.young_modulus;
       const BodyMatrices &matrices = body.matrices;
-      const std::array<std::shared_ptr<const Matrix>, 4> by_kind = {
-          {matrices.M, matrices.K, matrices.G, matrices.M_star}};
+      const std::array<std::shared_ptr<const Matrix>, 5> by_kind = {
+          {matrices.M, matrices.K, matrices.G, matrices.M_star, matrices.V}};
+      using Kind = BodyTerm::Kind;
       for (const BodyTerm &term : wanted)
         terms_.push_back({term.origin, term.order,
-                          term.coefficient * (term.matrix == BodyTerm::Kind::K ? E : rho),
+                          term.coefficient * (term.matrix == Kind::K   ? E
+                                              : term.matrix == Kind::V ? 1.
+                                                                       : rho),
                           by_kind[static_cast<unsigned int>(term.matrix)]});
       if (with_motion && prm.terms().material_damping && material.stiffness_factor.is_active())
         relaxation_.push_back({Origin::material_damping, E, matrices.K, material.stiffness_factor});

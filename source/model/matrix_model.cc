@@ -1,5 +1,6 @@
 #include <squeal/linalg/matrix_market.h>
 #include <squeal/model/matrix_model.h>
+#include <squeal/model/measured_damping.h>
 
 #include <algorithm>
 
@@ -97,6 +98,9 @@ namespace squeal
     terms_.erase(
         std::remove_if(terms_.begin(), terms_.end(), [](const Term &term) { return !term.matrix; }),
         terms_.end());
+    damping_factor = parameters.modal_damping.factor;
+    if (parameters.modal_damping.is_active())
+      relaxation_.push_back(measured_damping(equations(), sectors(), parameters));
   }
 
   EquationsOfMotion MatrixModel::equations() const
@@ -124,6 +128,11 @@ namespace squeal
           {"Matrices/Velocity factor", velocity_factor, {{Origin::velocity, 1, 1., velocity}}});
     for (const RelaxationTerm &term : relaxation_)
     {
+      if (term.low_rank)
+      {
+        all.push_back(derivative_by_factor(term, damping_factor));
+        continue;
+      }
       const auto section =
           "Matrices/Viscoelastic " +
           std::to_string(1 + (std::find(viscoelastic.begin(), viscoelastic.end(), term.matrix) -

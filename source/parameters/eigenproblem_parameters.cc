@@ -96,6 +96,9 @@ namespace squeal
       refuse(static_equilibrium.linear_solver == LinearSolver::direct,
              "without matrices allowed for Static equilibrium/Linear solver are iterative and "
              "auto.");
+      for (const BodyMaterial &body : materials())
+        refuse(has_damping() && is_used(body) && body.material.viscosity.is_active(),
+               body.section + "/Material has a viscosity; it needs block_krylov, krylov or dense.");
     }
   } // namespace Parameters
 } // namespace squeal

@@ -128,6 +128,27 @@ namespace squeal
       prm.add_parameter("Stiffness proportional damping", stiffness_damping,
                         "Rayleigh damping beta in D = alpha M + beta K, s. Used in the stage full.",
                         not_negative());
+      prm.add_parameter("Bulk viscosity", viscosity.bulk,
+                        "kappa of a stress kappa tr(e') I + 2 eta (e' - tr(e')/3 I) by the rate of "
+                        "strain e', Pa s. Used in the stage full, as the two keys below; all of "
+                        "them add up, also with Rayleigh damping.",
+                        not_negative());
+      prm.add_parameter("Shear viscosity", viscosity.shear, "eta of that stress, Pa s.",
+                        not_negative());
+      prm.declare_entry("Viscosity tensor", "", Patterns::List(Patterns::Double(), 0, 5, ":"),
+                        "C11 : C12 : C13 : C33 : C44, Pa s, of a viscosity that is transversely "
+                        "isotropic about the z axis (strip: the y axis): the stress, in Voigt's "
+                        "notation with 3 for the axis, by the rate of strain. Empty: none.");
+      prm.add_action("Viscosity tensor",
+                     [this](const std::string &text)
+                     {
+                       const std::vector<double> numbers = numbers_of(text);
+                       if (!numbers.empty() && numbers.size() != viscosity.tensor.size())
+                         throw InputError("Viscosity tensor = " + text +
+                                          ": it needs five numbers, C11 : C12 : C13 : C33 : C44.");
+                       viscosity.tensor = {};
+                       std::copy(numbers.begin(), numbers.end(), viscosity.tensor.begin());
+                     });
       Parameters::declare(prm, stiffness_factor);
       prm.add_parameter(
           "Modulus table", modulus_table,
@@ -143,6 +164,10 @@ namespace squeal
     void MaterialSection::check(const std::string &section) const
     {
       Parameters::check(section + "/Material", stiffness_factor);
+      if (!viscosity.is_passive())
+        fail(section + "/Material/Viscosity tensor", text_of(viscosity.tensor[0], " : ..."),
+             "some rate of strain would feed energy. Needed are C44 >= 0, C11 >= |C12|, C33 >= 0 "
+             "and (C11 + C12) C33 >= 2 C13^2.");
       if (is_positive_definite())
         return;
       const std::string start = section + "/Material/";

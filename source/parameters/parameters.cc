@@ -1,4 +1,5 @@
 #include <squeal/parameters/declare.h>
+#include <squeal/parameters/entries.h>
 #include <squeal/parameters/expressions.h>
 #include <squeal/parameters/modulus_table.h>
 #include <squeal/parameters/parameters.h>
@@ -110,6 +111,62 @@ namespace squeal
                         "Degrees Celsius. Used by tables of moduli (Material/Modulus table) that "
                         "have a column temperature_c.",
                         Patterns::Double());
+    }
+
+    void ModalDamping::declare(ParameterHandler &prm)
+    {
+      const Subsection section(prm, "Modal damping");
+      prm.declare_entry(
+          "Ratios", "", Patterns::Map(Patterns::Double(), Patterns::Double(), 0, 1000),
+          "Pairs frequency : ratio, Hz and a part of critical damping, -, by ascending "
+          "frequencies, "
+          "as a modal test of the brake gives them: each real mode of the brake with its contact, "
+          "without friction, is damped by the ratio of its frequency, linear between those given "
+          "and constant beyond. Used in the stage full, beside the damping of materials. Empty: "
+          "none.");
+      prm.add_action("Ratios",
+                     [this](const std::string &text)
+                     {
+                       ratios.clear();
+                       for (const std::vector<std::string> &pair : entries_of(text))
+                         ratios.push_back({to_number(pair[0]).value(), to_number(pair[1]).value()});
+                     });
+      prm.add_parameter("Factor", factor, "A factor of all ratios, -.", not_negative());
+    }
+
+    double ModalDamping::at(const double frequency) const
+    {
+      const auto next =
+          std::find_if(ratios.begin(), ratios.end(),
+                       [&](const Ratio &ratio) { return ratio.frequency >= frequency; });
+      if (next == ratios.begin() || next == ratios.end())
+        return factor * (next == ratios.begin() ? ratios.front() : ratios.back()).value;
+      const Ratio &before = *std::prev(next);
+      const double part   = (frequency - before.frequency) / (next->frequency - before.frequency);
+      return factor * (before.value + part * (next->value - before.value));
+    }
+
+    double ModalDamping::slope(const double frequency) const
+    {
+      constexpr double h = 1e-6; // between ratios a parabola, of which this is the slope
+      const auto product = [&](const double f) { return f * at(f); };
+      return (product(frequency * (1 + h)) - product(frequency * (1 - h))) / (2 * h * frequency);
+    }
+
+    void ModalDamping::check() const
+    {
+      const std::string key = "Modal damping/Ratios";
+      double last           = -1;
+      for (const Ratio &ratio : ratios)
+      {
+        if (ratio.frequency < 0 || ratio.frequency <= last)
+          fail(key, ratio.frequency, "frequencies must ascend from 0 Hz or more.");
+        if (ratio.value < 0 || ratio.value * factor >= 1)
+          fail(key, ratio.value,
+               "allowed are ratios of critical damping from 0 to below 1, -, also times Modal "
+               "damping/Factor.");
+        last = ratio.frequency;
+      }
     }
 
     void Contact::declare(ParameterHandler &prm)
@@ -407,6 +464,7 @@ namespace squeal
       mesh.declare(prm);
       joints.declare(prm);
       operation.declare(prm);
+      modal_damping.declare(prm);
       contact.declare(prm);
       discretization.declare(prm);
       refinement.declare(prm);
@@ -443,10 +501,13 @@ namespace squeal
     bool All::has_relaxation() const
     {
       if (scene == Scene::matrices)
-        return std::any_of(matrices.viscoelastic.begin(), matrices.viscoelastic.end(),
+        return modal_damping.is_active() ||
+               std::any_of(matrices.viscoelastic.begin(), matrices.viscoelastic.end(),
                            [](const Matrices::Viscoelastic &matrix)
                            { return matrix.stiffness_factor.is_active(); });
       const std::vector<BodyMaterial> all = materials();
+      if (has_damping() && modal_damping.is_active())
+        return true;
       return has_damping() &&
              std::any_of(all.begin(), all.end(),
                          [this](const BodyMaterial &body)
@@ -483,7 +544,7 @@ namespace squeal
       const auto refuse = [](const bool given, const std::string &what)
       {
         if (given)
-          throw InputError("Loss factor, Prony series, Fractional Zener: " + what);
+          throw InputError("Loss factor, Prony series, Fractional Zener, Modal damping: " + what);
       };
       refuse(eigenproblem.solver == ModeSolver::krylov || eigenproblem.is_matrix_free(),
              "Eigenproblem/Solver = " + name_of(eigenproblem.solver) +
@@ -493,9 +554,8 @@ namespace squeal
                  eigenproblem.minimum_frequency >= 0.75 * eigenproblem.maximum_frequency,
              text_of("Eigenproblem/Minimum frequency = ", eigenproblem.minimum_frequency,
                      ": with them allowed are those below 0.75 Maximum frequency."));
-      refuse(output.matrices || !output.superelement.empty(),
-             "Output/Matrices and Output/Superelement: files do not hold them; allowed are false "
-             "and none.");
+      refuse(!output.superelement.empty(),
+             "Output/Superelement: its files do not hold them; allowed is none.");
     }
 
     namespace
@@ -626,6 +686,7 @@ namespace squeal
           !joints.dashpots.empty() || !joints.links.empty())
         check_joints();
       fit_modulus_tables();
+      modal_damping.check();
       if (has_relaxation())
         check_relaxation();
       if (scene == Scene::matrices)

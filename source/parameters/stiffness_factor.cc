@@ -10,7 +10,9 @@ namespace squeal
   {
     if (l.imag() < 0)
       return std::conj((*this)(std::conj(l)));
-    Complex f(1, l.imag() > 0 ? loss_factor + fit.loss_factor : 0.);
+    Complex f = 1. + l * viscosity;
+    if (l.imag() > 0)
+      f += Complex(0, loss_factor + fit.loss_factor);
     for (const auto *series : {&prony, &fit.prony})
       for (const Relaxation &element : *series)
         f += element.strength * l * element.time / (1. + l * element.time);
@@ -26,7 +28,7 @@ namespace squeal
   {
     if (l.imag() < 0)
       return std::conj(derivative(std::conj(l)));
-    Complex slope = 0;
+    Complex slope = viscosity;
     for (const auto *series : {&prony, &fit.prony})
       for (const Relaxation &element : *series)
       {

@@ -35,7 +35,7 @@ namespace squeal
     {
       const std::vector<std::string> starts = {"Operation/",      "Contact/",       "Pads/Pressure",
                                                "Rotor/Material/", "Pads/Material/", "Mesh/Part",
-                                               "Matrices/"};
+                                               "Matrices/",       "Modal damping/"};
       return std::any_of(starts.begin(), starts.end(),
                          [&](const std::string &start) { return parameter.rfind(start, 0) == 0; });
     }
@@ -46,8 +46,8 @@ namespace squeal
       if (!keeps_mesh(parameter))
         throw InputError(where + parameter + ": " + what +
                          " the mesh. Allowed are numbers of the sections Operation, Contact, "
-                         "Rotor/Material, Pads/Material, a Material of Mesh/Part, Matrices, and "
-                         "Pads/Pressure.");
+                         "Rotor/Material, Pads/Material, a Material of Mesh/Part, Modal damping, "
+                         "Matrices, and Pads/Pressure.");
     }
 
     std::vector<double> Sweep::points() const

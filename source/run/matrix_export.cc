@@ -7,11 +7,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <utility>
 
 // What is written follows from the equations' terms alone, whatever they are made of:
-//     M = sum of c_k A_k over the terms of order 2, P of order 1, Q of order 0   (terms.csv).
+//     M = sum of c_k A_k over the terms of order 2, P of order 1, Q of order 0   (terms.csv),
+// beside which there may be sum of c_k (f_k(l) - 1) A_k   (functions.csv).
 // Rows keep the program's order, without those of pressures that are zero. Numbers in tables count
 // from zero.
 
@@ -122,8 +124,7 @@ namespace squeal
       /// shares with inertia and elasticity are named after these.
       void write_terms()
       {
-        std::string table = "term,origin,bodies,belongs_to,power_of_lambda,factor,file\n";
-        std::map<const Matrix *, std::string> files;
+        std::string table           = "term,origin,bodies,belongs_to,power_of_lambda,factor,file\n";
         unsigned int number_of_term = 0;
         for (const unsigned int order : {2u, 0u, 1u})
           for (const Term &term : equations.of_order(order))
@@ -147,6 +148,29 @@ namespace squeal
                      exact_text(term.coefficient) + "," + file->second + "\n";
           }
         write_text(directory + "terms.csv", table, comm);
+      }
+
+      /// What depends on l otherwise: c (f(l) - 1) A, A a term's matrix or B B^T.
+      void write_functions()
+      {
+        if (equations.relaxation.empty())
+          return;
+        std::string table   = "function,origin,bodies,factor,form,file,loss_factor,prony_series,"
+                              "fractional_zener,viscosity_s\n";
+        unsigned int number = 0;
+        for (const RelaxationTerm &term : equations.relaxation)
+        {
+          const bool is_low_rank = bool(term.low_rank);
+          const std::string file = is_low_rank ? "modal-damping.mtx" : files.at(term.matrix.get());
+          if (is_low_rank)
+            write_matrix_market(directory + file, factor_of(*term.low_rank),
+                                {"B of the matrix B B^T of damping by measured ratios"}, comm);
+          table += std::to_string(++number) + "," + name_of(term.origin) + "," +
+                   (is_low_rank ? "all" : bodies_of(*term.matrix)) + "," +
+                   exact_text(term.coefficient) + "," + (is_low_rank ? "B B^T" : "A") + "," + file +
+                   "," + law_of(term.factor) + "\n";
+        }
+        write_text(directory + "functions.csv", table, comm);
       }
 
       void write_modes(const EigenPairs &modes) const
@@ -299,6 +323,40 @@ namespace squeal
         }
       }
 
+      /// B = [sqrt(c_k) b_k], weights being positive.
+      MatrixMarketFile factor_of(const LowRank &low_rank) const
+      {
+        MatrixMarketFile own;
+        own.n_rows    = kept.size;
+        own.n_columns = low_rank.weights.size();
+        for (unsigned int k = 0; k < low_rank.weights.size(); ++k)
+          for (unsigned int i = 0; i < low_rank.vectors.n_local(); ++i)
+            if (const double value = std::sqrt(low_rank.weights[k]) * low_rank.vectors.column(k)[i];
+                value != 0 && kept.has(equations.rows.begin + i))
+            {
+              own.rows.push_back(kept.number[equations.rows.begin + i]);
+              own.columns.push_back(k);
+              own.values.push_back(value);
+            }
+        return own;
+      }
+
+      /// The constants of f as the last columns of functions.csv; a table's fit is added to the
+      /// others.
+      static std::string law_of(const StiffnessFactor &factor)
+      {
+        std::string series, zener;
+        for (const auto *part : {&factor.prony, &factor.fit.prony})
+          for (const StiffnessFactor::Relaxation &element : *part)
+            series += (series.empty() ? "" : " ") + exact_text(element.strength) + ":" +
+                      exact_text(element.time);
+        if (factor.zener.ratio != 1)
+          zener = exact_text(factor.zener.ratio) + ":" + exact_text(factor.zener.time) + ":" +
+                  exact_text(factor.zener.order);
+        return exact_text(factor.loss_factor + factor.fit.loss_factor) + "," + series + "," +
+               zener + "," + exact_text(factor.viscosity);
+      }
+
       static std::string name_of_sum(const unsigned int order)
       {
         return order == 0 ? "Q" : order == 1 ? "P" : "M";
@@ -376,14 +434,16 @@ namespace squeal
       const std::pair<std::vector<std::string>, std::vector<unsigned int>> &bodies;
       const std::string directory;
       Selection kept;
+      std::map<const Matrix *, std::string> files; ///< of the terms' matrices
     };
   } // namespace
 
   std::string names_of_exported_files()
   {
-    return "(M|P|Q|term-[0-9].*|eigenvalues|(right|left)_vectors|expansion|superelement-[KMD])\\."
+    return "(M|P|Q|term-[0-9].*|eigenvalues|(right|left)_vectors|expansion|superelement-[KMD]|"
+           "modal-damping)\\."
            "mtx|"
-           "(terms|unknowns|nodes|superelement-nodes)\\.csv";
+           "(terms|functions|unknowns|nodes|superelement-nodes)\\.csv";
   }
 
   template <int dim>
@@ -394,6 +454,7 @@ namespace squeal
     Export files(equations, bodies, directory);
     files.write_sums();
     files.write_terms();
+    files.write_functions();
     files.write_modes(modes);
     files.write_unknowns(model.spaces(), model.contact() ? model.contact()->pressure_scale() : 1,
                          model.ties().scale, model.points());
@@ -407,6 +468,7 @@ namespace squeal
     Export files(equations, bodies, directory);
     files.write_sums();
     files.write_terms();
+    files.write_functions();
     files.write_modes(modes);
   }
 

@@ -401,7 +401,8 @@ namespace squeal
     std::vector<std::vector<Term>> sums = sums_of(equations);
     const unsigned int first_relaxing   = sums.size();
     for (const RelaxationTerm &term : equations.relaxation)
-      sums.push_back({{term.origin, 0, 1., term.matrix}});
+      sums.push_back(term.low_rank ? std::vector<Term>()
+                                   : std::vector<Term>{{term.origin, 0, 1., term.matrix}});
     const unsigned int number_of_reference = sums.size();
     const bool reference_is_symmetric_part =
         equations.reference == EquationsOfMotion::Reference::symmetric_part;
@@ -435,9 +436,13 @@ namespace squeal
       half.P                     = std::move(matrices[h][1]);
       half.Q                     = std::move(matrices[h][2]);
       for (unsigned int k = 0; k < equations.relaxation.size(); ++k)
-        half.frozen.push_back({equations.relaxation[k].coefficient,
-                               std::move(matrices[h][first_relaxing + k]),
-                               equations.relaxation[k].factor, equations.frozen_at});
+      {
+        const RelaxationTerm &term = equations.relaxation[k];
+        half.frozen.push_back({term.coefficient,
+                               term.low_rank ? space.restrict(*term.low_rank)
+                                             : std::move(matrices[h][first_relaxing + k]),
+                               term.factor, equations.frozen_at});
+      }
       if (reference_is_symmetric_part && space.is_here())
         half.reference = symmetric_part(space.rows, half.Q);
       else if (with_reference)
@@ -488,6 +493,15 @@ namespace squeal
       }
     }
     return y;
+  }
+
+  Matrix ParitySpace::restrict(const LowRank &low_rank) const
+  {
+    MultiVector vectors = restrict(low_rank.vectors);
+    if (!is_here())
+      return {};
+    return make_matrix(
+        std::make_shared<const LowRank>(LowRank{std::move(vectors), low_rank.weights, {}}));
   }
 
   std::vector<unsigned int>

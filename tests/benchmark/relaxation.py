@@ -6,7 +6,8 @@
 brakes: tables T10 (loss factors) and T11 (Prony series) of the independent method, on the mesh of
 tests/run/test_brake_reference.py: largest relative error of a frequency, and of a growth rate relative to the largest growth
 rate, with T6 (Rayleigh damping) beside them, and the error bars. sandwich: the sandwich beams of NLEVP (../shared/data/nlevp). cost: prm/brake.prm with
-Rayleigh damping, with a loss factor of the pads and with Prony series of the pads, processor seconds beside each other.
+Rayleigh damping, with a loss factor, a Prony series or viscosities of the pads, and with measured ratios: processor seconds
+beside each other.
 """
 
 import argparse
@@ -77,7 +78,10 @@ def cost(program):
                            "loss factor of pads": {**off, "Rotor/Material/Stiffness proportional damping": 1e-7,
                                                    "Pads/Material/Loss factor": 0.06},
                            "Prony series of pads": {**off, "Rotor/Material/Stiffness proportional damping": 1e-7,
-                                                    "Pads/Material/Prony series": es.PRONY_T11}}.items():
+                                                    "Pads/Material/Prony series": es.PRONY_T11},
+                           "viscosities of pads": {**off, "Rotor/Material/Stiffness proportional damping": 1e-7,
+                                                   "Pads/Material/Bulk viscosity": 1.6e4, "Pads/Material/Shear viscosity": 8e3},
+                           "measured ratios": {**off, "Modal damping/Ratios": "500 : 0.002, 6000 : 0.01"}}.items():
         brake = {"Discretization/Degree": 3, "Output/Fields": "none", "Eigenproblem/Error bars": "false"}
         modes, cycle, _ = solve({**brake, **settings}, program)
         seconds = cycle["processor_seconds"]

@@ -11,11 +11,11 @@
 
 namespace squeal
 {
-  /// m M + k K + g G + m_star M* + stress S with the matrices of body_operators.h and the geometric
-  /// stiffness S of prestress.h: a body's equations of motion at one eigenvalue.
+  /// m M + k K + g G + m_star M* + stress S + v V with the matrices of body_operators.h and the
+  /// geometric stiffness S of prestress.h: a body's equations of motion at one eigenvalue.
   struct OperatorFactors
   {
-    std::complex<double> m, k, g, m_star, stress;
+    std::complex<double> m, k, g, m_star, stress, v;
   };
 
   /// Products of a body's operators with many functions of one space, tested with another on the

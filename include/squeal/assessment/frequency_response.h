@@ -40,10 +40,17 @@ namespace squeal
       std::shared_ptr<const Factorization> factors;
       double factorised_at = 0; ///< 1/s
     };
+    /// A matrix without entries, and its factor.
+    struct Factored
+    {
+      std::complex<double> factor;
+      Matrix matrix;
+    };
     std::vector<std::vector<Term>> dynamic_stiffness(double omega) const;
-    /// (A + i B) x = f of one sector; of all sectors the forces have @p largest_force.
-    void solve(double omega, const Matrix &A, const Matrix &B, const MultiVector &forces,
-               double largest_force, Part &part, ComplexMultiVector &x);
+    /// (A + i B + sum of @p dense) x = f of one sector; of all sectors the forces have
+    /// @p largest_force.
+    void solve(double omega, const Matrix &A, const Matrix &B, const std::vector<Factored> &dense,
+               const MultiVector &forces, double largest_force, Part &part, ComplexMultiVector &x);
 
     const EquationsOfMotion &equations;
     const Sectors given;

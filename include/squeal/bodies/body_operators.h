@@ -18,12 +18,13 @@ namespace squeal
     std::shared_ptr<const Matrix>
         G; ///< 1/2 int rho [Phi (d_phi Phi)^T - (d_phi Phi) Phi^T]; or null
     std::shared_ptr<const Matrix> M_star; ///< int rho (d_phi Phi)(d_phi Phi)^T; or null
+    std::shared_ptr<const Matrix> V;      ///< int B C_v B^T; or null
   };
 
   /// Which of them are wanted.
   struct BodyMatrixChoice
   {
-    bool M = true, K = true, G = false, M_star = false;
+    bool M = true, K = true, G = false, M_star = false, V = false;
   };
 
   /// Assembles the wanted matrices of the given bodies in one pass over their cells.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/base/names.h>
+#include <squeal/linalg/low_rank.h>
 #include <squeal/linalg/multi_vector.h>
 #include <squeal/parameters/stiffness_factor.h>
 
@@ -69,6 +70,8 @@ namespace squeal
     double coefficient;
     std::shared_ptr<const Matrix> matrix;
     StiffnessFactor factor;
+    /// What A is made of, if it has no entries; then f is 1 at rest, and nothing of it is frozen.
+    std::shared_ptr<const LowRank> low_rank = {};
   };
 
   /// What is left of (f(l) - 1) c A once it is frozen at a frequency w, which makes a quadratic

@@ -25,7 +25,8 @@ namespace squeal
       M,
       K,
       G,
-      M_star
+      M_star,
+      V
     };
     Origin origin;
     unsigned int order; ///< of the time derivative

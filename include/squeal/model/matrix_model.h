@@ -31,6 +31,6 @@ namespace squeal
     RowRange rows;
     std::shared_ptr<const Matrix> mass, velocity, stiffness, circulatory;
     std::vector<std::shared_ptr<const Matrix>> viscoelastic; ///< null where there is none
-    double circulatory_factor = 1, velocity_factor = 1;
+    double circulatory_factor = 1, velocity_factor = 1, damping_factor = 1;
   };
 } // namespace squeal

@@ -9,6 +9,62 @@
 
 namespace squeal
 {
+  /// Viscous moduli, Pa s: the stress is C_v times the rate of strain. An isotropic part and one
+  /// that is transversely isotropic about the last axis add up.
+  struct Viscosity
+  {
+    double bulk = 0, shear = 0;
+    /// 11, 12, 13, 33 and 44 of the matrix of Voigt, 3 the axis.
+    std::array<double, 5> tensor = {{0, 0, 0, 0, 0}};
+
+    bool is_active() const
+    {
+      return *this != Viscosity();
+    }
+    bool operator!=(const Viscosity &other) const
+    {
+      return bulk != other.bulk || shear != other.shear || tensor != other.tensor;
+    }
+    struct Constant;
+    /// Those that are not zero; C_v is linear in them.
+    std::vector<Constant> constants() const;
+    /// Whether no rate of strain feeds energy.
+    bool is_passive() const
+    {
+      const auto &[c11, c12, c13, c33, c44] = tensor;
+      return bulk >= 0 && shear >= 0 && c44 >= 0 && c11 >= std::abs(c12) && c33 >= 0 &&
+             (c11 + c12) * c33 >= 2 * c13 * c13;
+    }
+  };
+
+  /// One of the moduli as the keys name it, and the viscosity that has 1 Pa s of it alone.
+  struct Viscosity::Constant
+  {
+    std::string key;
+    double value;
+    Viscosity unit;
+  };
+
+  inline std::vector<Viscosity::Constant> Viscosity::constants() const
+  {
+    std::vector<Constant> result;
+    const auto add = [&](const std::string &key, const double value, const Viscosity &unit)
+    {
+      if (value != 0)
+        result.push_back({key, value, unit});
+    };
+    add("Bulk viscosity", bulk, {1, 0});
+    add("Shear viscosity", shear, {0, 1});
+    const std::array<std::string, 5> names = {{"11", "12", "13", "33", "44"}};
+    for (unsigned int k = 0; k < names.size(); ++k)
+    {
+      Viscosity unit;
+      unit.tensor[k] = 1;
+      add("Viscosity tensor/" + names[k], tensor[k], unit);
+    }
+    return result;
+  }
+
   /// Linear elastic material with the damping D = alpha M + beta K, and a stiffness that may depend
   /// on how fast it is strained: f(l) K. SI units.
   ///
@@ -31,6 +87,7 @@ namespace squeal
     double axial_shear_modulus  = 0; ///< G_tn, Pa
 
     StiffnessFactor stiffness_factor = {}; ///< f; Young's moduli are relaxed ones
+    Viscosity viscosity              = {};
 
     /// The factors of D = alpha M + beta K.
     struct Damping
@@ -111,6 +168,9 @@ namespace squeal
   /// E_t:
   ///     l_tt = l_tt' = E_t (nu_t + nu_tn^2 E_n / E_t) / ((1 + nu_t) D),   m_tt = m_tt' = G_t,
   ///     l_tn = nu_tn E_n / D,   l_nn = E_n (1 - nu_t) / D - 2 G_tn,       m_tn = m_nn  = G_tn.
+  /// Of a viscosity: l_ik = kappa - 2/3 eta, m_ik = eta, and with the entries C of the tensor
+  ///     l_tt = l_tt' = C12,  m_tt = m_tt' = (C11 - C12)/2,  l_tn = C13,  l_nn = C33 - 2 C44,
+  ///     m_tn = m_nn = C44.
   /// In two dimensions this is plane strain.
   template <int dim>
   struct ElasticModuli
@@ -136,6 +196,20 @@ namespace squeal
         l_tt = l_tn = l_nn = material.lame_lambda();
         m_n                = m_t;
       }
+      fill(l_tt, l_tn, l_nn, m_t, m_n);
+    }
+
+    explicit ElasticModuli(const Viscosity &viscosity)
+    {
+      const auto &[c11, c12, c13, c33, c44] = viscosity.tensor;
+      const double l = viscosity.bulk - 2 * viscosity.shear / 3, m = viscosity.shear;
+      fill(l + c12, l + c13, l + c33 - 2 * c44, m + (c11 - c12) / 2, m + c44);
+    }
+
+  private:
+    void fill(const double l_tt, const double l_tn, const double l_nn, const double m_t,
+              const double m_n)
+    {
       for (int i = 0; i < dim; ++i)
         for (int k = 0; k < dim; ++k)
         {
@@ -149,9 +223,8 @@ namespace squeal
   /// C_ijkl as table[i][k][j][l]: the block (i,k) maps int d_j N_a d_l N_b to the stiffness between
   /// component i of node a and component k of node b.
   template <int dim>
-  std::array<double, dim * dim * dim * dim> elasticity_tensor(const Material &material)
+  std::array<double, dim * dim * dim * dim> elasticity_tensor(const ElasticModuli<dim> &moduli)
   {
-    const ElasticModuli<dim> moduli(material);
     std::array<double, dim * dim * dim * dim> table{};
     for (int i = 0, n = 0; i < dim; ++i)
       for (int k = 0; k < dim; ++k)
@@ -160,5 +233,10 @@ namespace squeal
             table[n] = moduli.l[i][k] * (i == j) * (k == l) +
                        moduli.m[i][j] * ((i == k) * (j == l) + (i == l) * (j == k));
     return table;
+  }
+  template <int dim>
+  std::array<double, dim * dim * dim * dim> elasticity_tensor(const Material &material)
+  {
+    return elasticity_tensor(ElasticModuli<dim>(material));
   }
 } // namespace squeal

@@ -100,6 +100,29 @@ namespace squeal
       void declare(dealii::ParameterHandler &prm);
     };
 
+    /// Damping of the real modes by measured ratios.
+    struct ModalDamping
+    {
+      struct Ratio
+      {
+        double frequency; ///< Hz
+        double value;     ///< of critical damping, -
+      };
+      std::vector<Ratio> ratios; ///< by ascending frequency; empty: none
+      double factor = 1;         ///< of all ratios, -
+
+      bool is_active() const
+      {
+        return !ratios.empty() && factor != 0;
+      }
+      /// The ratio at a frequency, Hz: linear between those given, constant beyond.
+      double at(double frequency) const;
+      /// d(w zeta)/dw there, -.
+      double slope(double frequency) const;
+      void declare(dealii::ParameterHandler &prm);
+      void check() const;
+    };
+
     struct Contact
     {
       Formulation formulation        = Formulation::mortar;
@@ -499,6 +522,7 @@ namespace squeal
       Mesh mesh;
       Joints joints;
       Operation operation;
+      ModalDamping modal_damping;
       Contact contact;
       Discretization discretization;
       Refinement refinement;
@@ -546,7 +570,8 @@ namespace squeal
                                        : pads.n_pads();
       }
 
-      /// Whether a stiffness depends on how fast it is strained: the eigenproblem is not quadratic.
+      /// Whether a stiffness depends on how fast it is strained, or modes have measured damping:
+      /// what a quadratic eigenproblem of sparse matrices does not hold.
       bool has_relaxation() const;
       /// Whether parameters vary: a sweep, a map or samples.
       bool varies_parameters() const

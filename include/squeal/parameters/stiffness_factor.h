@@ -8,10 +8,10 @@
 namespace squeal
 {
   /// By what factor the relaxed stiffness of a material is larger for motions exp(l t), and out of
-  /// phase (theory.md, section 12): hysteresis, relaxation (Prony) and a fractional Zener element
-  /// side by side,
-  ///     f(l) = 1 + i eta + sum_k g_k l tau_k / (1 + l tau_k) + (c - 1) z / (1 + z),  z = (l
-  ///     tau)^a,
+  /// phase (theory.md, section 12): hysteresis, relaxation (Prony), a fractional Zener element and
+  /// a dashpot side by side,
+  ///     f(l) = 1 + i eta + sum_k g_k l tau_k / (1 + l tau_k) + (c - 1) z / (1 + z) + l theta,
+  ///     z = (l tau)^a,
   /// for Im l > 0, principal branch; f(conj(l)) = conj(f(l)). On the real axis, where f jumps,
   /// there is no hysteresis. f is analytic elsewhere but at the negative real l.
   struct StiffnessFactor
@@ -41,11 +41,13 @@ namespace squeal
       double error = 0;     ///< the largest one, relative
     } fit;
 
+    double viscosity = 0; ///< theta, s. No key has it: Rayleigh's beta is a term of its own.
+
     /// Whether f is not 1.
     bool is_active() const
     {
-      return loss_factor != 0 || !prony.empty() || zener.ratio != 1 || fit.loss_factor != 0 ||
-             !fit.prony.empty();
+      return loss_factor != 0 || viscosity != 0 || !prony.empty() || zener.ratio != 1 ||
+             fit.loss_factor != 0 || !fit.prony.empty();
     }
     std::complex<double> operator()(std::complex<double> l) const;
     /// f'(l).

@@ -13,7 +13,8 @@ namespace squeal
 
   /// Writes (l^2 M + l P + Q) x = 0 for other programs (doc/matrices.md): M.mtx, P.mtx, Q.mtx, the
   /// matrices of which they are sums with terms.csv, the eigenvalues and their right and left
-  /// vectors, and what the rows are: unknowns.csv, nodes.csv, expansion.mtx.
+  /// vectors, and what the rows are: unknowns.csv, nodes.csv, expansion.mtx; functions.csv if terms
+  /// depend on l otherwise.
   ///
   /// A mirror-symmetric brake is written as a whole. Left out are the pressures of nodes that have
   /// lifted off, whose rows say that they are zero. Collective. Throws std::runtime_error where a

@@ -53,6 +53,8 @@ namespace squeal
     Matrix restrict(const std::shared_ptr<const Matrix> &matrix) const;
     /// V^T x. Collective.
     MultiVector restrict(const MultiVector &x) const;
+    /// Empty on ranks that have no part of the half. Collective.
+    Matrix restrict(const LowRank &low_rank) const;
     /// V y. Collective.
     MultiVector expand(const MultiVector &y) const;
     /// The rows of the half that rows of the whole are part of, ascending: no columns of V vanish

@@ -63,6 +63,10 @@ namespace squeal
     {
       return space ? std::make_shared<const Matrix>(space->restrict(matrix)) : matrix;
     }
+    Matrix restrict(const std::shared_ptr<const LowRank> &low_rank) const
+    {
+      return space ? space->restrict(*low_rank) : make_matrix(low_rank);
+    }
     /// Vectors of the sector as vectors of the whole. Collective.
     MultiVector expand(const MultiVector &y) const
     {

@@ -154,6 +154,41 @@ namespace squeal::tests::nonlinear_eigensolver_tests
     }
   }
 
+  TEST_CASE("nonlinear_eigensolver: modes of a chain that are damped by ratios of their own")
+  {
+    // M = I: the vectors of the chain, sin(j pi i/(n + 1)), with (l^2 + 2 zeta w l + w^2) = 0;
+    // those without a ratio are not damped.
+    constexpr unsigned int n = 24, n_damped = 6;
+    const auto low_rank         = std::make_shared<LowRank>();
+    EquationsOfMotion equations = equations_of(even_rows(n), chains(n, 1), StiffnessFactor());
+    low_rank->vectors           = MultiVector(equations.rows, n_damped);
+    std::vector<Complex> expected;
+    for (unsigned int j = 1; j <= 9; ++j)
+    {
+      const double w = frequency_of_chain(n, j), zeta = j <= n_damped ? 0.01 * j : 0;
+      expected.emplace_back(-zeta * w, w * std::sqrt(1 - zeta * zeta));
+      if (j > n_damped)
+        continue;
+      low_rank->weights.push_back(2 * zeta * w);
+      for (unsigned int i = equations.rows.begin; i < equations.rows.end; ++i)
+        low_rank->vectors.column(j - 1)[i - equations.rows.begin] =
+            std::sqrt(2. / (n + 1)) * std::sin(j * M_PI * (i + 1) / (n + 1));
+    }
+    StiffnessFactor dashpot;
+    dashpot.viscosity    = 1;
+    equations.relaxation = {{Origin::material_damping, 1.,
+                             std::make_shared<const Matrix>(make_matrix(low_rank)), dashpot,
+                             low_rank}};
+    for (const ModeSolver solver : {ModeSolver::block_krylov, ModeSolver::dense})
+    {
+      const EigenSolution found =
+          solve(equations, 0.5 * (expected.back().imag() + frequency_of_chain(n, 10)), solver);
+      REQUIRE(found.modes.size() == expected.size());
+      for (unsigned int j = 0; j < expected.size(); ++j)
+        CHECK(std::abs(found.modes.lambda[j] - expected[j]) <= 1e-10);
+    }
+  }
+
   TEST_CASE(
       "eigenproblem: equations with relaxation are no quadratic problem before they are frozen")
   {

@@ -119,4 +119,38 @@ namespace squeal::tests::materials_tests
     CHECK(Material{2, 0.3, 1, 0, 0}.is_proportional(Material{1, 0.3, 5, 0, 0}));
     CHECK(!Material{2, 0.3, 1, 0, 0}.is_proportional(Material{2, 0.2, 1, 0, 0}));
   }
+
+  TEST_CASE("materials: viscous moduli by bulk and shear, and in Voigt's notation")
+  {
+    const auto at = [](const std::array<double, 81> &table, const int i, const int j, const int k,
+                       const int l) { return table[((i * 3 + k) * 3 + j) * 3 + l]; };
+    Viscosity viscosity{5, 3};
+    const auto isotropic = elasticity_tensor(ElasticModuli<3>(viscosity));
+    CHECK(std::abs(at(isotropic, 0, 0, 0, 0) - (5 + 4. / 3 * 3)) < 1e-14);
+    CHECK(std::abs(at(isotropic, 2, 2, 0, 0) - (5 - 2. / 3 * 3)) < 1e-14);
+    CHECK(std::abs(at(isotropic, 0, 2, 2, 0) - 3) < 1e-14);
+    viscosity        = {0, 0, {{11, 4, 2, 9, 6}}};
+    const auto axial = elasticity_tensor(ElasticModuli<3>(viscosity));
+    CHECK(std::abs(at(axial, 0, 0, 0, 0) - 11) < 1e-14);
+    CHECK(std::abs(at(axial, 0, 0, 1, 1) - 4) < 1e-14);
+    CHECK(std::abs(at(axial, 1, 1, 2, 2) - 2) < 1e-14);
+    CHECK(std::abs(at(axial, 2, 2, 2, 2) - 9) < 1e-14);
+    CHECK(std::abs(at(axial, 1, 2, 1, 2) - 6) < 1e-14);
+    CHECK(std::abs(at(axial, 0, 1, 0, 1) - 3.5) < 1e-14);
+    CHECK(viscosity.is_passive());
+    CHECK(viscosity.constants().size() == 5);
+    for (const Viscosity &active :
+         {Viscosity{0, 0, {{1, 2, 0, 1, 1}}}, Viscosity{-1, 0}, Viscosity{0, 0, {{1, 0, 1, 1, 1}}}})
+      CHECK(!active.is_passive());
+    // C is the sum over its constants.
+    std::array<double, 81> sum{};
+    for (const Viscosity::Constant &constant : viscosity.constants())
+    {
+      const auto unit = elasticity_tensor(ElasticModuli<3>(constant.unit));
+      for (unsigned int i = 0; i < sum.size(); ++i)
+        sum[i] += constant.value * unit[i];
+    }
+    for (unsigned int i = 0; i < sum.size(); ++i)
+      CHECK(std::abs(sum[i] - axial[i]) < 1e-13);
+  }
 } // namespace squeal::tests::materials_tests
