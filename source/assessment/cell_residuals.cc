@@ -119,7 +119,7 @@ namespace squeal
   void CellResiduals<dim>::combine_at_points(const Material &material, const OperatorFactors &c,
                                              double *const *re, double *const *im) const
   {
-    const ElasticModuli<dim> C(material), C_v(material.viscosity);
+    const ElasticModuli<dim> C(material), C_v(material.viscosity, material.axis);
     const double rho     = material.density;
     const Complex g_half = rho * c.g / 2., m = rho * c.m, m_star = rho * c.m_star;
     for (unsigned int q = 0; q < n_q; ++q)

@@ -27,7 +27,7 @@ namespace squeal
     double viscous_proportion(const Material &material)
     {
       const auto elastic = elasticity_tensor<dim>(material),
-                 viscous = elasticity_tensor(ElasticModuli<dim>(material.viscosity));
+                 viscous = elasticity_tensor(ElasticModuli<dim>(material.viscosity, material.axis));
       return std::inner_product(elastic.begin(), elastic.end(), viscous.begin(), 0.) /
              std::inner_product(elastic.begin(), elastic.end(), elastic.begin(), 0.);
     }

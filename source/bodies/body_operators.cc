@@ -106,7 +106,7 @@ namespace squeal
 
     using Tensor     = std::array<double, dim * dim * dim * dim>;
     const Tensor C   = elasticity_tensor<dim>(material),
-                 C_v = elasticity_tensor(ElasticModuli<dim>(material.viscosity));
+                 C_v = elasticity_tensor(ElasticModuli<dim>(material.viscosity, material.axis));
     const double rho = material.density;
     CellIntegrals<dim> integrals(spaces, choice.G || choice.M_star);
     CellNodes<dim> cell_nodes(spaces);

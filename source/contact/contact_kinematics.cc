@@ -60,6 +60,11 @@ namespace squeal
   {
     const unsigned int n_nodes = element.n_nodes();
     on_rotor = on_pad = d_phi = DenseMatrix(n_nodes, n_points);
+    normals.reserve(n_points);
+    directions.reserve(n_points);
+    positions.reserve(n_points);
+    for (std::vector<double> *values : {&weights, &speeds, &radii})
+      values->reserve(n_points);
     std::vector<double> rotor_values, pad_values;
     std::vector<typename FaceElement<dim>::Gradient> gradients;
     for (unsigned int q = 0; q < n_points; ++q)

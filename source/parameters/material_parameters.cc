@@ -93,13 +93,18 @@ namespace squeal
       const Subsection section(prm, "Material");
       prm.declare_entry("Law", "isotropic", Patterns::Selection(all_names<ElasticLaw>("|")),
                         "isotropic: Young modulus and Poisson ratio. transversely_isotropic: these "
-                        "in the plane across the z axis (strip: the y axis), and Axial Young "
-                        "modulus, Axial Poisson ratio, Axial shear modulus.");
+                        "in the plane across the axis that Axis names, and Axial Young modulus, "
+                        "Axial Poisson ratio, Axial shear modulus.");
       prm.add_action("Law",
                      [this](const std::string &law) {
                        transversely_isotropic =
                            value_named<ElasticLaw>(law) == ElasticLaw::transversely_isotropic;
                      });
+      prm.declare_entry(
+          "Axis", "z", Patterns::Selection("x|y|z"),
+          "The axis of the law transversely_isotropic and of a Viscosity tensor, "
+          "after Mesh/Axis; in the strip z stands for y, too. A disc has its own, z.");
+      prm.add_action("Axis", [this](const std::string &name) { this->axis = name[0] - 'x'; });
       prm.add_parameter("Young modulus", young_modulus,
                         "Young's modulus E, Pa. transversely_isotropic: E_t, in the plane.",
                         positive());
@@ -137,7 +142,7 @@ namespace squeal
                         not_negative());
       prm.declare_entry("Viscosity tensor", "", Patterns::List(Patterns::Double(), 0, 5, ":"),
                         "C11 : C12 : C13 : C33 : C44, Pa s, of a viscosity that is transversely "
-                        "isotropic about the z axis (strip: the y axis): the stress, in Voigt's "
+                        "isotropic about Axis: the stress, in Voigt's "
                         "notation with 3 for the axis, by the rate of strain. Empty: none.");
       prm.add_action("Viscosity tensor",
                      [this](const std::string &text)

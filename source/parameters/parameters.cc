@@ -715,7 +715,12 @@ namespace squeal
       }
       for (const BodyMaterial &body : materials())
         if (is_used(body))
+        {
           body.material.check(body.section);
+          if (body.of_rotor && scene != Scene::strip && body.material.axis != 2)
+            fail(body.section + "/Material/Axis", std::string(1, "xy"[body.material.axis]),
+                 "what turns looks the same from all sides about z; allowed is z.");
+        }
       if (has_contact())
       {
         contact.check(stage, operation.angular_velocity);

@@ -121,6 +121,21 @@ class Response(st.TestCase):
             self.assertLessEqual(abs(complex(row["real_m"], row["imaginary_m"]) - exact),
                                  2e-6 * abs(exact) + 1e-12 + row["interpolation_error_m"])
 
+    def test_axis_of_a_material(self):
+        """A bar that is stiff along its axis only, the x axis: motions along it are those of that modulus."""
+        self.write_bar(alone=True)
+        material = "Mesh/Part 1/Material/"
+        case = {**BAR, "Mesh/Rotor": "", "Joints/Points": "", "Mesh/Clamped": "bar.inner", "Response/Forces": "bar.outer : 2 0 0",
+                "Response/Observations": "bar.outer : 1 0 0", "Response/Frequencies": "40, 900, 3000", "Response/Method": "direct",
+                material + "Law": "transversely_isotropic", material + "Axis": "x", material + "Young modulus": 0.1 * YOUNG,
+                material + "Axial Young modulus": YOUNG, material + "Axial shear modulus": 0.05 * YOUNG}
+        for (frequency, _, _), (value, _) in self.response(case).items():
+            exact = 2 * bar(frequency, True)
+            self.assertLessEqual(abs(value - exact), 1e-5 * abs(exact))
+        for (frequency, _, _), (value, _) in self.response({**case, material + "Axis": "z"}).items():
+            self.assertGreater(abs(value - 2 * bar(frequency, True)), abs(value) / 3)
+        self.assertSettingsRefused({"Rotor/Material/Axis": "x"}, "Rotor/Material/Axis", "allowed is z")
+
     def test_modal_and_direct(self):
         """Every difference is within the printed error, in halves, with hysteresis, on two ranks; and reciprocity where
         nothing turns."""

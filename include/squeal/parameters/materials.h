@@ -2,6 +2,7 @@
 
 #include <squeal/parameters/stiffness_factor.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -10,7 +11,7 @@
 namespace squeal
 {
   /// Viscous moduli, Pa s: the stress is C_v times the rate of strain. An isotropic part and one
-  /// that is transversely isotropic about the last axis add up.
+  /// that is transversely isotropic about the material's axis add up.
   struct Viscosity
   {
     double bulk = 0, shear = 0;
@@ -68,8 +69,8 @@ namespace squeal
   /// Linear elastic material with the damping D = alpha M + beta K, and a stiffness that may depend
   /// on how fast it is strained: f(l) K. SI units.
   ///
-  /// Isotropic, or transversely isotropic about the last coordinate axis n (the normal of the
-  /// pads), with t any direction of the plane across it:
+  /// Isotropic, or transversely isotropic about a coordinate axis n, the last one (the normal of
+  /// the pads) unless another is chosen, with t any direction of the plane across it:
   ///     e_tt = (s_tt - nu_t s_t't') / E_t - nu_tn / E_t s_nn,    g_tt' = s_tt' / G_t,
   ///     e_nn = -nu_tn / E_t (s_tt + s_t't') + s_nn / E_n,        g_tn  = s_tn / G_tn,
   /// G_t = E_t / (2 (1 + nu_t)).
@@ -85,6 +86,7 @@ namespace squeal
     double axial_young_modulus  = 0; ///< E_n, Pa
     double axial_poisson_ratio  = 0; ///< nu_tn
     double axial_shear_modulus  = 0; ///< G_tn, Pa
+    unsigned int axis           = 2; ///< of n; in two dimensions 2 is the second one, too
 
     StiffnessFactor stiffness_factor = {}; ///< f; Young's moduli are relaxed ones
     Viscosity viscosity              = {};
@@ -127,7 +129,7 @@ namespace squeal
     {
       const double factor = young_modulus / other.young_modulus;
       return transversely_isotropic == other.transversely_isotropic &&
-             poisson_ratio == other.poisson_ratio &&
+             poisson_ratio == other.poisson_ratio && axis == other.axis &&
              (!transversely_isotropic ||
               (axial_poisson_ratio == other.axial_poisson_ratio &&
                axial_young_modulus == factor * other.axial_young_modulus &&
@@ -196,24 +198,26 @@ namespace squeal
         l_tt = l_tn = l_nn = material.lame_lambda();
         m_n                = m_t;
       }
-      fill(l_tt, l_tn, l_nn, m_t, m_n);
+      fill(material.axis, l_tt, l_tn, l_nn, m_t, m_n);
     }
 
-    explicit ElasticModuli(const Viscosity &viscosity)
+    /// @p axis as of a material.
+    ElasticModuli(const Viscosity &viscosity, const unsigned int axis)
     {
       const auto &[c11, c12, c13, c33, c44] = viscosity.tensor;
       const double l = viscosity.bulk - 2 * viscosity.shear / 3, m = viscosity.shear;
-      fill(l + c12, l + c13, l + c33 - 2 * c44, m + (c11 - c12) / 2, m + c44);
+      fill(axis, l + c12, l + c13, l + c33 - 2 * c44, m + (c11 - c12) / 2, m + c44);
     }
 
   private:
-    void fill(const double l_tt, const double l_tn, const double l_nn, const double m_t,
-              const double m_n)
+    void fill(const unsigned int axis, const double l_tt, const double l_tn, const double l_nn,
+              const double m_t, const double m_n)
     {
+      const int n = std::min<int>(axis, dim - 1);
       for (int i = 0; i < dim; ++i)
         for (int k = 0; k < dim; ++k)
         {
-          const int n_axial = (i == dim - 1) + (k == dim - 1);
+          const int n_axial = (i == n) + (k == n);
           l[i][k]           = n_axial == 2 ? l_nn : n_axial == 1 ? l_tn : l_tt;
           m[i][k]           = n_axial > 0 ? m_n : m_t;
         }

@@ -125,12 +125,12 @@ namespace squeal::tests::materials_tests
     const auto at = [](const std::array<double, 81> &table, const int i, const int j, const int k,
                        const int l) { return table[((i * 3 + k) * 3 + j) * 3 + l]; };
     Viscosity viscosity{5, 3};
-    const auto isotropic = elasticity_tensor(ElasticModuli<3>(viscosity));
+    const auto isotropic = elasticity_tensor(ElasticModuli<3>(viscosity, 2));
     CHECK(std::abs(at(isotropic, 0, 0, 0, 0) - (5 + 4. / 3 * 3)) < 1e-14);
     CHECK(std::abs(at(isotropic, 2, 2, 0, 0) - (5 - 2. / 3 * 3)) < 1e-14);
     CHECK(std::abs(at(isotropic, 0, 2, 2, 0) - 3) < 1e-14);
     viscosity        = {0, 0, {{11, 4, 2, 9, 6}}};
-    const auto axial = elasticity_tensor(ElasticModuli<3>(viscosity));
+    const auto axial = elasticity_tensor(ElasticModuli<3>(viscosity, 2));
     CHECK(std::abs(at(axial, 0, 0, 0, 0) - 11) < 1e-14);
     CHECK(std::abs(at(axial, 0, 0, 1, 1) - 4) < 1e-14);
     CHECK(std::abs(at(axial, 1, 1, 2, 2) - 2) < 1e-14);
@@ -146,11 +146,37 @@ namespace squeal::tests::materials_tests
     std::array<double, 81> sum{};
     for (const Viscosity::Constant &constant : viscosity.constants())
     {
-      const auto unit = elasticity_tensor(ElasticModuli<3>(constant.unit));
+      const auto unit = elasticity_tensor(ElasticModuli<3>(constant.unit, 2));
       for (unsigned int i = 0; i < sum.size(); ++i)
         sum[i] += constant.value * unit[i];
     }
     for (unsigned int i = 0; i < sum.size(); ++i)
       CHECK(std::abs(sum[i] - axial[i]) < 1e-13);
+  }
+
+  TEST_CASE("materials: another axis exchanges the directions")
+  {
+    const Material about_z = transversely_isotropic();
+    for (const unsigned int axis : {0u, 1u})
+    {
+      Material about_other = about_z;
+      about_other.axis     = axis;
+      CHECK(!about_other.is_proportional(about_z));
+      const auto exchanged = [&](const int i) {
+        return i == 2 ? int(axis) : i == int(axis) ? 2 : i;
+      };
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+          for (int k = 0; k < 3; ++k)
+            for (int l = 0; l < 3; ++l)
+              CHECK(entry<3>(about_other, i, j, k, l) ==
+                    entry<3>(about_z, exchanged(i), exchanged(j), exchanged(k), exchanged(l)));
+    }
+    // Plane strain across z: about y the second axis, as by default
+    Material about_y = about_z;
+    about_y.axis     = 1;
+    CHECK(entry<2>(about_y, 1, 1, 1, 1) == entry<2>(about_z, 1, 1, 1, 1));
+    about_y.axis = 0;
+    CHECK(entry<2>(about_y, 0, 0, 0, 0) == entry<2>(about_z, 1, 1, 1, 1));
   }
 } // namespace squeal::tests::materials_tests
