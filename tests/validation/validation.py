@@ -23,6 +23,7 @@ from collections import namedtuple
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "lib"))
 
+import mesh_files  # noqa: E402
 from closed_forms import doublet_between_pads, mindlin_frequencies, plate_frequencies  # noqa: E402
 
 DOCUMENT = HERE.parents[1] / "doc/validation.md"
@@ -204,6 +205,50 @@ def divergence_band(run):
                                      "Sweep/Values": f"{1.0003 * expected:.9g}, {1.0014 * expected:.9g}"}, "critical.csv")
         found = [row["value"] for row in rows if row["kind"] == kind]
         yield Row(f"{kind.replace('_', ' ')}, Omega, rad/s", expected, found[0] if len(found) == 1 else math.nan, None, 2e-3)
+
+
+class Rings(Pins):
+    """Closed rings of lining in place of the pins, on both faces: the doublet does not split, s = 0."""
+
+    def __init__(self, run, thickness, stiffness, **settings):
+        super().__init__(run, thickness, stiffness / 360, **{
+            "Scene": "mesh", "Mesh/Curved bodies": "all", "Mesh/Rotor": "rotor", **settings})
+        for name, pads in (("disc", ()), ("rings", ("upper", "lower"))):
+            mesh = mesh_files.Mesh()
+            for body in ("rotor", *pads):
+                low, high = {"rotor": (-0.5, 0.5), "upper": (0.5, 0.5 + 1e-3 / thickness),
+                             "lower": (-0.5 - 1e-3 / thickness, -0.5)}[body]
+                radii = mesh_files.equal(0.05, 0.15, 3) if body == "rotor" else [self.radius - 5e-4, self.radius + 5e-4]
+                mesh.sector(body, radii, mesh_files.equal(0, 2 * math.pi, 24), [low * thickness, high * thickness], ring=True)
+            (run.directory / f"{name}.msh").write_text(mesh_files.msh2(mesh))
+
+    def modes(self, **settings):
+        alone = settings.pop("Pads__Arrangement", "") == "none"
+        file = {"Mesh/File": "rings.msh", "Mesh/Pads": "upper, lower", "Mesh/Clamped": "rotor.inner, upper.high, lower.low",
+                "Mesh/Contact pairs": "upper.low : rotor.high, lower.high : rotor.low", "Mesh/Pressure on": "upper.high, lower.low"}
+        if alone:
+            file = {"Mesh/File": "disc.msh", "Mesh/Pads": "", "Mesh/Clamped": "rotor.inner", "Mesh/Contact pairs": "",
+                    "Mesh/Pressure on": ""}
+        return super().modes(**settings, **{key.replace("/", "__").replace(" ", "_"): value for key, value in file.items()})
+
+
+@problem("Full rings of lining on a thin disc",
+         "the doublet with s = 0: l = +- j n Omega +- j sqrt(w^2 + k -+ j nu), a wave grows at any friction", is_long=True)
+def full_rings(run):
+    """n = 3, mu = 0.4, r = 0.115 m, the rings 1 mm wide. What the plate leaves out falls with the thickness; stiffness and speed
+    are as they may."""
+    for thickness, stiffness, speed, allowed in ((0.012, 4e11, 0.5, 2e-2), (0.006, 5e10, 0.5, 3e-3), (0.003, 6e9, 0.5, 1e-3),
+                                                 (0.006, 2e11, 0.5, 3e-3), (0.006, 5e10, 0, 3e-3), (0.006, 5e10, 20, 3e-3)):
+        rings = Rings(run, thickness, stiffness).measure()
+        nu = rings.stiffness * rings.friction * rings.thickness * rings.n / (2 * rings.radius)
+        roots = [l for l in doublet_between_pads(rings.n, rings.omega, speed, rings.stiffness, 0, nu) if l.imag > 0]
+        expected = max(roots, key=lambda l: l.real)
+        row = min((row for row in rings.modes(Operation__Angular_velocity=speed) if row["growth_rate_1_per_s"] > 0),
+                  key=lambda row: abs(2 * math.pi * row["frequency_hz"] - expected.imag))
+        case = f"h = {1000 * thickness:.0f} mm, k/w^2 = {rings.stiffness / rings.omega**2:.1e}, Omega = {speed:g} rad/s"
+        yield Row(f"growth rate, {case}, 1/s", expected.real, row["growth_rate_1_per_s"], None, allowed)
+        yield Row(f"its frequency, {case}, Hz", expected.imag / (2 * math.pi), row["frequency_hz"], None,
+                  1e-6 * max(1, speed))
 
 
 def processor_seconds():
