@@ -422,11 +422,7 @@ namespace squeal
           found = find_modes_without_factors(model, options_of(prm.eigenproblem, report.log));
         }
         else
-        {
-          model.forget_contact_shapes(); // a tenth of the run's peak, which is here
-          return_freed_memory();
           found = common.find_modes(model, equations);
-        }
         return_freed_memory();
         return found;
       }

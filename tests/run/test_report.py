@@ -113,13 +113,15 @@ class Reports(st.TestCase):
             self.assertIn("matplotlib", words)
 
     def test_materials(self):
-        """Damping over frequency is named where a material has it."""
+        """Damping beyond Rayleigh's is named where a material or the brake has it."""
         results = self.analyse({**st.SMALL_BRAKE, "Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1",
                                 "Discretization/Pad cells": "1, 2, 1", "Eigenproblem/Maximum frequency": 2000,
-                                "Eigenproblem/Error bars": "false", "Pads/Material/Loss factor": 0.02})
+                                "Eigenproblem/Error bars": "false", "Pads/Material/Loss factor": 0.02,
+                                "Pads/Material/Shear viscosity": 50, "Modal damping/Ratios": "500 : 0.001, 2000 : 0.002"})
         page, words = self.page(results)
-        self.assertIn("over frequency", words)
-        self.assertIn("loss factor 0.02", page.cells)
+        self.assertIn("other damping", words)
+        self.assertIn("shear viscosity 50; loss factor 0.02", page.cells)
+        self.assertIn("Damping of real modes, frequency (Hz) : ratio, times 1: 500 : 0.001, 2000 : 0.002", words)
 
     def test_assembly(self):
         """Plates on ties: joints, the mesh, causes by part, and the mode that grows fastest in motion."""

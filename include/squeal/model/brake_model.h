@@ -118,12 +118,6 @@ namespace squeal
     {
       return steady.pressure;
     }
-    /// Frees what the contact has tabulated: it is made again when it is asked for.
-    void forget_contact_shapes() const
-    {
-      if (steady.contact)
-        steady.contact->cache().shapes.reset();
-    }
     const SteadyState<dim> &steady_state() const
     {
       return steady;
