@@ -181,7 +181,7 @@ namespace squeal::tests::parameter_file_tests
     // it.
     check_error(
         "subsection Rotor\n  subsection Material\n    set Colour = 1\n  end\nend\n", {},
-        {"FILE:3", "None is spelt alike. The section Rotor/Material has: Law, Young modulus"});
+        {"FILE:3", "None is spelt alike. The section Rotor/Material has: Law, Axis, Young modulus"});
     // In an override.
     check_error("", {"Operation/Angular velocty=3"},
                 {"--set \"Operation/Angular velocty=3\"", "'Operation/Angular velocity'"});
