@@ -179,9 +179,9 @@ namespace squeal::tests::parameter_file_tests
                 {"FILE:2", "'Output/Matrices'"});
     // Where nothing is spelt alike, what the section has, and no key that has nothing to do with
     // it.
-    check_error(
-        "subsection Rotor\n  subsection Material\n    set Colour = 1\n  end\nend\n", {},
-        {"FILE:3", "None is spelt alike. The section Rotor/Material has: Law, Axis, Young modulus"});
+    check_error("subsection Rotor\n  subsection Material\n    set Colour = 1\n  end\nend\n", {},
+                {"FILE:3",
+                 "None is spelt alike. The section Rotor/Material has: Law, Axis, Young modulus"});
     // In an override.
     check_error("", {"Operation/Angular velocty=3"},
                 {"--set \"Operation/Angular velocty=3\"", "'Operation/Angular velocity'"});
