@@ -462,7 +462,8 @@ class RunDirectory(st.TestCase):
 
     def test_full_disk_leaves_whole_lines(self):
         """A limit on the length of files stands for the full disk: what does not fit is not half there."""
-        file = self.write("b.prm", SWEEP)
+        # The table is to be the longest of the files: longer than the parameters with all their keys.
+        file = self.write("b.prm", {**SWEEP, "Sweep/Values": "0.1 : 0.5 : 20"})
         import resource
 
         def limit(n_bytes):
@@ -470,7 +471,9 @@ class RunDirectory(st.TestCase):
             resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, n_bytes))
 
         self.squeal(file.name)
-        size = (self.directory / "output/b/sweep.csv").stat().st_size
+        sizes = {path.name: path.stat().st_size for path in (self.directory / "output/b").iterdir()}
+        size = sizes.pop("sweep.csv")
+        self.assertGreater(size - 1000, max(sizes.values()))
         statuses = []
         for n_bytes in [size - 1000, size - 333, size - 77, size - 7]:
             shutil.rmtree(self.directory / "output")
