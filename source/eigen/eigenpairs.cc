@@ -133,6 +133,34 @@ namespace squeal
     }
   } // namespace
 
+  void RayleighCorrections::add(const unsigned int order, const double coefficient,
+                                const std::vector<Complex> &forms)
+  {
+    for (unsigned int j = 0; j < lambda.size(); ++j)
+    {
+      const Complex l = lambda[j], a = coefficient * forms[j];
+      residuals[j] += order == 2 ? l * l * a : order == 1 ? l * a : a;
+      slopes[j] += order == 2 ? 2. * l * a : order == 1 ? a : 0.;
+    }
+  }
+
+  void RayleighCorrections::add(const FrozenTerm &term, const std::vector<Complex> &forms)
+  {
+    for (unsigned int j = 0; j < lambda.size(); ++j)
+    {
+      residuals[j] += term.h(lambda[j]) * forms[j];
+      slopes[j] += term.derivative(lambda[j]) * forms[j];
+    }
+  }
+
+  std::vector<Complex> RayleighCorrections::values() const
+  {
+    std::vector<Complex> result;
+    for (unsigned int j = 0; j < lambda.size(); ++j)
+      result.push_back(residuals[j] / slopes[j]);
+    return result;
+  }
+
   void turn_to_real(EigenPairs &modes)
   {
     // z^H Q'(l) x does not change if both are multiplied by the same factor of modulus 1.

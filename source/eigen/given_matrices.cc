@@ -55,30 +55,18 @@ namespace squeal
         result = long_forms(problem.rows, modes.left, matrix, x);
       return result;
     };
-    std::vector<Complex> residual(n), slope(n);
+    RayleighCorrections corrections(modes.lambda);
     for (const Term &term : given.terms)
-    {
-      const std::vector<Complex> &form = forms(*term.matrix);
-      for (unsigned int j = 0; j < n; ++j)
-      {
-        const Complex l = modes.lambda[j], a = term.coefficient * form[j];
-        residual[j] += term.order == 2 ? l * l * a : term.order == 1 ? l * a : a;
-        slope[j] += term.order == 2 ? 2. * l * a : term.order == 1 ? a : 0.;
-      }
-    }
+      corrections.add(term.order, term.coefficient, forms(*term.matrix));
     for (unsigned int k = 0; k < problem.frozen.size(); ++k)
     {
-      const RelaxationTerm &term      = given.relaxation[k];
-      const std::vector<Complex> form = term.low_rank
-                                            ? diagonal_form(modes.left, *term.matrix, modes.right)
-                                            : forms(*term.matrix);
-      for (unsigned int j = 0; j < n; ++j)
-      {
-        residual[j] += problem.frozen[k].h(modes.lambda[j]) * form[j];
-        slope[j] += problem.frozen[k].derivative(modes.lambda[j]) * form[j];
-      }
+      const RelaxationTerm &term = given.relaxation[k];
+      corrections.add(problem.frozen[k], term.low_rank
+                                             ? diagonal_form(modes.left, *term.matrix, modes.right)
+                                             : forms(*term.matrix));
     }
+    const std::vector<Complex> values = corrections.values();
     for (unsigned int j = 0; j < n; ++j)
-      modes.lambda[j] -= residual[j] / slope[j];
+      modes.lambda[j] -= values[j];
   }
 } // namespace squeal

@@ -101,8 +101,7 @@ namespace squeal
       };
 
       void expand(MultiVector of_right, MultiVector of_left);
-      /// z^H T(l) x / z^H T'(l) x of the present pairs, of which l - this is right to the product
-      /// of the vectors' errors.
+      /// Those of the present pairs.
       std::vector<Complex> rayleigh_corrections() const;
       /// Follows the modes in the present spaces.
       void follow();
@@ -301,27 +300,13 @@ namespace squeal
       z.conjugate();
       const auto form_of = [&](const Matrix &matrix)
       { return diagonal_form(z, matrix, modes.right); };
-      const std::vector<Complex> of_m = form_of(right.problem.M), of_p = form_of(right.problem.P),
-                                 of_q = form_of(right.problem.Q);
-      std::vector<Complex> residuals, slopes, result;
-      for (unsigned int j = 0; j < modes.size(); ++j)
-      {
-        const Complex l = modes.lambda[j];
-        residuals.push_back(l * l * of_m[j] + l * of_p[j] + of_q[j]);
-        slopes.push_back(2. * l * of_m[j] + of_p[j]);
-      }
+      RayleighCorrections corrections(modes.lambda);
+      corrections.add(2, 1, form_of(right.problem.M));
+      corrections.add(1, 1, form_of(right.problem.P));
+      corrections.add(0, 1, form_of(right.problem.Q));
       for (const FrozenTerm &term : right.problem.frozen)
-      {
-        const std::vector<Complex> of_a = form_of(term.matrix);
-        for (unsigned int j = 0; j < modes.size(); ++j)
-        {
-          residuals[j] += term.h(modes.lambda[j]) * of_a[j];
-          slopes[j] += term.derivative(modes.lambda[j]) * of_a[j];
-        }
-      }
-      for (unsigned int j = 0; j < modes.size(); ++j)
-        result.push_back(residuals[j] / slopes[j]);
-      return result;
+        corrections.add(term, form_of(term.matrix));
+      return corrections.values();
     }
 
     EigenPairs Search::run(MultiVector of_right, MultiVector of_left,

@@ -230,12 +230,17 @@ class ZieglerBrake(st.TestCase):
             self.assertIn(f"{growth:+.2f} ± {bar:.1g}", text)
 
     def test_borders(self):
+        """Critical values with the mesh's bars, and a fall by more than both."""
         text = (st.PROJECT / "doc/theory_effects.md").read_text()
+        onsets, bars = [], []
         for beta, values in [(0, "0.565, 0.58"), (1e-5, "0.47, 0.485")]:
             row, = st.read_table(self.results(**{"Sweep/Parameter": self.FRICTION, "Sweep/Values": values,
                                                  "Sweep/Critical values": "true", self.BETA: beta}) / "critical.csv")
             self.assertEqual(row["kind"], "onset")
-            self.assertIn(f"{row['value']:.3f}", text)
+            self.assertIn(f"{row['value']:.3f} ± {row['mesh_error']:.1g}", text)
+            onsets.append(row["value"])
+            bars.append(row["mesh_error"])
+        self.assertGreater(onsets[0] - onsets[1], 2 * sum(bars))
 
 
 if __name__ == "__main__":

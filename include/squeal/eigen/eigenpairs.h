@@ -136,6 +136,27 @@ namespace squeal
   double largest_change(const std::vector<std::complex<double>> &lambda,
                         const std::vector<std::complex<double>> &previous);
 
+  /// The two-sided Rayleigh corrections of eigenvalues, z^H Q(l) x / z^H Q'(l) x, term by term from
+  /// the forms z_j^H A x_j: l minus this is right to the product of the vectors' errors.
+  class RayleighCorrections
+  {
+  public:
+    explicit RayleighCorrections(const std::vector<std::complex<double>> &lambda)
+        : lambda(lambda), residuals(lambda.size()), slopes(lambda.size())
+    {
+    }
+    /// Adds coefficient l^order A.
+    void add(unsigned int order, double coefficient,
+             const std::vector<std::complex<double>> &forms);
+    /// Adds h(l) A.
+    void add(const FrozenTerm &term, const std::vector<std::complex<double>> &forms);
+    std::vector<std::complex<double>> values() const;
+
+  private:
+    const std::vector<std::complex<double>> &lambda;
+    std::vector<std::complex<double>> residuals, slopes;
+  };
+
   /// Z^H [(l_i + l'_j) M + P] X of the left vectors of some pairs and the right ones of others, the
   /// form in which those of different eigenvalues are orthogonal: z_i^H Q(l_i) = 0 and Q(l'_j) x_j
   /// = 0 give (l_i - l'_j) z_i^H [...] x_j = 0. On the diagonal it is z^H Q'(l) x. Frozen terms add

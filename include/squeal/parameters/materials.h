@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/parameters/stiffness_factor.h>
+#include <squeal/parameters/viscosity.h>
 
 #include <algorithm>
 #include <array>
@@ -10,62 +11,6 @@
 
 namespace squeal
 {
-  /// Viscous moduli, Pa s: the stress is C_v times the rate of strain. An isotropic part and one
-  /// that is transversely isotropic about the material's axis add up.
-  struct Viscosity
-  {
-    double bulk = 0, shear = 0;
-    /// 11, 12, 13, 33 and 44 of the matrix of Voigt, 3 the axis.
-    std::array<double, 5> tensor = {{0, 0, 0, 0, 0}};
-
-    bool is_active() const
-    {
-      return *this != Viscosity();
-    }
-    bool operator!=(const Viscosity &other) const
-    {
-      return bulk != other.bulk || shear != other.shear || tensor != other.tensor;
-    }
-    struct Constant;
-    /// Those that are not zero; C_v is linear in them.
-    std::vector<Constant> constants() const;
-    /// Whether no rate of strain feeds energy.
-    bool is_passive() const
-    {
-      const auto &[c11, c12, c13, c33, c44] = tensor;
-      return bulk >= 0 && shear >= 0 && c44 >= 0 && c11 >= std::abs(c12) && c33 >= 0 &&
-             (c11 + c12) * c33 >= 2 * c13 * c13;
-    }
-  };
-
-  /// One of the moduli as the keys name it, and the viscosity that has 1 Pa s of it alone.
-  struct Viscosity::Constant
-  {
-    std::string key;
-    double value;
-    Viscosity unit;
-  };
-
-  inline std::vector<Viscosity::Constant> Viscosity::constants() const
-  {
-    std::vector<Constant> result;
-    const auto add = [&](const std::string &key, const double value, const Viscosity &unit)
-    {
-      if (value != 0)
-        result.push_back({key, value, unit});
-    };
-    add("Bulk viscosity", bulk, {1, 0});
-    add("Shear viscosity", shear, {0, 1});
-    const std::array<std::string, 5> names = {{"11", "12", "13", "33", "44"}};
-    for (unsigned int k = 0; k < names.size(); ++k)
-    {
-      Viscosity unit;
-      unit.tensor[k] = 1;
-      add("Viscosity tensor/" + names[k], tensor[k], unit);
-    }
-    return result;
-  }
-
   /// Linear elastic material with the damping D = alpha M + beta K, and a stiffness that may depend
   /// on how fast it is strained: f(l) K. SI units.
   ///
