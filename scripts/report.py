@@ -476,9 +476,10 @@ class Report:
                   "damping \N{GREEK SMALL LETTER ALPHA}, 1/s", "\N{GREEK SMALL LETTER BETA}, s", "other damping<"]
         n_columns = len(header) if any(row[-1] for row in rows) else len(header) - 1
         self.body.append(table(header[:n_columns], [row[:n_columns] for row in rows]))
-        if of("Modal damping/Ratios", "") and float(of("Modal damping/Factor", 1)):
-            self.note(f"Damping of real modes, frequency (Hz) : ratio, times {of('Modal damping/Factor')}: "
-                      f"{of('Modal damping/Ratios')}.")
+        factor = float(of("Modal damping/Factor", 1))
+        if of("Modal damping/Ratios", "") and factor:
+            times = f", times {number(factor, 4)}" if factor != 1 else ""
+            self.note(f"Damping of real modes, frequency in Hz : ratio{times}. {of('Modal damping/Ratios')}.")
         masses = [f"{row['name']} {number(row['mass_kg'], 4)} kg" for row in self.rows("mesh.csv")
                   if row.get("kind") == "body" and row.get("mass_kg")]
         if masses:

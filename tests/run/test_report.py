@@ -121,7 +121,7 @@ class Reports(st.TestCase):
         page, words = self.page(results)
         self.assertIn("other damping", words)
         self.assertIn("shear viscosity 50; loss factor 0.02", page.cells)
-        self.assertIn("Damping of real modes, frequency (Hz) : ratio, times 1: 500 : 0.001, 2000 : 0.002", words)
+        self.assertIn("Damping of real modes, frequency in Hz : ratio. 500 : 0.001, 2000 : 0.002", words)
 
     def test_assembly(self):
         """Plates on ties: joints, the mesh, causes by part, and the mode that grows fastest in motion."""
