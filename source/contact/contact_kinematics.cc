@@ -129,6 +129,55 @@ namespace squeal
   }
 
   template <int dim>
+  void ContactKinematics<dim>::add_across(RepeatedEntries &entries, const std::vector<double> &c,
+                                          const bool turned_right) const
+  {
+    const unsigned int n_nodes = shapes->on_rotor.n_rows;
+    // Points as rows
+    DenseMatrix jump(n_points, 2 * n_nodes), turned(n_points, turned_right ? n_nodes : 0);
+    std::vector<Tensor<1, dim>> directions;
+    std::array<bool, dim> is_there{}; // a direction across a flat face has fewer components
+    for (unsigned int q = 0; q < n_points; ++q)
+    {
+      for (unsigned int a = 0; a < n_nodes; ++a)
+      {
+        jump(q, a)           = shapes->on_rotor(a, q);
+        jump(q, n_nodes + a) = -shapes->on_pad(a, q);
+        if (turned_right)
+          turned(q, a) = shapes->d_phi(a, q);
+      }
+      directions.push_back(direction(2, q));
+      for (unsigned int i = 0; i < dim; ++i)
+        is_there[i] |= directions.back()[i] != 0;
+    }
+    const DenseMatrix &right = turned_right ? turned : jump;
+    DenseMatrix weighted(n_points, 2 * n_nodes), local(2 * n_nodes, right.n_columns);
+    std::vector<double> weights(n_points);
+    for (unsigned int i = 0; i < dim; ++i)
+      for (unsigned int k = i; k < dim; ++k)
+      {
+        if (!is_there[i] || !is_there[k])
+          continue;
+        for (unsigned int q = 0; q < n_points; ++q)
+          weights[q] = c[q] * directions[q][i] * directions[q][k];
+        for (unsigned int a = 0; a < 2 * n_nodes; ++a)
+          for (unsigned int q = 0; q < n_points; ++q)
+            weighted(q, a) = weights[q] * jump(q, a);
+        gemm(true, 1, weighted, right, 0, local);
+        for (unsigned int b = 0; b < right.n_columns; ++b)
+          for (const FreeNode<dim> &column : node(b))
+            for (unsigned int a = 0; a < 2 * n_nodes; ++a)
+              for (const FreeNode<dim> &row : node(a))
+              {
+                const double value = row.weight * column.weight * local(a, b);
+                entries.add(row.equations[i], column.equations[k], value);
+                if (i != k)
+                  entries.add(row.equations[k], column.equations[i], value);
+              }
+      }
+  }
+
+  template <int dim>
   void ContactKinematics<dim>::add_slopes(const FaceElement<dim> &element,
                                           const FacePair<dim> &pair, const Geometry<dim> &geometry)
   {

@@ -147,8 +147,8 @@ namespace squeal
         {
           for (const ContactProduct &product : damping_products(contact, i, k, pressure))
             if (product.origin == Origin::friction_damping)
-              k.add_product(product.order == 1 ? P : Q, functions_of(product.left, k), product.c,
-                            functions_of(product.right, k));
+              k.add_across(product.order == 1 ? P : Q, product.c,
+                           product.right == Trace::turning_across);
             else
               distribute(product.origin == Origin::contact_damping ? dashpots
                          : product.order == 1                      ? P_falling

@@ -61,7 +61,8 @@ namespace squeal
       parts.clear();
       return;
     }
-    surveyed = {strengths_of(terms)};
+    const Strengths here = strengths_of(terms);
+    surveyed             = {{here, here}};
     is_expansion_definite.reset();
     clearance        = n_parts == 1 ? solution.clearance : solution.sectors[0]->reuse.clearance;
     no_growth_beyond = n_parts > 1 || solution.has_no_growth_beyond;
@@ -261,50 +262,87 @@ namespace squeal
 
   bool ReducedSectors::is_within_clearance(const Strengths &now) const
   {
-    const auto is_near = [&](const Strengths &known)
+    const double margin = 1 + 0.8 * (clearance - 1); // norms are not distances
+    const auto size_in  = [](const Strengths &strengths, const Strengths::key_type &kind)
     {
-      double change = 1;
-      for (const auto &[kind, size] : now)
-        if (const auto before = known.find(kind); before != known.end())
-          change = std::max({change, size / before->second, before->second / size});
-        else
-          return false;
-      // Norms are not distances: with a margin
-      return now.size() == known.size() && change <= 1 + 0.8 * (clearance - 1);
+      const auto found = strengths.find(kind);
+      return found == strengths.end() ? 0. : found->second;
     };
-    return std::any_of(surveyed.begin(), surveyed.end(), is_near);
+    return std::any_of(surveyed.begin(), surveyed.end(),
+                       [&](const Surveyed &known)
+                       {
+                         Strengths kinds = now;
+                         kinds.insert(known.from.begin(), known.from.end());
+                         return std::all_of(kinds.begin(), kinds.end(),
+                                            [&](const Strengths::value_type &entry)
+                                            {
+                                              const auto &kind = entry.first;
+                                              const double a   = size_in(known.from, kind),
+                                                           b   = size_in(known.to, kind),
+                                                           x   = size_in(now, kind);
+                                              return std::min(a, b) / margin <= x &&
+                                                     x <= std::max(a, b) * margin;
+                                            });
+                       });
   }
 
-  bool ReducedSectors::is_definite_on_rim() const
+  bool ReducedSectors::is_definite_on_rim(std::vector<Term> Part::*const of_part,
+                                          const std::map<Origin, double> &factors) const
   {
-    const auto holds = [&](const std::vector<Term> Part::*const of_part)
-    {
-      return std::all_of(parts.begin(), parts.end(),
-                         [&](const Part &part)
-                         {
-                           const std::vector<Term> &terms = part.*of_part;
-                           QuadraticEigenproblem problem  = problem_of(part, terms);
-                           problem.P                      = sum_of(problem.rows, terms, 1);
-                           problem.may_excite             = may_excite(terms);
-                           return squeal::is_definite_on_rim(problem, options.max_imaginary);
-                         });
-    };
+    return std::all_of(parts.begin(), parts.end(),
+                       [&](const Part &part)
+                       {
+                         std::vector<Term> terms = part.*of_part;
+                         for (Term &term : terms)
+                           if (const auto factor = factors.find(term.origin);
+                               term.order == 1 && factor != factors.end())
+                             term.coefficient *= factor->second;
+                         QuadraticEigenproblem problem = problem_of(part, terms);
+                         problem.P                     = sum_of(problem.rows, terms, 1);
+                         problem.may_excite            = may_excite(terms);
+                         return squeal::is_definite_on_rim(problem, options.max_imaginary);
+                       });
+  }
+
+  /// The symmetric part of Q(s) is linear in the strength of the velocity terms: where it is
+  /// definite with two strengths, it is with all between them.
+  bool ReducedSectors::survey(const Strengths &now)
+  {
     if (!is_expansion_definite)
-      is_expansion_definite = holds(&Part::expansion_terms);
-    return *is_expansion_definite && holds(&Part::terms);
+      is_expansion_definite = is_definite_on_rim(&Part::expansion_terms, {});
+    if (!*is_expansion_definite)
+      return false;
+    const Strengths &expansion = surveyed.front().from;
+    constexpr double ahead     = 30;
+    std::map<Origin, double> factors;
+    Strengths farther = now;
+    for (auto &[kind, size] : farther)
+      if (kind.second == 1)
+      {
+        const auto before        = expansion.find(kind);
+        const double size_before = before == expansion.end() ? 0. : before->second;
+        if (size == size_before)
+          continue;
+        const double factor = size > size_before ? ahead : 1 / ahead;
+        factors[kind.first] = factor;
+        size *= factor;
+      }
+    // Rather two or three symmetric factorisations than a full solution
+    if (!factors.empty() && is_definite_on_rim(&Part::terms, factors))
+      surveyed.push_back({expansion, farther});
+    else if (is_definite_on_rim(&Part::terms, {}))
+      surveyed.push_back({expansion, now});
+    else
+      return false;
+    return true;
   }
 
   std::optional<EigenPairs> ReducedSectors::solve(const std::vector<Term> &terms)
   {
     if (!restrict(terms))
       return std::nullopt;
-    if (Strengths now = strengths_of(terms); !is_within_clearance(now))
-    {
-      // Rather two or three symmetric factorisations than a full solution
-      if (!is_definite_on_rim())
-        return std::nullopt;
-      surveyed.push_back(std::move(now));
-    }
+    if (const Strengths now = strengths_of(terms); !is_within_clearance(now) && !survey(now))
+      return std::nullopt;
     std::vector<EigenPairs> found;
     for (Part &part : parts)
     {

@@ -242,19 +242,12 @@ namespace squeal
       return result;
     }
 
-    /// Distributes that product over displacements x displacements, the same places whatever c is.
-    void add_product(RepeatedEntries &entries, const DenseMatrix &left,
-                     const std::vector<double> &c, const DenseMatrix &right) const
-    {
-      const std::vector<unsigned int> left_rows = rows_of(left), right_rows = rows_of(right);
-      const DenseMatrix local = product(left, left_rows, c, right, right_rows);
-      for (unsigned int j = 0; j < right_rows.size(); ++j)
-        for (const FreeNode<dim> &column : node(right_rows[j] / dim))
-          for (unsigned int i = 0; i < left_rows.size(); ++i)
-            for (const FreeNode<dim> &row : node(left_rows[i] / dim))
-              entries.add(row.equations[left_rows[i] % dim], column.equations[right_rows[j] % dim],
-                          row.weight * column.weight * local(i, j));
-    }
+    /// Distributes sum_q c_q ([[.]].b) ([[.]].b)^T over displacements x displacements, or with
+    /// (d_phi u_R).b on the right: the same places whatever c is. Block by block of components,
+    ///     int c b_i b_k N_a N_b,
+    /// which is the same for i, k and for k, i.
+    void add_across(RepeatedEntries &entries, const std::vector<double> &c,
+                    const bool turned_right) const;
 
     /// The local multipliers out of a replicated vector; with flags by equation those that are
     /// active, zero for the others.

@@ -109,10 +109,20 @@ namespace squeal
 
     /// The sizes of what makes modes overdamped, by origin and order.
     using Strengths = std::map<std::pair<Origin, unsigned int>, double>;
+    /// Strengths between which nothing crosses the rim of the disc.
+    struct Surveyed
+    {
+      Strengths from, to;
+    };
     Strengths strengths_of(const std::vector<Term> &terms);
     bool is_within_clearance(const Strengths &now) const;
-    /// is_definite_on_rim() of the problems of the expansion point and of the last terms.
-    bool is_definite_on_rim() const;
+    /// is_definite_on_rim() of the problems of some terms, with factors of their velocity terms by
+    /// origin.
+    bool is_definite_on_rim(std::vector<Term> Part::*of_part,
+                            const std::map<Origin, double> &factors) const;
+    /// Surveys what is between the expansion point and the last terms, and beyond these as far as
+    /// that goes; false if they are not definite.
+    bool survey(const Strengths &now);
     QuadraticEigenproblem problem_of(const Part &part, const std::vector<Term> &terms) const;
 
     EigensolverOptions options;
@@ -120,9 +130,8 @@ namespace squeal
     RowRange whole;
     unsigned int n_constraints = 0, n_local_constraints = 0;
     bool compliant = false;
-    /// Of the expansion point, and of terms that were definite on the rim as it is
-    std::vector<Strengths> surveyed;
-    mutable std::optional<bool> is_expansion_definite;
+    std::vector<Surveyed> surveyed; ///< the expansion point alone first
+    std::optional<bool> is_expansion_definite;
     double clearance      = 1;
     bool no_growth_beyond = false;
     std::map<std::shared_ptr<const Matrix>, double> matrix_norms; ///< of the last terms
