@@ -38,11 +38,30 @@ namespace squeal::tests::time_integration_tests
       return prm;
     }
 
+    /// The same in three dimensions: pads of soft lining on both faces of a disc, few cells.
+    Parameters::All small_brake()
+    {
+      Parameters::All prm;
+      prm.discretization.degree            = 1;
+      prm.contact.formulation              = Formulation::penalty;
+      prm.contact.penalty_stiffness        = 1e12;
+      prm.contact.friction.coefficient     = 0.6;
+      prm.operation.angular_velocity       = 20;
+      prm.rotor.material.stiffness_damping = 1e-7;
+      prm.pads.material.stiffness_damping  = 1e-7;
+      prm.pads.material.young_modulus      = 1e9;
+      prm.discretization.rotor_cells       = {{2, 12, 1}};
+      prm.discretization.pad_cells         = {{1, 3, 1}};
+      prm.eigenproblem.maximum_frequency   = 25000; // that of what grows fastest is in it
+      return prm;
+    }
+
     /// M a + P v + Q u + f(u, v) = b by the trapezoidal rule, f being the forces of contact and
     /// friction.
+    template <int dim>
     struct Motion
     {
-      Motion(const BrakeModel<2> &model, const double step)
+      Motion(const BrakeModel<dim> &model, const double step)
           : contact(*model.contact()), rows(model.spaces().rows), h(step),
             load(model.static_load(model.parameters(), model.spaces())),
             u(model.equilibrium()->state), v(rows, 1), a(rows, 1)
@@ -51,15 +70,15 @@ namespace squeal::tests::time_integration_tests
         for (const Term &term : all)
           if (!is_of_contact(term.origin))
             bodies.push_back(term);
-        M = sum_of(rows, bodies, 2);
-        P = sum_of(rows, bodies, 1);
-        Q = sum_of(rows, bodies, 0);
+        M            = sum_of(rows, bodies, 2);
+        P            = sum_of(rows, bodies, 1);
+        Q            = sum_of(rows, bodies, 0);
+        Q_linearised = sum_of(rows, all, 0);
         // M + h/2 P + h^2/4 Q, linearised: the steps' Newton iterations keep it.
-        jacobian =
-            std::make_unique<Factorization>(sum_of(rows, {{1., sum_of(rows, all, 2)},
-                                                          {h / 2, sum_of(rows, all, 1)},
-                                                          {h * h / 4, sum_of(rows, all, 0)}}),
-                                            Factorization::Kind::lu, "time step");
+        jacobian = std::make_unique<Factorization>(sum_of(rows, {{1., sum_of(rows, all, 2)},
+                                                                 {h / 2, sum_of(rows, all, 1)},
+                                                                 {h * h / 4, Q_linearised}}),
+                                                   Factorization::Kind::lu, "time step");
       }
 
       MultiVector residual(const MultiVector &u, const MultiVector &v, const MultiVector &a) const
@@ -71,6 +90,15 @@ namespace squeal::tests::time_integration_tests
         add(r, 1, multiply(Q, u));
         add(r, -1, load);
         return r;
+      }
+
+      /// The rest of the nonlinear forces: in the static state friction has the direction in which
+      /// the undeformed surface slides.
+      void settle()
+      {
+        const Factorization stiffness(Q_linearised, Factorization::Kind::lu, "rest");
+        for (unsigned int i = 0; i < 10; ++i)
+          add(u, -1, stiffness.solve(residual(u, v, a)));
       }
 
       /// The acceleration that the equations ask for, a first time.
@@ -94,12 +122,12 @@ namespace squeal::tests::time_integration_tests
         v = sum(v_0, h / 2, a);
       }
 
-      const Contact<2> &contact;
+      const Contact<dim> &contact;
       const RowRange rows;
       const double h;
       const MultiVector load;
       MultiVector u, v, a;
-      Matrix M, P, Q;
+      Matrix M, P, Q, Q_linearised;
       std::unique_ptr<Factorization> jacobian;
     };
 
@@ -107,18 +135,15 @@ namespace squeal::tests::time_integration_tests
     {
       return inner_products(a, a)[0];
     }
-  } // namespace
 
-  TEST_CASE("time integration: small motions grow and decay as the eigenvalues say")
-  {
-    for (const auto &[law, coefficient] : {std::make_pair(FrictionLaw::Kind::constant, 0.3),
-                                           std::make_pair(FrictionLaw::Kind::falling, 0.3),
-                                           std::make_pair(FrictionLaw::Kind::falling, 0.1)})
+    /// The modes that grow and decay fastest in a period: what they become in time has the real
+    /// parts of their eigenvalues as rates, to 1 %. @p speed is that of sliding, m/s.
+    template <int dim>
+    void check_rates(const Parameters::All &prm, const Geometry<dim> &geometry, const double speed)
     {
-      const Parameters::All prm = small_strip(law, coefficient);
       Log log(MPI_COMM_WORLD);
       PhaseTimer timer;
-      BrakeModel<2> model(make_strip(prm), prm, MPI_COMM_WORLD, log, timer);
+      BrakeModel<dim> model(geometry, prm, MPI_COMM_WORLD, log, timer);
       model.distribute();
       model.assemble(prm);
       EigensolverOptions options;
@@ -140,12 +165,13 @@ namespace squeal::tests::time_integration_tests
         constexpr unsigned int n_steps = 60; // of a period: (w h)^2/4 = 0.3 % of Re l
         const unsigned int n_periods =
             std::min(100., std::round(1.5 / (2 * M_PI * std::abs(ratio(j)))));
-        Motion motion(model, period / n_steps);
+        Motion<dim> motion(model, period / n_steps);
+        motion.settle();
         const MultiVector rest = motion.u, x_re = modes.right.re.columns(j, 1),
                           x_im = modes.right.im.columns(j, 1);
         // The vector's motion, at its fastest a ten thousandth of the sliding speed
-        const double scale = 1e-4 * prm.operation.angular_velocity /
-                             (std::abs(l) * std::max(largest_entry(x_re), largest_entry(x_im)));
+        const double scale =
+            1e-4 * speed / (std::abs(l) * std::max(largest_entry(x_re), largest_entry(x_im)));
         add(motion.u, scale, x_re);
         add(motion.v, scale * l.real(), x_re);
         add(motion.v, -scale * l.imag(), x_im);
@@ -163,5 +189,22 @@ namespace squeal::tests::time_integration_tests
       CHECK(ratio(growing) > 0);
       CHECK(ratio(decaying) < 0);
     }
+  } // namespace
+
+  TEST_CASE("time integration: small motions grow and decay as the eigenvalues say")
+  {
+    for (const auto &[law, coefficient] : {std::make_pair(FrictionLaw::Kind::constant, 0.3),
+                                           std::make_pair(FrictionLaw::Kind::falling, 0.3),
+                                           std::make_pair(FrictionLaw::Kind::falling, 0.1)})
+    {
+      const Parameters::All prm = small_strip(law, coefficient);
+      check_rates(prm, make_strip(prm), prm.operation.angular_velocity);
+    }
+  }
+
+  TEST_CASE("time integration: the same of a disc between pads")
+  {
+    const Parameters::All prm = small_brake();
+    check_rates(prm, make_brake(prm), prm.operation.angular_velocity * 0.115);
   }
 } // namespace squeal::tests::time_integration_tests
