@@ -191,8 +191,9 @@ namespace squeal
             {
               const auto t = contact.friction(i).traction(k.speeds[q], p_0);
               tau[q]       = w * t.value;
-              turn[q]      = w * t.over_speed * model.angular_velocity;
-              slope[q]     = w * t.d_speed * model.angular_velocity;
+              // (tau / v) Omega, v = |Omega| |w|: also at rest
+              turn[q]  = w * t.value * model.direction() / k.radii[q];
+              slope[q] = w * t.d_speed * model.angular_velocity;
             }
           }
           std::vector<double> minus_tau = tau;

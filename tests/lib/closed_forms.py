@@ -9,32 +9,82 @@ def plate_frequencies(n, highest, thickness=1e-3, inner=0.05, outer=0.15, young=
     (d_rr + d_r/r - n^2/r^2)^2 w = k^4 w is integrated from the clamp, w = w' = 0, with the two starts that leaves;
     moment w'' + nu (w' - n^2 w) and Kirchhoff's shear force vanish at r = 1 for one combination of them if the
     determinant does."""
-    bending = young * thickness ** 3 / 12 / (1 - nu ** 2)
-
-    def determinant(f, n_steps=80):
-        k4 = rho * thickness * (2 * math.pi * f) ** 2 / bending * outer ** 4
-
-        def derivative(r, y):
-            w, w1, w2, w3 = y
-            return (w1, w2, w3, k4 * w - 2 * w3 / r + (1 + 2 * n * n) * (w2 / r ** 2 - w1 / r ** 3)
-                    - (n ** 4 - 4 * n * n) * w / r ** 4)
-
-        ends = []
-        for y in ((0., 0., 1., 0.), (0., 0., 0., 1.)):
-            r, h = inner / outer, (1 - inner / outer) / n_steps
-            for _ in range(n_steps):  # Runge and Kutta
-                a = derivative(r, y)
-                b = derivative(r + h / 2, [u + h / 2 * v for u, v in zip(y, a)])
-                c = derivative(r + h / 2, [u + h / 2 * v for u, v in zip(y, b)])
-                d = derivative(r + h, [u + h * v for u, v in zip(y, c)])
-                y = [u + h / 6 * (p + 2 * q + 2 * s + t) for u, p, q, s, t in zip(y, a, b, c, d)]
-                r += h
-            w, w1, w2, w3 = y
-            ends.append((w2 + nu * (w1 - n * n * w),
-                         w3 + w2 - w1 - n * n * (w1 - 2 * w) - (1 - nu) * n * n * (w1 - w)))
+    def determinant(f):
+        ends = [_at_the_rim(n, nu, path[-1][1]) for path in _from_the_clamp(n, f, thickness, inner, outer, young, nu, rho)]
         return ends[0][0] * ends[1][1] - ends[0][1] * ends[1][0]
 
     return sign_changes(determinant, 5., 15., highest, 25)
+
+
+def _at_the_rim(n, nu, y):
+    """Moment and shear force."""
+    w, w1, w2, w3 = y
+    return w2 + nu * (w1 - n * n * w), w3 + w2 - w1 - n * n * (w1 - 2 * w) - (1 - nu) * n * n * (w1 - w)
+
+
+def _from_the_clamp(n, f, thickness, inner, outer, young, nu, rho, n_steps=80):
+    """Both solutions: r and the derivatives 0 to 3 of w, step by step, lengths in units of the outer radius."""
+    bending = young * thickness ** 3 / 12 / (1 - nu ** 2)
+    k4 = rho * thickness * (2 * math.pi * f) ** 2 / bending * outer ** 4
+
+    def derivative(r, y):
+        w, w1, w2, w3 = y
+        return (w1, w2, w3, k4 * w - 2 * w3 / r + (1 + 2 * n * n) * (w2 / r ** 2 - w1 / r ** 3)
+                - (n ** 4 - 4 * n * n) * w / r ** 4)
+
+    paths = []
+    for y in ((0., 0., 1., 0.), (0., 0., 0., 1.)):
+        r, h = inner / outer, (1 - inner / outer) / n_steps
+        path = [(r, y)]
+        for _ in range(n_steps):  # Runge and Kutta
+            a = derivative(r, y)
+            b = derivative(r + h / 2, [u + h / 2 * v for u, v in zip(y, a)])
+            c = derivative(r + h / 2, [u + h / 2 * v for u, v in zip(y, b)])
+            d = derivative(r + h, [u + h * v for u, v in zip(y, c)])
+            y = [u + h / 6 * (p + 2 * q + 2 * s + t) for u, p, q, s, t in zip(y, a, b, c, d)]
+            r += h
+            path.append((r, y))
+        paths.append(path)
+    return paths
+
+
+def _shape(n, frequency, thickness, inner, outer, young, nu, rho):
+    """Of the mode w = R(r) cos(n phi): r, R, R' in 800 steps, and the weights of an integral over r."""
+    first, second = _from_the_clamp(n, frequency, thickness, inner, outer, young, nu, rho, 800)
+    moments = [_at_the_rim(n, nu, path[-1][1])[0] for path in (first, second)]
+    shape = [(r * outer, moments[1] * a[0] - moments[0] * b[0], (moments[1] * a[1] - moments[0] * b[1]) / outer)
+             for (r, a), (_, b) in zip(first, second)]
+    h = shape[1][0] - shape[0][0]
+    return shape, [h / 2, *[h] * (len(shape) - 2), h / 2]
+
+
+def plate_shape(n, frequency, radius, thickness=1e-3, inner=0.05, outer=0.15, young=1.25e11, nu=0.25, rho=7200):
+    """Of the mode w = R(r) cos(n phi), n > 0, of plate_frequencies(): R^2/m in 1/kg with its modal mass m, and R'/R in 1/m,
+    at a radius (the nearest of 800 steps)."""
+    shape, weights = _shape(n, frequency, thickness, inner, outer, young, nu, rho)
+    mass = rho * thickness * math.pi * sum(weight * w * w * r for weight, (r, w, _) in zip(weights, shape))
+    _, w, slope = min(shape, key=lambda point: abs(point[0] - radius))
+    return w * w / mass, slope / w
+
+
+def spinning_stiffness(n, frequency, thickness=1e-3, inner=0.05, outer=0.15, young=1.25e11, nu=0.25, rho=7200):
+    """What the stress of spinning with Omega adds to the square of a frequency of plate_frequencies(), divided by Omega^2:
+    Rayleigh's quotient int (s_r w_r^2 + s_phi w_phi^2/r^2) / int rho w^2.
+
+    Plane stress of u = C_1 r + C_2/r - (1 - nu^2) rho Omega^2 r^3/(8 E), which vanishes at the clamp, s_r = 0 at the rim."""
+    modulus = young / (1 - nu ** 2)
+    # Rows: u(inner) = 0 and s_r(outer) = 0 for C_1, C_2
+    (a, b), (c, d) = (inner, 1 / inner), ((1 + nu) * modulus, -(1 - nu) * modulus / outer ** 2)
+    e, f = rho * inner ** 3 / (8 * modulus), (3 + nu) * rho * outer ** 2 / 8
+    c_1, c_2 = (e * d - b * f) / (a * d - b * c), (a * f - e * c) / (a * d - b * c)
+    shape, weights = _shape(n, frequency, thickness, inner, outer, young, nu, rho)
+    energy = mass = 0
+    for weight, (r, w, slope) in zip(weights, shape):
+        radial = modulus * ((1 + nu) * c_1 - (1 - nu) * c_2 / r ** 2) - (3 + nu) * rho * r * r / 8
+        hoop = modulus * ((1 + nu) * c_1 + (1 - nu) * c_2 / r ** 2) - (1 + 3 * nu) * rho * r * r / 8
+        energy += weight * r * (radial * slope ** 2 + hoop * (n * w / r) ** 2)
+        mass += weight * r * rho * w * w
+    return energy / mass
 
 
 def mindlin_frequencies(n, highest, thickness, clamped, inner=0.05, outer=0.15, young=1.25e11, nu=0.25, rho=7200):

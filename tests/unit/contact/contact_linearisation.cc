@@ -266,6 +266,22 @@ namespace squeal::tests::contact_linearisation_tests
     check_laws<2>();
   }
 
+  TEST_CASE("contact_linearisation: the turning contact at rest is the limit of slow turning")
+  {
+    for (const double sign : {1., -1.})
+    {
+      const ContactScene<3> scene(false);
+      const auto law     = law_of(FrictionLaw::Kind::constant, 0);
+      const auto at_rest = scene.contact(law, sign * 0.), slow = scene.contact(law, sign * 1e-9);
+      const auto pressure = slow.pressure_of(scene.base(slow.pressure_scale()));
+      const MultiVector x = scene.scatter({{1, 1, 1, 1}}, 1),
+                        y = multiply(turning_contact(slow, pressure, true).friction, x);
+      CHECK(std::isfinite(largest_entry(y)));
+      CHECK(difference(scene, multiply(turning_contact(at_rest, pressure, true).friction, x), y) <=
+            1e-8);
+    }
+  }
+
   TEST_CASE("contact_linearisation: signs of the damping")
   {
     // Constant mu: P = int c b b^T, c >= 0, is symmetric and damps. mu' < 0: P_falling = int mu' p
