@@ -150,28 +150,6 @@ class Sectors(st.TestCase):
             self.assertLess(abs(es.corrected(row) - values[j]), 0.5 * abs(error) + 2 * math.pi * 5)
 
 
-class Parallel(st.TestCase):
-    def test_ranks(self):
-        """Which cells are refined does not depend on the ranks: the same meshes, modes and bars."""
-        settings = {**st.SMALL_BRAKE, **st.PENALTY, **es.ADAPTIVE, "Refinement/Cycles": 2,
-                    "Eigenproblem/Maximum frequency": 1500}
-        serial, parallel = (self.analyse(settings, ranks=ranks) for ranks in [1, 3])
-        meshes = [[(row["cells"], row["dofs"]) for row in st.read_table(results / "cycles.csv")]
-                  for results in [serial, parallel]]
-        self.assertEqual(len(meshes[0]), 2)
-        self.assertLess(meshes[0][0], meshes[0][1])
-        self.assertEqual(*meshes)
-        rows = [st.read_table(results / "modes.csv") for results in [serial, parallel]]
-        self.assertEqual(len(rows[0]), len(rows[1]))
-        for a, b in zip(*rows):
-            self.assertEqual((a["cycle"], a["mode"], a["verdict"]), (b["cycle"], b["mode"], b["verdict"]))
-            l = abs(st.eigenvalue(a))
-            self.assertLessEqual(abs(st.eigenvalue(a) - st.eigenvalue(b)), 1e-8 * l)
-            # Differences of the eigenvalues, which the solver knows to 1e-9 of their size at most, enter the bars.
-            for key in ["frequency_error_hz", "growth_rate_error_1_per_s"]:
-                self.assertLessEqual(abs(a[key] - b[key]), 1e-6 * abs(a[key]) + 1e-12 * l, f"mode {a['mode']}: {key}")
-
-
 class Budgets(st.TestCase):
     """Refinement ends where the next mesh would cost more than is allowed, and says why."""
 

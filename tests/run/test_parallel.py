@@ -1,4 +1,5 @@
-"""The number of ranks changes nothing but the time."""
+"""The number of ranks changes nothing but the time. Tests with ranks are here, since ranks that wait for each other beside
+another test take several times as long: ctest runs this one alone."""
 
 import pathlib
 import sys
@@ -6,6 +7,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import error_statistics as es  # noqa: E402
 import squeal_testing as st  # noqa: E402
 
 
@@ -26,6 +28,37 @@ class Parallel(st.TestCase):
             for key in ["normal_force_n", "friction_force_n", "friction_torque_nm", "contact_area_m2",
                         "max_pressure_pa"]:
                 self.assertLessEqual(abs(a[key] - b[key]), 1e-8 * abs(a[key]), key)
+
+    def test_error_bars(self):
+        """Which cells are refined does not depend on the ranks: the same meshes, modes and bars."""
+        settings = {**st.SMALL_BRAKE, **st.PENALTY, **es.ADAPTIVE, "Refinement/Cycles": 2,
+                    "Eigenproblem/Maximum frequency": 1500}
+        serial, parallel = (self.analyse(settings, ranks=ranks) for ranks in [1, 3])
+        meshes = [[(row["cells"], row["dofs"]) for row in st.read_table(results / "cycles.csv")]
+                  for results in [serial, parallel]]
+        self.assertEqual(len(meshes[0]), 2)
+        self.assertLess(meshes[0][0], meshes[0][1])
+        self.assertEqual(*meshes)
+        rows = [st.read_table(results / "modes.csv") for results in [serial, parallel]]
+        self.assertEqual(len(rows[0]), len(rows[1]))
+        for a, b in zip(*rows):
+            self.assertEqual((a["cycle"], a["mode"], a["verdict"]), (b["cycle"], b["mode"], b["verdict"]))
+            l = abs(st.eigenvalue(a))
+            self.assertLessEqual(abs(st.eigenvalue(a) - st.eigenvalue(b)), 1e-8 * l)
+            # Differences of the eigenvalues, which the solver knows to 1e-9 of their size at most, enter the bars.
+            for key in ["frequency_error_hz", "growth_rate_error_1_per_s"]:
+                self.assertLessEqual(abs(a[key] - b[key]), 1e-6 * abs(a[key]) + 1e-12 * l, f"mode {a['mode']}: {key}")
+
+    def test_modes_without_factors(self):
+        """In a window of few modes."""
+        settings = {**st.SMALL_BRAKE, "Discretization/Rotor cells": "3, 14, 1", "Eigenproblem/Error bars": "false",
+                    "Eigenproblem/Maximum frequency": 1500}
+        expected = self.eigenvalues(settings)
+        self.assertTrue(expected)
+        for ranks in [2, 4]:
+            with self.subTest(ranks=ranks):
+                self.assertSameModes(self.eigenvalues({**settings, "Eigenproblem/Solver": "block_davidson"}, ranks=ranks),
+                                     expected, 1e-9)
 
     def test_fewer_unknowns_than_ranks(self):
         """More ranks than rows are either put up with or refused with a message; they do not hang."""

@@ -80,8 +80,9 @@ def td1(run):
     (run.directory / "td1.msh").write_text(mesh_files.msh2(brake.mesh()))
     rows = run("td1.prm", {"Output/Fields": "unstable"})
     flutter = max(rows, key=lambda row: row["growth_rate_1_per_s"])
-    subprocess.run(["xvfb-run", "-a", "pvbatch", PROJECT / "scripts/render_mode.py", run.directory / str(run.n_runs), "--mode",
-                    str(int(flutter["mode"])), "--output", IMAGES / "td1.png"], check=True)
+    paraview = ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", "pvbatch", PROJECT / "scripts/render_mode.py"]
+    subprocess.run([*paraview, run.directory / str(run.n_runs), "--mode", str(int(flutter["mode"])),
+                    "--output", IMAGES / "td1.png"], check=True)
 
 
 def main():
