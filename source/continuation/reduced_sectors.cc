@@ -304,36 +304,36 @@ namespace squeal
                        });
   }
 
-  /// The symmetric part of Q(s) is linear in the strength of the velocity terms: where it is
-  /// definite with two strengths, it is with all between them.
+  /// Where velocity terms only damp, more of them make Q(-R) less and Q(R) more definite: with the
+  /// least and with the most of them definite is definite with all between.
   bool ReducedSectors::survey(const Strengths &now)
   {
     if (!is_expansion_definite)
       is_expansion_definite = is_definite_on_rim(&Part::expansion_terms, {});
     if (!*is_expansion_definite)
       return false;
-    const Strengths &expansion = surveyed.front().from;
-    constexpr double ahead     = 30;
+    const bool only_damps = std::none_of(parts.begin(), parts.end(),
+                                         [](const Part &part) { return may_excite(part.terms); });
+    Surveyed ahead{now, now};
     std::map<Origin, double> factors;
-    Strengths farther = now;
-    for (auto &[kind, size] : farther)
-      if (kind.second == 1)
+    for (auto &[kind, size] : ahead.to)
+      if (only_damps && kind.second == 1)
       {
-        const auto before        = expansion.find(kind);
-        const double size_before = before == expansion.end() ? 0. : before->second;
-        if (size == size_before)
-          continue;
-        const double factor = size > size_before ? ahead : 1 / ahead;
-        factors[kind.first] = factor;
-        size *= factor;
+        const auto before     = surveyed.front().from.find(kind);
+        const double at_first = before == surveyed.front().from.end() ? 0. : before->second;
+        ahead.from[kind]      = at_first;
+        constexpr double far  = 30;
+        factors[kind.first]   = size > at_first ? far : size < at_first ? 1 / far : 1;
+        size *= factors[kind.first];
       }
     // Rather two or three symmetric factorisations than a full solution
-    if (!factors.empty() && is_definite_on_rim(&Part::terms, factors))
-      surveyed.push_back({expansion, farther});
-    else if (is_definite_on_rim(&Part::terms, {}))
-      surveyed.push_back({expansion, now});
-    else
-      return false;
+    if (!only_damps || !is_definite_on_rim(&Part::terms, factors))
+    {
+      if (!is_definite_on_rim(&Part::terms, {}))
+        return false;
+      ahead.to = now;
+    }
+    surveyed.push_back(std::move(ahead));
     return true;
   }
 

@@ -120,8 +120,8 @@ namespace squeal
     /// origin.
     bool is_definite_on_rim(std::vector<Term> Part::*of_part,
                             const std::map<Origin, double> &factors) const;
-    /// Surveys what is between the expansion point and the last terms, and beyond these as far as
-    /// that goes; false if they are not definite.
+    /// Surveys the last terms; where their velocity terms only damp, what is between them and the
+    /// expansion point, too, and much farther. False if they are not definite on the rim.
     bool survey(const Strengths &now);
     QuadraticEigenproblem problem_of(const Part &part, const std::vector<Term> &terms) const;
 
