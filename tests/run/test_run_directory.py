@@ -160,7 +160,7 @@ class RunDirectory(st.TestCase):
         for settings, least in [(MAP, 2), (FALLING_MAP, 2), (PROJECTED_MAP, 1)]:
             whole = self.tables(self.analyse(settings))
             n_resumed = 0
-            for number in range(1, 40, min(STEP, 3)):
+            for number in range(1, 40, min(STEP, 2)):
                 shutil.rmtree(self.directory / "output/killed", ignore_errors=True)
                 self.write("killed.prm", settings)
                 if not self.traced("rename", number, "killed.prm"):
