@@ -237,6 +237,68 @@ namespace squeal
       return true;
     }
 
+    /// A polygon whose edges run along the axes, but for slopes of 1e-3, with further corners on
+    /// two opposite sides only, as curved edges have them: cut across there into quadrilaterals.
+    /// Empty if it is another one.
+    std::vector<Polygon> strips_of(const Polygon &polygon)
+    {
+      const unsigned int n = polygon.size();
+      if (n < 5 || !is_aligned(polygon))
+        return {};
+      for (unsigned int along = 0; along < 2; ++along)
+      {
+        // Edges across must be two: where the one ends a chain along the other axis begins.
+        const auto runs_across = [&](const unsigned int i)
+        {
+          const Tensor<1, 2> e = polygon[(i + 1) % n] - polygon[i];
+          return std::abs(e[1 - along]) > std::abs(e[along]);
+        };
+        std::vector<unsigned int> across;
+        for (unsigned int i = 0; i < n; ++i)
+          if (runs_across(i))
+            across.push_back(i);
+        if (across.size() != 2)
+          continue;
+        // Both chains in the same direction
+        Polygon first, second;
+        for (unsigned int i = (across[0] + 1) % n; i != (across[1] + 1) % n; i = (i + 1) % n)
+          first.push_back(polygon[i]);
+        for (unsigned int i = (across[1] + 1) % n; i != (across[0] + 1) % n; i = (i + 1) % n)
+          second.push_back(polygon[i]);
+        std::reverse(second.begin(), second.end());
+        if (first.size() < 2 || second.size() < 2)
+          continue;
+        // Parts of the way where either has a corner
+        const auto part_of = [along](const Polygon &chain, const unsigned int i) {
+          return (chain[i][along] - chain.front()[along]) /
+                 (chain.back()[along] - chain.front()[along]);
+        };
+        std::vector<double> parts = {0, 1};
+        for (const Polygon *chain : {&first, &second})
+          for (unsigned int i = 1; i + 1 < chain->size(); ++i)
+            parts.push_back(part_of(*chain, i));
+        std::sort(parts.begin(), parts.end());
+        const auto at = [&](const Polygon &chain, const double part)
+        {
+          unsigned int i = 1;
+          while (i + 1 < chain.size() && part_of(chain, i) < part)
+            ++i;
+          const double a = part_of(chain, i - 1), b = part_of(chain, i);
+          return chain[i - 1] + (part - a) / (b - a) * (chain[i] - chain[i - 1]);
+        };
+        std::vector<Polygon> strips;
+        for (unsigned int k = 0; k + 1 < parts.size(); ++k)
+          if (parts[k + 1] - parts[k] > 1e-13)
+            strips.push_back({at(first, parts[k]), at(first, parts[k + 1]),
+                              at(second, parts[k + 1]), at(second, parts[k])});
+        const auto is_good = [](const Polygon &strip)
+        { return is_convex_quadrilateral(strip) && is_aligned(strip); };
+        if (std::all_of(strips.begin(), strips.end(), is_good))
+          return strips;
+      }
+      return {};
+    }
+
     /// A quadrature on a polygon: a product rule on convex quadrilaterals, else one on each
     /// triangle of a fan about the mean corner (collapsed product rule). Signed weights, positive
     /// for the orientation of the polygon. Where the edges are oblique, a product of two shape
@@ -246,6 +308,12 @@ namespace squeal
     void quadrature_on_polygon(const Polygon &polygon, const unsigned int p,
                                std::vector<std::pair<Point<2>, double>> &points)
     {
+      if (const std::vector<Polygon> strips = strips_of(polygon); !strips.empty())
+      {
+        for (const Polygon &strip : strips)
+          quadrature_on_polygon(strip, p, points);
+        return;
+      }
       const bool is_quadrilateral = is_convex_quadrilateral(polygon);
       const QGauss<1> rule(is_quadrilateral && is_aligned(polygon) ? p + 2 : 2 * p + 2);
       const auto add_quadrilateral = [&](const std::array<Point<2>, 4> &c)
