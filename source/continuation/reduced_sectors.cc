@@ -31,6 +31,14 @@ namespace squeal
           to.set(i, numbers[k], columns(i, k));
     }
 
+    /// Zero if there is no such kind.
+    template <typename Kind>
+    double size_in(const std::map<Kind, double> &strengths, const Kind &kind)
+    {
+      const auto found = strengths.find(kind);
+      return found == strengths.end() ? 0. : found->second;
+    }
+
     constexpr std::array<ComplexMultiVector EigenPairs::*, 2> both_sides = {
         {&EigenPairs::right, &EigenPairs::left}};
   } // namespace
@@ -263,27 +271,20 @@ namespace squeal
   bool ReducedSectors::is_within_clearance(const Strengths &now) const
   {
     const double margin = 1 + 0.8 * (clearance - 1); // norms are not distances
-    const auto size_in  = [](const Strengths &strengths, const Strengths::key_type &kind)
+    const auto covers   = [&](const Surveyed &known)
     {
-      const auto found = strengths.find(kind);
-      return found == strengths.end() ? 0. : found->second;
+      Strengths kinds = now;
+      kinds.insert(known.from.begin(), known.from.end());
+      return std::all_of(kinds.begin(), kinds.end(),
+                         [&](const Strengths::value_type &entry)
+                         {
+                           const double a = size_in(known.from, entry.first),
+                                        b = size_in(known.to, entry.first),
+                                        x = size_in(now, entry.first);
+                           return std::min(a, b) / margin <= x && x <= std::max(a, b) * margin;
+                         });
     };
-    return std::any_of(surveyed.begin(), surveyed.end(),
-                       [&](const Surveyed &known)
-                       {
-                         Strengths kinds = now;
-                         kinds.insert(known.from.begin(), known.from.end());
-                         return std::all_of(kinds.begin(), kinds.end(),
-                                            [&](const Strengths::value_type &entry)
-                                            {
-                                              const auto &kind = entry.first;
-                                              const double a   = size_in(known.from, kind),
-                                                           b   = size_in(known.to, kind),
-                                                           x   = size_in(now, kind);
-                                              return std::min(a, b) / margin <= x &&
-                                                     x <= std::max(a, b) * margin;
-                                            });
-                       });
+    return std::any_of(surveyed.begin(), surveyed.end(), covers);
   }
 
   bool ReducedSectors::is_definite_on_rim(std::vector<Term> Part::*const of_part,
@@ -319,8 +320,7 @@ namespace squeal
     for (auto &[kind, size] : ahead.to)
       if (only_damps && kind.second == 1)
       {
-        const auto before     = surveyed.front().from.find(kind);
-        const double at_first = before == surveyed.front().from.end() ? 0. : before->second;
+        const double at_first = size_in(surveyed.front().from, kind);
         ahead.from[kind]      = at_first;
         constexpr double far  = 30;
         factors[kind.first]   = size > at_first ? far : size < at_first ? 1 / far : 1;

@@ -260,11 +260,14 @@ namespace squeal
         if (across.size() != 2)
           continue;
         // Both chains in the same direction
-        Polygon first, second;
-        for (unsigned int i = (across[0] + 1) % n; i != (across[1] + 1) % n; i = (i + 1) % n)
-          first.push_back(polygon[i]);
-        for (unsigned int i = (across[1] + 1) % n; i != (across[0] + 1) % n; i = (i + 1) % n)
-          second.push_back(polygon[i]);
+        const auto between = [&](const unsigned int begin, const unsigned int end)
+        {
+          Polygon chain;
+          for (unsigned int i = (begin + 1) % n; i != (end + 1) % n; i = (i + 1) % n)
+            chain.push_back(polygon[i]);
+          return chain;
+        };
+        Polygon first = between(across[0], across[1]), second = between(across[1], across[0]);
         std::reverse(second.begin(), second.end());
         if (first.size() < 2 || second.size() < 2)
           continue;
@@ -299,12 +302,13 @@ namespace squeal
       return {};
     }
 
-    /// A quadrature on a polygon: a product rule on convex quadrilaterals, else one on each
-    /// triangle of a fan about the mean corner (collapsed product rule). Signed weights, positive
-    /// for the orientation of the polygon. Where the edges are oblique, a product of two shape
-    /// functions of degree @p p has the degree 4 p along them, and the surface element adds one.
-    /// One point more leaves of what is no polynomial, where faces are no parallelograms, so little
-    /// that eigenvalues do not depend on how the corners of cells are numbered.
+    /// A quadrature on a polygon: a product rule on convex quadrilaterals and on each of its
+    /// strips; if it has none, one on each triangle of a fan about the mean corner (collapsed
+    /// product rule). Signed weights, positive for the orientation of the polygon. Where the edges
+    /// are oblique, a product of two shape functions of degree @p p has the degree 4 p along them,
+    /// and the surface element adds one. One point more leaves of what is no polynomial, where
+    /// faces are no parallelograms, so little that eigenvalues do not depend on how the corners of
+    /// cells are numbered.
     void quadrature_on_polygon(const Polygon &polygon, const unsigned int p,
                                std::vector<std::pair<Point<2>, double>> &points)
     {

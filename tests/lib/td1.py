@@ -30,26 +30,19 @@ def _hub(mesh, n_side, n_out):
         rim = [(r * math.cos(a), r * math.sin(a)) for r, a in rim]
         x, y = middle * math.cos(phi), middle * math.sin(phi)
         first, n = len(mesh.nodes), len(rim)
+        mesh.sector("fifth", range(n_out + 1), range(n + 1), heights, ring=True, volume_of=lambda _: "hub")
+        places = []
         for z in heights:
             for a, b in rim:
                 length = math.hypot(a - x, b - y)
                 for i in range(n_out + 1):
                     t = (hole + (length - hole) * i / n_out) / length
-                    mesh.nodes.append((x + t * (a - x), y + t * (b - y), z))
-
-        def node(i, j, layer):
-            return first + i + (n_out + 1) * (j % n + n * layer)
-
-        for j in range(n):
-            for i in range(n_out):
-                cell = [node(i + a, j + b, c) for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
-                mesh.volumes.setdefault("hub", []).append(len(mesh.cells))
-                mesh.cells.append(cell)
-                side = {0: "outer", 2: "inner"}.get(j // n_side)
-                if i == 0:
-                    mesh.surfaces.setdefault("hub.hole", []).append([cell[v] for v in mesh_files.FACES[5]])
-                if i == n_out - 1 and side:
-                    mesh.surfaces.setdefault(f"hub.{side}", []).append([cell[v] for v in mesh_files.FACES[3]])
+                    places.append((x + t * (a - x), y + t * (b - y), z))
+        mesh.nodes[first:] = places
+        faces = {side: mesh.surfaces.pop(f"fifth.{side}") for side in ("inner", "outer", "low", "high")}
+        for side, of_side in (("hole", faces["inner"]), ("outer", faces["outer"][:n_side]),
+                              ("inner", faces["outer"][2 * n_side:3 * n_side])):
+            mesh.surfaces.setdefault(f"hub.{side}", []).extend(of_side)
 
 
 def _vanes(mesh, n_along, n_across, n_high):
@@ -57,25 +50,13 @@ def _vanes(mesh, n_along, n_across, n_high):
     for k in range(21):
         phi = math.radians(4.286 + 360 / 21 * k)
         first = len(mesh.nodes)
+        radii = mesh_files.equal(125, 175, n_along)
         across, heights = mesh_files.equal(-14.96, 13.74, n_across), mesh_files.equal(10, 25, n_high)
-        for z in heights:
-            for y in across:
-                for r in mesh_files.equal(125, 175, n_along):
-                    x = math.sqrt(r * r - y * y)
-                    mesh.nodes.append((x * math.cos(phi) - y * math.sin(phi), x * math.sin(phi) + y * math.cos(phi), z))
-
-        def node(i, j, layer):
-            return first + i + (n_along + 1) * (j + (n_across + 1) * layer)
-
-        for layer in range(n_high):
-            for j in range(n_across):
-                for i in range(n_along):
-                    cell = [node(i + a, j + b, layer + c) for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
-                    mesh.volumes.setdefault("vane", []).append(len(mesh.cells))
-                    mesh.cells.append(cell)
-                    for is_there, face, name in ((layer == 0, 0, "low"), (layer == n_high - 1, 1, "high")):
-                        if is_there:
-                            mesh.surfaces.setdefault(f"vane.{name}", []).append([cell[v] for v in mesh_files.FACES[face]])
+        mesh.sector("vane", radii, across, heights)
+        # Along the ray and across
+        places = [(math.sqrt(r * r - y * y), y, z) for z in heights for y in across for r in radii]
+        mesh.nodes[first:] = [(x * math.cos(phi) - y * math.sin(phi), x * math.sin(phi) + y * math.cos(phi), z)
+                              for x, y, z in places]
 
 
 def mesh(n_around=42, n_plate=(4, 1), n_vane=(3, 2, 2), n_hat=2, n_hub=(3, 1), n_pad=(4, 8, 2)):

@@ -1,4 +1,4 @@
-"""The number of ranks changes nothing but the time. Tests with ranks are here, since ranks that wait for each other beside
+"""The number of ranks changes nothing but the time. The longer tests with ranks are here, since ranks that wait for each other beside
 another test take several times as long: ctest runs this one alone."""
 
 import pathlib

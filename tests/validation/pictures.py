@@ -19,8 +19,8 @@ PROJECT = HERE.parents[1]
 IMAGES = PROJECT / "doc/images/validation"
 sys.path[:0] = [str(HERE), str(PROJECT / "tests/lib"), str(PROJECT / "scripts")]
 
+import report  # noqa: E402
 import validation  # noqa: E402
-from closed_forms import doublet_between_pads  # noqa: E402
 from validation import Pins  # noqa: E402
 
 
@@ -40,14 +40,13 @@ def draw(name, x_label, series, title):
 def pins(run):
     """n = 3, h = 6 mm: the quartic of the doublet, the limit of slow discs, and the program."""
     case = Pins(run, 0.006, 5e10).measure()
-    nu = case.stiffness * case.friction * case.thickness * case.n / (2 * case.radius)
     fine = [0.05 * k for k in range(1, 521)]
-    quartic = [max(l.real for l in doublet_between_pads(case.n, case.omega, speed, case.stiffness, case.s, nu)) for speed in fine]
+    quartic = [max(l.real for l in case.roots(speed)) for speed in fine]
     slow = [case.n**2 * speed * case.friction * case.thickness / (2 * case.radius) for speed in fine]
     speeds = [0.5, 1, 1.5, 2, 3, 4, 6, 8, 11, 15, 20, 25]
     computed = []
     for speed in speeds:
-        wave = max(doublet_between_pads(case.n, case.omega, speed, case.stiffness, case.s, nu), key=lambda l: l.real)
+        wave = max(case.roots(speed), key=lambda l: l.real)
         row = min(case.modes(Operation__Angular_velocity=speed),
                   key=lambda row: abs(2 * math.pi * row["frequency_hz"] - abs(wave.imag)))
         computed.append(row["growth_rate_1_per_s"])
@@ -65,7 +64,7 @@ def band(run):
     low, high = (math.sqrt(case.omega**2 + case.stiffness * (1 + sign * case.s)) / case.n for sign in (-1, 1))
     at = lambda part: low + part * (high - low)
     fine = [at(-0.2 + 1.4 * k / 700) for k in range(701)]
-    formula = [max(l.real for l in doublet_between_pads(case.n, case.omega, speed, case.stiffness, case.s, 0)) for speed in fine]
+    formula = [max(l.real for l in case.roots(speed, 0)) for speed in fine]
     speeds = [at(part) for part in (-0.15, -0.05, 0.03, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95, 1.08, 1.15)]
     computed = [max(0, validation.largest_growth(case.modes(Stage="transport", Operation__Angular_velocity=repr(speed))))
                 for speed in speeds]
@@ -80,9 +79,8 @@ def td1(run):
     (run.directory / "td1.msh").write_text(mesh_files.msh2(brake.mesh()))
     rows = run("td1.prm", {"Output/Fields": "unstable"})
     flutter = max(rows, key=lambda row: row["growth_rate_1_per_s"])
-    paraview = ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", "pvbatch", PROJECT / "scripts/render_mode.py"]
-    subprocess.run([*paraview, run.directory / str(run.n_runs), "--mode", str(int(flutter["mode"])),
-                    "--output", IMAGES / "td1.png"], check=True)
+    subprocess.run([*report.PARAVIEW, PROJECT / "scripts/render_mode.py", run.directory / str(run.n_runs), "--mode",
+                    str(int(flutter["mode"])), "--output", IMAGES / "td1.png"], check=True)
 
 
 def main():

@@ -176,6 +176,14 @@ class Pins:
         self.stiffness, self.s = (low + high) / 2 - self.omega**2, (high - low) / (low + high - 2 * self.omega**2)
         return self
 
+    def coupling(self, friction=friction):
+        """nu of doublet_between_pads()."""
+        return self.stiffness * friction * self.thickness * self.n / (2 * self.radius)
+
+    def roots(self, speed, friction=friction):
+        """Eigenvalues by the doublet's equations."""
+        return doublet_between_pads(self.n, self.omega, speed, self.stiffness, self.s, self.coupling(friction))
+
 
 @problem("Pins on a thin disc, slow",
          "one doublet of Kirchhoff's plate: growth rates +- n^2 Omega mu h/(2 r), whatever stiffness, shape and modulus")
@@ -195,9 +203,8 @@ def fast_pins(run):
     """h = 6 mm. At 20 rad/s the limit of slow discs would be nine times too large. Frequencies differ by Coriolis' force on
     motion in the plane of the disc, which the plate leaves out: of the order of 1e-4 at 100 rad/s."""
     pins = Pins(run, 0.006, 5e10).measure()
-    nu = pins.stiffness * pins.friction * pins.thickness * pins.n / (2 * pins.radius)
     for speed in (0.5, 5, 20):
-        roots = [l for l in doublet_between_pads(pins.n, pins.omega, speed, pins.stiffness, pins.s, nu) if l.imag > 0]
+        roots = [l for l in pins.roots(speed) if l.imag > 0]
         rows = pins.modes(Operation__Angular_velocity=speed)
         for expected in sorted(roots, key=lambda l: l.imag):
             row = min(rows, key=lambda row: abs(2 * math.pi * row["frequency_hz"] - expected.imag))
@@ -270,8 +277,8 @@ def full_rings(run):
     for thickness, stiffness, speed, allowed in ((0.012, 4e11, 0.5, 2e-2), (0.006, 5e10, 0.5, 3e-3), (0.003, 6e9, 0.5, 1e-3),
                                                  (0.006, 2e11, 0.5, 3e-3), (0.006, 5e10, 0, 3e-3), (0.006, 5e10, 20, 3e-3)):
         rings = Rings(run, thickness, stiffness).measure()
-        nu = rings.stiffness * rings.friction * rings.thickness * rings.n / (2 * rings.radius)
-        roots = [l for l in doublet_between_pads(rings.n, rings.omega, speed, rings.stiffness, 0, nu) if l.imag > 0]
+        rings.s = 0  # but for rounding
+        roots = [l for l in rings.roots(speed) if l.imag > 0]
         expected = max(roots, key=lambda l: l.real)
         row = min((row for row in rings.modes(Operation__Angular_velocity=speed) if row["growth_rate_1_per_s"] > 0),
                   key=lambda row: abs(2 * math.pi * row["frequency_hz"] - expected.imag))
@@ -291,15 +298,16 @@ def preload(run):
     plate's; what the plate leaves out falls with the thickness. Given is what N adds to the square of the frequency, over
     N/m."""
     n, radius = Pins.n, Pins.radius
+    thin_plate = plate_frequencies(n, 220)[0]  # 1 mm
     area = (0.1155**2 - 0.1145**2) / 2 * math.radians(1)
     for thickness, stiffness, force, allowed in ((0.012, 4e10, 100, 2e-2), (0.006, 5e9, 10, 5e-3), (0.003, 6e8, 1, 1.5e-3)):
         pins = Pins(run, thickness, stiffness, **{"Operation/Angular velocity": 0}).measure()
-        ratio, slope = plate_shape(n, plate_frequencies(n, 220)[0] * thickness / 1e-3, radius, thickness)
+        ratio, slope = plate_shape(n, thin_plate * thickness / 1e-3, radius, thickness)
         along, across = 2 * force * thickness * slope**2 * ratio, 2 * force * thickness * (n / radius)**2 * ratio
         high, low = (pins.omega**2 + pins.stiffness * (1 + sign * pins.s) for sign in (1, -1))
 
         def lower_square(mu, along=0., across=0., coupling=0.):
-            nu = pins.stiffness * mu * thickness * n / (2 * radius)
+            nu = pins.coupling(mu)
             a, b = high + along, low + across
             product = (nu * (1 - pins.s) + coupling) * -nu * (1 + pins.s)
             return (a + b) / 2 - math.sqrt((a - b)**2 / 4 + product)
@@ -324,17 +332,17 @@ def spinning(run):
     speed = 2.
     settings = {"Eigenproblem/Tolerance": 1e-12, "Eigenproblem/Error bars": "false", "Stage": "transport",
                 "Operation/Angular velocity": speed, "Discretization/Degree": 3}
+    plates = [plate_frequencies(n, 220)[0] for n in range(5)]
     squares = []
     for on in ("false", "true"):
         rows = run("plate.prm", {**settings, "Prestress/Centrifugal load": on, "Prestress/Stress stiffness": on})
         squares.append([])
-        for n in range(5):
-            plate = plate_frequencies(n, 220)[0]
+        for n, plate in enumerate(plates):
             distance = lambda f: min(abs(f - plate - sign * n * speed / (2 * math.pi)) for sign in (-1, 1))
             waves = sorted((row["frequency_hz"] for row in rows), key=distance)[:2 if n else 1]
             squares[-1].append((2 * math.pi * sum(waves) / len(waves))**2)
     for n, (without, stressed) in enumerate(zip(*squares)):
-        yield Row(f"n = {n}", spinning_stiffness(n, plate_frequencies(n, 220)[0]), (stressed - without) / speed**2, None, 3e-3)
+        yield Row(f"n = {n}", spinning_stiffness(n, plates[n]), (stressed - without) / speed**2, None, 3e-3)
 
 
 @problem("Ansys' technology demonstration td-1", "the mode table of Ansys' public example documentation (tests/lib/td1.py)",
@@ -368,11 +376,9 @@ def td_1(run):
          "Newton's method in extended precision")
 def devx6(run):
     """The modes that grow, at 4 pi rad/s: the matrices at hand are those of one speed."""
-    data = run.data("data/devx6")
-    rows = run("matrices.prm", {"Matrices/Mass": data / "mass.mtx", "Matrices/Velocity": data / "damping.mtx",
-                                "Matrices/Stiffness": data / "stiffness.mtx",
-                                "Eigenproblem/Maximum frequency": 20000 / (2 * math.pi)})
-    for expected in (5.47417369747 + 4932.23886717402j, 74.83064247481 + 17399.58775273572j):
+    import devx6 as brake
+    rows = run("matrices.prm", {key: value for key, value in brake.settings(run.data("data/devx6")).items() if key != "Scene"})
+    for expected in brake.GROWING:
         row = min(rows, key=lambda row: abs(2 * math.pi * row["frequency_hz"] - expected.imag))
         yield Row(f"growth rate at {expected.imag / 2 / math.pi:.0f} Hz, 1/s", expected.real, row["growth_rate_1_per_s"], None,
                   1e-9)

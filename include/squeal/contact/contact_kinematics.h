@@ -229,13 +229,20 @@ namespace squeal
           function(a, free);
     }
 
-    /// sum_q c_q left(:, q) right(:, q)^T
+    /// sum_q c_q left(:, q) right(:, q)^T, of rows that do not vanish.
     DenseMatrix product(const DenseMatrix &left, const std::vector<double> &c,
                         const DenseMatrix &right) const
     {
       const std::vector<unsigned int> left_rows = rows_of(left), right_rows = rows_of(right);
-      const DenseMatrix dense = product(left, left_rows, c, right, right_rows);
-      DenseMatrix result(left.n_rows, right.n_rows);
+      DenseMatrix scaled(n_points, left_rows.size()), transposed(n_points, right_rows.size()),
+          dense(left_rows.size(), right_rows.size()), result(left.n_rows, right.n_rows);
+      for (unsigned int i = 0; i < left_rows.size(); ++i)
+        for (unsigned int q = 0; q < n_points; ++q)
+          scaled(q, i) = c[q] * left(left_rows[i], q);
+      for (unsigned int i = 0; i < right_rows.size(); ++i)
+        for (unsigned int q = 0; q < n_points; ++q)
+          transposed(q, i) = right(right_rows[i], q);
+      gemm(true, 1, scaled, transposed, 0, dense);
       for (unsigned int j = 0; j < right_rows.size(); ++j)
         for (unsigned int i = 0; i < left_rows.size(); ++i)
           result(left_rows[i], right_rows[j]) = dense(i, j);
@@ -290,22 +297,6 @@ namespace squeal
         if (is_there[i])
           rows.push_back(i);
       return rows;
-    }
-    /// Of the product those rows and columns only.
-    DenseMatrix product(const DenseMatrix &left, const std::vector<unsigned int> &left_rows,
-                        const std::vector<double> &c, const DenseMatrix &right,
-                        const std::vector<unsigned int> &right_rows) const
-    {
-      DenseMatrix scaled(n_points, left_rows.size()), transposed(n_points, right_rows.size()),
-          result(left_rows.size(), right_rows.size());
-      for (unsigned int i = 0; i < left_rows.size(); ++i)
-        for (unsigned int q = 0; q < n_points; ++q)
-          scaled(q, i) = c[q] * left(left_rows[i], q);
-      for (unsigned int i = 0; i < right_rows.size(); ++i)
-        for (unsigned int q = 0; q < n_points; ++q)
-          transposed(q, i) = right(right_rows[i], q);
-      gemm(true, 1, scaled, transposed, 0, result);
-      return result;
     }
     /// Rotor nodes, then pad nodes.
     const std::vector<FreeNode<dim>> &node(const unsigned int a) const

@@ -141,8 +141,8 @@ namespace squeal
   class RayleighCorrections
   {
   public:
-    explicit RayleighCorrections(const std::vector<std::complex<double>> &lambda)
-        : lambda(lambda), residuals(lambda.size()), slopes(lambda.size())
+    explicit RayleighCorrections(const std::vector<std::complex<double>> &eigenvalues)
+        : lambda(eigenvalues), residuals(eigenvalues.size()), slopes(eigenvalues.size())
     {
     }
     /// Adds coefficient l^order A.
@@ -153,8 +153,7 @@ namespace squeal
     std::vector<std::complex<double>> values() const;
 
   private:
-    const std::vector<std::complex<double>> &lambda;
-    std::vector<std::complex<double>> residuals, slopes;
+    std::vector<std::complex<double>> lambda, residuals, slopes;
   };
 
   /// Z^H [(l_i + l'_j) M + P] X of the left vectors of some pairs and the right ones of others, the
