@@ -67,6 +67,7 @@ namespace squeal
   std::vector<char> AffineTerms::split(const RowRange &rows, const std::vector<Term> &terms)
   {
     const Members now = members_of(terms);
+    parts.clear();
     std::vector<char> touched(rows.size);
     const auto touch = [&](const Members &members, const Members &others)
     {

@@ -82,7 +82,7 @@ namespace squeal
       if (has_count_of_expansion_point())
       {
         const LifetimeSeconds stopwatch(seconds_.projection);
-        if (std::optional<EigenPairs> modes = reduced.solve(model->terms()))
+        if (std::optional<EigenPairs> modes = reduced.solve(model->terms(), n_constraints()))
         {
           EigenSolution found;
           found.modes          = std::move(*modes);

@@ -1,4 +1,5 @@
 #include <squeal/continuation/reduced_model.h>
+#include <squeal/eigen/inertia_count.h>
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/eigen/shift_invert.h>
 
@@ -58,13 +59,14 @@ namespace squeal
     // A small problem is solved as fast as projected.
     if (!found.factorization || problem.rows.size <= 2 * found.disc_right.n_columns())
       return;
-    factors                = found.factorization;
-    counts.in_disc         = std::count_if(found.disc_lambda.begin(), found.disc_lambda.end(),
-                                           [](const Complex &l) { return !is_overdamped(l); });
-    counts.overdamped      = counts.in_disc < found.disc_lambda.size();
-    counts.real            = n_real(found.disc_lambda);
-    projection             = ReducedProjection(problem);
-    projection.terms       = std::move(affine);
+    factors           = found.factorization;
+    counts.in_disc    = std::count_if(found.disc_lambda.begin(), found.disc_lambda.end(),
+                                      [](const Complex &l) { return !is_overdamped(l); });
+    counts.overdamped = counts.in_disc < found.disc_lambda.size();
+    counts.real       = n_real(found.disc_lambda);
+    open_at_expansion = open_constraints(problem.rows, problem.n_local_constraints, {&problem.Q});
+    projection        = ReducedProjection(problem);
+    projection.terms  = std::move(affine);
     ProjectionBasis &basis = projection.basis;
     // The left vectors were given as Q^T y = 0, y = conj(z): the same span.
     basis.begin(basis.displacements(found.disc_right), basis.displacements(found.disc_left));
@@ -94,21 +96,27 @@ namespace squeal
     recent.clear();
     predictor = {};
     opened.clear();
+    closed.clear();
     projection.forget_images();
     last_right = last_left = {};
   }
 
-  /// The responses of the expansion point to a gap where contacts have opened since.
-  void ReducedModel::add_openings()
+  namespace
   {
-    const auto without = [](std::vector<unsigned int> list, const std::vector<unsigned int> &known)
+    std::vector<unsigned int> without(std::vector<unsigned int> list,
+                                      const std::vector<unsigned int> &known)
     {
       list.erase(std::remove_if(list.begin(), list.end(),
                                 [&](const unsigned int r)
                                 { return std::count(known.begin(), known.end(), r) > 0; }),
                  list.end());
       return list;
-    };
+    }
+  } // namespace
+
+  /// The responses of the expansion point to a gap where contacts have opened since.
+  void ReducedModel::add_openings()
+  {
     const InterfaceTerms &interface = projection.interface_terms();
     if (!interface.is_constrained())
       return;
@@ -116,24 +124,58 @@ namespace squeal
                                     newly  = without(added, open_before),
                                     before = without(added, newly);
     opened.insert(opened.end(), added.begin(), added.end());
+    const auto gaps_at = [&](const std::vector<unsigned int> &contacts)
+    {
+      std::vector<unsigned int> rows;
+      for (const unsigned int r : contacts)
+        rows.push_back(interface.rows()[r]);
+      return unit_columns(projection.basis.rows, rows);
+    };
     // V has modes with the gaps of those that were open before, but these go on to change, each by
     // itself: corrections by the expansion point's factors, for which they are closed, do not.
-    add_responses(before, 1);
-    add_responses(newly, 4);
+    add_responses(gaps_at(before), 1);
+    add_responses(gaps_at(newly), 4);
   }
 
-  void ReducedModel::add_responses(const std::vector<unsigned int> &added,
-                                   const unsigned int n_summands)
+  /// The responses of the expansion point to pressures of contacts that were open there. With them
+  /// V has combinations without a gap.
+  void ReducedModel::add_closings()
   {
+    const InterfaceTerms &interface = projection.interface_terms();
+    if (!interface.is_constrained() || open_at_expansion.empty())
+      return;
+    const InterfaceTerms::Constraints &constraints = interface.left_constraints();
+    std::vector<unsigned int> added;
+    for (unsigned int k = 0; k < constraints.rows.size(); ++k)
+      if (const unsigned int r = constraints.rows[k];
+          std::count(open_at_expansion.begin(), open_at_expansion.end(), interface.rows()[r]) > 0 &&
+          std::count(closed.begin(), closed.end(), r) == 0)
+      {
+        closed.push_back(r);
+        added.push_back(k);
+      }
     if (added.empty())
       return;
+    DenseMatrix pressures(added.size(), constraints.rows.size());
+    for (unsigned int j = 0; j < added.size(); ++j)
+      pressures(j, added[j]) = 1;
+    const DenseMatrix at_rows = constraints.forces_of(pressures);
+    const RowRange &rows      = projection.basis.rows;
+    MultiVector forces(rows, added.size());
+    for (unsigned int r = 0; r < interface.n_rows(); ++r)
+      if (rows.contains(interface.rows()[r]))
+        for (unsigned int j = 0; j < added.size(); ++j)
+          forces.column(j)[interface.rows()[r] - rows.begin] = at_rows(j, r);
+    add_responses(std::move(forces), 4);
+  }
+
+  void ReducedModel::add_responses(MultiVector forces, const unsigned int n_summands)
+  {
+    if (forces.n_columns() == 0)
+      return;
     ProjectionBasis &basis = projection.basis;
-    std::vector<unsigned int> added_rows;
-    for (const unsigned int r : added)
-      added_rows.push_back(projection.interface_terms().rows()[r]);
     // The response at l, (l^2 M + Q)^{-1} e = Q^{-1} e - l^2 Q^{-1} M Q^{-1} e + ...; the modes,
     // which make this series slow, are in V.
-    MultiVector forces = unit_columns(basis.rows, added_rows);
     for (unsigned int k = 0; k < n_summands; ++k)
     {
       MultiVector responses             = basis.displacements(factors->solve(forces));
@@ -252,30 +294,38 @@ namespace squeal
     return x.lambda.size() == counts.in_disc;
   }
 
+  bool ReducedModel::take(const std::vector<Term> &terms)
+  {
+    const bool is_anew = projection.terms.size() == 0;
+    const auto split   = [&]
+    {
+      last_right = last_left = {};
+      return projection.split(terms);
+    };
+    if (is_anew && !split())
+      return false;
+    std::optional<AffineTerms::Summands> changing = projection.terms.update(terms);
+    if (!changing)
+      return false;
+    if (projection.set_changing(*changing))
+      return true;
+    // Contacts that were open before lie beyond the interface.
+    return !is_anew && split() && (changing = projection.terms.update(terms)) &&
+           projection.set_changing(*changing);
+  }
+
   std::optional<EigenPairs> ReducedModel::solve_by_projection(const std::vector<Term> &terms)
   {
     const double largest_error = accepted_error();
     if (!has_expansion_point())
       return std::nullopt;
-    if (projection.terms.size() == 0)
+    if (!take(terms))
     {
-      const bool is_small = projection.split(terms);
-      last_right = last_left = {};
-      if (!is_small)
-      {
-        factors.reset();
-        return std::nullopt;
-      }
-    }
-    const std::optional<AffineTerms::Summands> changing = projection.terms.update(terms);
-    if (!changing) // these projections must wait for the next expansion point
-    {
-      factors.reset();
+      factors.reset(); // these projections must wait for the next expansion point
       return std::nullopt;
     }
-    if (!projection.set_changing(*changing))
-      return std::nullopt;
     add_openings();
+    add_closings();
     // What is going to fail is corrected by the residuals of before: the projected problem is
     // solved and certified once less.
     if (predictor.residuals.n_columns() > 0 &&
@@ -285,6 +335,7 @@ namespace squeal
     predictor.residuals = {};
     has_others          = false;
     ReducedPairs x, y;
+    double last = HUGE_VAL, before_last = HUGE_VAL; // errors
     for (unsigned int n_corrections = 0;; ++n_corrections)
     {
       const MultiVector residuals_of_x        = solve_projected(x, y);
@@ -322,12 +373,14 @@ namespace squeal
         predictor.solutions = x;
         return make_modes(x, y, best);
       }
-      // Contacts that have closed since the expansion point are beyond the bases.
-      constexpr double hopeless = 1e-4;
+      constexpr double hopeless = 1e-2;
       // A correction divides errors by 20 or more and costs a vector a mode; a basis too large
       // costs more than a new expansion point.
       const double n_needed = std::ceil(std::log(worst / largest_error) / std::log(20.));
-      if (n_corrections == most_corrections || lacking.empty() || worst > hopeless ||
+      const bool stagnates  = worst > 0.5 * before_last;
+      before_last           = last;
+      last                  = worst;
+      if (n_corrections == most_corrections || lacking.empty() || worst > hopeless || stagnates ||
           dimension() + n_needed * lacking.size() > largest_dimension())
         return std::nullopt;
       if (!enrich(residuals_of_x, x))

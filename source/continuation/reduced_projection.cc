@@ -36,7 +36,10 @@ namespace squeal
 
   bool ReducedProjection::split(const std::vector<Term> &all_terms)
   {
-    interface.set_rows(terms.split(basis.rows, all_terms));
+    std::vector<char> touched = terms.split(basis.rows, all_terms);
+    for (const unsigned int row : interface.rows())
+      touched[row] = 1;
+    interface.set_rows(std::move(touched));
     forget_images();
     return terms.size() > 0 && 2 * interface.n_rows() < basis.rows.size;
   }

@@ -49,11 +49,11 @@ namespace squeal
                                            const Sectors &given)
   {
     inverse_factors.clear();
-    sectors             = given;
-    whole               = problem.rows;
-    n_constraints       = problem.n_constraints;
-    n_local_constraints = problem.n_local_constraints;
-    compliant           = problem.compliant;
+    n_expansion_constraints = problem.n_constraints;
+    sectors                 = given;
+    whole                   = problem.rows;
+    n_local_constraints     = problem.n_local_constraints;
+    compliant               = problem.compliant;
     for (unsigned int order = 0; order < 3; ++order)
       norms[order] = (order == 0 ? problem.Q : order == 1 ? problem.P : problem.M).infinity_norm();
 
@@ -85,7 +85,7 @@ namespace squeal
       const EigenSolution::Reuse &found = n_parts == 1 ? solution : solution.sectors[h]->reuse;
       QuadraticEigenproblem of_sector;
       if (!part.sector.is_whole())
-        of_sector = problem_of(part, part.terms);
+        of_sector = problem_of(part, part.terms, n_expansion_constraints);
       const QuadraticEigenproblem &own = part.sector.is_whole() ? problem : of_sector;
       part.expansion_terms             = part.terms;
       part.n_modes                     = found.disc_right.n_columns() / 2;
@@ -105,9 +105,8 @@ namespace squeal
                                              : solution.sectors[h]->reuse.factorization);
   }
 
-  /// The part's own problem, without velocity terms.
-  QuadraticEigenproblem ReducedSectors::problem_of(const Part &part,
-                                                   const std::vector<Term> &terms) const
+  QuadraticEigenproblem ReducedSectors::problem_of(const Part &part, const std::vector<Term> &terms,
+                                                   const unsigned int n_constraints) const
   {
     QuadraticEigenproblem result;
     result.rows                = part.sector.row_range();
@@ -288,6 +287,7 @@ namespace squeal
   }
 
   bool ReducedSectors::is_definite_on_rim(std::vector<Term> Part::*const of_part,
+                                          const unsigned int n_constraints,
                                           const std::map<Origin, double> &factors) const
   {
     return std::all_of(parts.begin(), parts.end(),
@@ -298,7 +298,7 @@ namespace squeal
                            if (const auto factor = factors.find(term.origin);
                                term.order == 1 && factor != factors.end())
                              term.coefficient *= factor->second;
-                         QuadraticEigenproblem problem = problem_of(part, terms);
+                         QuadraticEigenproblem problem = problem_of(part, terms, n_constraints);
                          problem.P                     = sum_of(problem.rows, terms, 1);
                          problem.may_excite            = may_excite(terms);
                          return squeal::is_definite_on_rim(problem, options.max_imaginary);
@@ -307,10 +307,11 @@ namespace squeal
 
   /// Where velocity terms only damp, more of them make Q(-R) less and Q(R) more definite: with the
   /// least and with the most of them definite is definite with all between.
-  bool ReducedSectors::survey(const Strengths &now)
+  bool ReducedSectors::survey(const Strengths &now, const unsigned int n_constraints)
   {
     if (!is_expansion_definite)
-      is_expansion_definite = is_definite_on_rim(&Part::expansion_terms, {});
+      is_expansion_definite =
+          is_definite_on_rim(&Part::expansion_terms, n_expansion_constraints, {});
     if (!*is_expansion_definite)
       return false;
     const bool only_damps = std::none_of(parts.begin(), parts.end(),
@@ -327,9 +328,9 @@ namespace squeal
         size *= factors[kind.first];
       }
     // Rather two or three symmetric factorisations than a full solution
-    if (!only_damps || !is_definite_on_rim(&Part::terms, factors))
+    if (!only_damps || !is_definite_on_rim(&Part::terms, n_constraints, factors))
     {
-      if (!is_definite_on_rim(&Part::terms, {}))
+      if (!is_definite_on_rim(&Part::terms, n_constraints, {}))
         return false;
       ahead.to = now;
     }
@@ -337,11 +338,13 @@ namespace squeal
     return true;
   }
 
-  std::optional<EigenPairs> ReducedSectors::solve(const std::vector<Term> &terms)
+  std::optional<EigenPairs> ReducedSectors::solve(const std::vector<Term> &terms,
+                                                  const unsigned int n_constraints)
   {
     if (!restrict(terms))
       return std::nullopt;
-    if (const Strengths now = strengths_of(terms); !is_within_clearance(now) && !survey(now))
+    if (const Strengths now = strengths_of(terms);
+        !is_within_clearance(now) && !survey(now, n_constraints))
       return std::nullopt;
     std::vector<EigenPairs> found;
     for (Part &part : parts)

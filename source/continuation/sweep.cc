@@ -139,8 +139,10 @@ namespace squeal
     }
     else
     {
-      certain =
-          solve(value, &from, to, scope, n_halvings == 0 && (is_state_old() || wants_bars(value)));
+      const bool is_value = n_halvings == 0;
+      certain = solve(value, &from, to, scope, is_value && (is_state_old() || wants_bars(value)));
+      if (is_value && estimator && !tracker.is_whole(to.modes) && are_effects_of_another_contact())
+        certain = solve(value, &from, to, scope, true);
     }
     if (!certain && n_halvings < max_halvings && is_allowed((from.value + value) / 2))
     {
@@ -247,7 +249,15 @@ namespace squeal
                                                 point.modes, point.reuse);
     write_course(stops.size() == 1 ? std::vector<KnownEffects>{all_known(here)}
                                    : effects_along(course(), *effects, here));
-    effects = std::move(here);
+    effects                  = std::move(here);
+    n_constraints_of_effects = tracker.n_constraints();
+  }
+
+  bool Sweep::are_effects_of_another_contact() const
+  {
+    const unsigned int now = tracker.n_constraints(), before = n_constraints_of_effects;
+    constexpr double much = 0.02;
+    return std::max(now, before) - std::min(now, before) > much * before;
   }
 
   void Sweep::write_course(const std::vector<KnownEffects> &known)
@@ -389,8 +399,11 @@ namespace squeal
     if (keeps_mesh)
       tracker.set_expansion_point(study.parameters_at({point.value}), found.reuse);
     if (estimator)
+    {
       effects = tracker.estimate_errors(estimator, study.parameters_at({point.value}), point.modes,
                                         found.reuse);
+      n_constraints_of_effects = tracker.n_constraints();
+    }
     if (keeps_mesh)
       tracker.keep_apart(varying_terms);
     n_done = std::find(values.begin(), values.end(), point.value) - values.begin() + 1;

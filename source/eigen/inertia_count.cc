@@ -103,8 +103,9 @@ namespace squeal
     return known.n_modes;
   }
 
-  std::vector<unsigned int>
-  InertiaCount::open_constraints(const std::vector<const Matrix *> &coupling) const
+  std::vector<unsigned int> open_constraints(const RowRange &rows,
+                                             const unsigned int n_local_constraints,
+                                             const std::vector<const Matrix *> &coupling)
   {
     const unsigned int first = rows.end - n_local_constraints;
     std::vector<char> acts(n_local_constraints);
@@ -245,7 +246,7 @@ namespace squeal
     for (const Term &term : others)
       if (term.origin == Origin::joint)
         coupling.push_back(term.matrix.get());
-    const std::vector<unsigned int> open = open_constraints(coupling);
+    const std::vector<unsigned int> open = open_constraints(rows, n_local_constraints, coupling);
     if (contact && is_one && is_opened_base(others, *contact, open))
     {
       std::vector<unsigned int> added;

@@ -29,7 +29,7 @@ namespace squeal
     /// Keeps those apart, before split(), that have another coefficient among these terms.
     void learn(const std::vector<Term> &terms);
 
-    /// Makes the constant matrices from the expansion point's terms and others. Returns by row
+    /// Makes the constant matrices anew from the expansion point's terms and others. Returns by row
     /// whether a matrix that may change couples it on this rank.
     std::vector<char> split(const RowRange &rows, const std::vector<Term> &terms);
     /// The number of constant matrices; zero before split().

@@ -117,6 +117,11 @@ namespace squeal
       return model->derivatives(parameter, reduced.inverse());
     }
 
+    /// Contacts and other constraints that hold at the parameters of now.
+    unsigned int n_constraints() const
+    {
+      return model->equations().n_constraints;
+    }
     unsigned int n_full_solutions() const
     {
       return n_full;

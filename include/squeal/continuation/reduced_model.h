@@ -18,9 +18,10 @@ namespace squeal
   /// Every solution is certified by the residual of the whole problem. What fails is corrected by
   /// inverse iteration with the factors of the expansion point, x - Q_0^{-1} Q(l) x, which makes V
   /// richer (block Davidson); so most parameter values need no factorisation. Contacts that have
-  /// opened since the expansion point enter by its response to a gap there; combinations of V with
-  /// gaps that are closed now are left out. The right pairs are as good as those of full solutions;
-  /// the left vectors are those of the projected problem.
+  /// opened since the expansion point enter by its response to a gap there, those that have closed
+  /// by its response to their pressure; combinations of V with gaps that are closed now are left
+  /// out. The right pairs are as good as those of full solutions; the left vectors are those of the
+  /// projected problem.
   class ReducedModel
   {
   public:
@@ -132,7 +133,7 @@ namespace squeal
     /// for halves only a sweep with this number.)
     unsigned int largest_dimension() const
     {
-      return 200 + 12 * counts.in_disc;
+      return 200 + 30 * counts.in_disc;
     }
     bool is_in_window(const Complex lambda) const
     {
@@ -148,12 +149,16 @@ namespace squeal
                             const std::vector<unsigned int> &which) const;
     /// Enlarges V by the corrections of pairs that fail; false if there is nothing new in them.
     bool enrich(const MultiVector &residuals, const ReducedPairs &x);
+    /// Makes the terms those that are projected; false if they cannot be.
+    bool take(const std::vector<Term> &terms);
     std::optional<EigenPairs> solve_by_projection(const std::vector<Term> &terms);
     /// Whether the disc has no more modes than those that are followed, as far as V shows.
     bool has_number_of_expansion_point() const;
+    /// Enlarges V by what contacts need that have opened or closed since the expansion point.
     void add_openings();
-    /// The first summands of the responses to gaps at these interface rows.
-    void add_responses(const std::vector<unsigned int> &added, unsigned int n_summands);
+    void add_closings();
+    /// Enlarges V by the first summands of the responses to forces.
+    void add_responses(MultiVector forces, unsigned int n_summands);
     MultiVector solve_projected(ReducedPairs &x, ReducedPairs &y);
     /// The pairs with the smallest errors, as many as the expansion point has in the disc.
     std::vector<unsigned int> best_pairs(const ReducedPairs &solutions) const;
@@ -175,8 +180,9 @@ namespace squeal
     };
     Counts counts;
     bool has_others = false; ///< another mode than those of the expansion point has been seen
-    std::vector<unsigned int> opened;      ///< interface rows whose openings' responses are in V
-    std::vector<unsigned int> open_before; ///< open contacts of the last solution
+    std::vector<unsigned int> open_at_expansion; ///< rows of its contacts without a pressure
+    std::vector<unsigned int> opened, closed;    ///< interface rows whose responses are in V
+    std::vector<unsigned int> open_before;       ///< open contacts of the last solution
     ReducedPairs last_right, last_left;
     static constexpr unsigned int most_recent = 3;
     std::vector<std::pair<ReducedPairs, ReducedPairs>>

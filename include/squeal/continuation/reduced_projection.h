@@ -37,8 +37,8 @@ namespace squeal
     /// Of the vectors of a problem; the basis and the terms begin empty.
     explicit ReducedProjection(const QuadraticEigenproblem &problem);
 
-    /// Finds the constant matrices and the interface. False if the latter is no small part.
-    /// Collective.
+    /// Finds the constant matrices and the interface, which never loses a row. False if the latter
+    /// is no small part. Collective.
     bool split(const std::vector<Term> &terms);
     /// Takes what changes with the contact, from AffineTerms::update(). False if that couples other
     /// rows than the interface. Collective.

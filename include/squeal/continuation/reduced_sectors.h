@@ -60,8 +60,8 @@ namespace squeal
 
     /// As those of ReducedModel. Nothing either where strongly damped modes may have come into the
     /// disc: where forces have changed by more than the expansion point's clearance and one of both
-    /// is not definite on its rim.
-    std::optional<EigenPairs> solve(const std::vector<Term> &terms);
+    /// is not definite on its rim. @p n_constraints are those that are active with the terms.
+    std::optional<EigenPairs> solve(const std::vector<Term> &terms, unsigned int n_constraints);
     bool is_crowded() const;
     bool is_full() const;
     /// Gives these modes of the last solution in the new coordinates.
@@ -118,18 +118,21 @@ namespace squeal
     bool is_within_clearance(const Strengths &now) const;
     /// is_definite_on_rim() of the problems of some terms, with factors of their velocity terms by
     /// origin.
-    bool is_definite_on_rim(std::vector<Term> Part::*of_part,
+    bool is_definite_on_rim(std::vector<Term> Part::*of_part, unsigned int n_constraints,
                             const std::map<Origin, double> &factors) const;
     /// Surveys the last terms; where their velocity terms only damp, what is between them and the
     /// expansion point, too, and much farther. False if they are not definite on the rim.
-    bool survey(const Strengths &now);
-    QuadraticEigenproblem problem_of(const Part &part, const std::vector<Term> &terms) const;
+    bool survey(const Strengths &now, unsigned int n_constraints);
+    /// The part's own problem, without velocity terms; @p n_constraints are those of the whole.
+    QuadraticEigenproblem problem_of(const Part &part, const std::vector<Term> &terms,
+                                     unsigned int n_constraints) const;
 
     EigensolverOptions options;
     Sectors sectors;
     RowRange whole;
-    unsigned int n_constraints = 0, n_local_constraints = 0;
-    bool compliant = false;
+    unsigned int n_expansion_constraints = 0; ///< active at the expansion point
+    unsigned int n_local_constraints     = 0;
+    bool compliant                       = false;
     std::vector<Surveyed> surveyed; ///< the expansion point alone first
     std::optional<bool> is_expansion_definite;
     double clearance      = 1;

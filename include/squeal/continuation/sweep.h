@@ -85,6 +85,9 @@ namespace squeal
     /// of many values also halfway. Projected vectors are good to what eigenvalues need, whose
     /// errors are of second order in them, not to what bars do.
     bool wants_bars(double value) const;
+    /// Whether so many contacts have opened or closed since bars were estimated that they are to be
+    /// estimated again: effects are carried from one contact zone to another only roughly.
+    bool are_effects_of_another_contact() const;
     void make_mesh(double value);
     /// Whether the rules of the parameters allow a value between two of the sweep: the angular
     /// velocity 0 may be none.
@@ -157,6 +160,7 @@ namespace squeal
     std::vector<Stop> stops;                      ///< since the last estimate
     std::vector<Critical> located;                ///< since the last of them
     std::optional<ErrorEffects> effects;          ///< at the first of them
+    unsigned int n_constraints_of_effects = 0;    ///< that held there
     std::vector<std::complex<double>> transition; ///< of the last call of continue_branches()
     const std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point last_saved  = std::chrono::steady_clock::now();

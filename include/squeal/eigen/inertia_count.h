@@ -12,6 +12,11 @@ namespace squeal
   /// Of some numbers, each other: products with it tell matrices apart.
   MultiVector scattered_vector(const RowRange &rows);
 
+  /// Rows of constraints that act on no displacement in any of these matrices, ascending, on all
+  /// ranks. Constraints are the last @p n_local_constraints of each rank's rows. Collective.
+  std::vector<unsigned int> open_constraints(const RowRange &rows, unsigned int n_local_constraints,
+                                             const std::vector<const Matrix *> &coupling);
+
   /// Whether the inertia of the reference counts the problem's own modes: there is no P, and Q is
   /// the reference up to rounding. Collective.
   bool is_own_reference(const QuadraticEigenproblem &problem);
@@ -79,9 +84,6 @@ namespace squeal
       std::vector<unsigned int> solved; ///< rows with a column of A^{-1}
       MultiVector columns;
     };
-    /// Rows of constraints that act on no displacement in any of these matrices, ascending, on all
-    /// ranks.
-    std::vector<unsigned int> open_constraints(const std::vector<const Matrix *> &coupling) const;
     unsigned int n_constraints() const;
     /// Whether these terms are the base's with more contacts open.
     bool is_opened_base(const std::vector<Term> &others, const Matrix &contact,

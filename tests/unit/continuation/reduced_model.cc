@@ -141,6 +141,52 @@ namespace squeal::tests::reduced_model_tests
     }
   }
 
+  TEST_CASE("reduced model: a contact closes")
+  {
+    // A second contact at the last mass, open at the expansion point. Closed it leaves 38 masses
+    // to the right of the first, with frequencies 0.0805, 0.161, 0.241, 0.321 in place of 0.0785,
+    // 0.157, 0.235, 0.313 of 39. No combination of modes of the open chain holds that mass.
+    constexpr unsigned int n = HeldChain::n, held = HeldChain::held;
+    const RowRange rows = even_rows(n + 2);
+    const auto shared   = [&](const std::vector<Entry> &entries)
+    { return std::make_shared<const Matrix>(matrix_of(rows, entries)); };
+    const auto mass = shared(diagonal(n, 1)), stiffness = shared(squeal::tests::chain(n));
+    const auto terms_at = [&](const bool closed)
+    {
+      std::vector<Entry> contact = {{held, n, 1}, {n, held, 1}};
+      if (closed)
+        contact.insert(contact.end(), {{n - 1, n + 1, 1}, {n + 1, n - 1, 1}});
+      else
+        contact.push_back({n + 1, n + 1, 1});
+      return std::vector<Term>{{Origin::inertia, 2, 1., mass},
+                               {Origin::elasticity, 0, 1., stiffness},
+                               {Origin::contact, 0, 1., shared(contact)}};
+    };
+    EquationsOfMotion equations;
+    equations.rows                      = rows;
+    equations.terms                     = terms_at(false);
+    equations.may_move_rigidly          = false;
+    equations.n_constraints             = 1;
+    equations.n_local_constraints       = rows.contains(n) + rows.contains(n + 1);
+    const EigensolverOptions options    = options_for_projection(0.3);
+    const QuadraticEigenproblem problem = sum_of(equations);
+    ReducedModel reduced(options);
+    reduced.set_expansion_point(
+        problem, equations.terms,
+        make_eigensolver(ModeSolver::block_krylov)->solve(problem, options).reuse);
+    for (const bool closed : {false, true, false, true})
+    {
+      CAPTURE(closed);
+      const auto modes = reduced.solve(terms_at(closed));
+      REQUIRE(modes);
+      std::vector<Complex> expected;
+      for (const unsigned int part : {held, closed ? n - held - 2 : n - held - 1})
+        for (unsigned int j = 1; std::sqrt(chain_square(part, j)) <= 0.3; ++j)
+          expected.emplace_back(0, std::sqrt(chain_square(part, j)));
+      CHECK(distance_of_sets(modes->lambda, expected) <= 1e-8);
+    }
+  }
+
   TEST_CASE("reduced model: a coefficient that changes needs a new expansion point")
   {
     // Springs to the ground at all masses, a second matrix of order 0 beside the chain's: they add
