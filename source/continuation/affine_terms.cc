@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace squeal
 {
@@ -79,32 +80,33 @@ namespace squeal
     touch(expansion, now);
     touch(now, expansion);
 
-    for (unsigned int order = 0; order < 3; ++order)
+    std::array<Part, 3> sums{};
+    for (const Member &member : now)
     {
-      Members members;
-      std::vector<Summand> summands;
-      for (const Member &member : now)
-      {
-        const Member *of_expansion = find(expansion, member);
-        if (!of_expansion || member.of_contact || member.order != order)
-          continue;
-        if (of_expansion->coefficient != member.coefficient && !find(varying, member))
-          varying.push_back(member);
-        if (find(varying, member))
-          parts.push_back({order, member.matrix, member.matrix->infinity_norm(), {member}});
-        else
-        {
-          members.push_back(member);
-          summands.push_back({member.coefficient, *member.matrix});
-        }
-      }
-      if (!members.empty())
-      {
-        auto sum          = std::make_shared<const Matrix>(sum_of(rows, summands));
-        const double norm = sum->infinity_norm();
-        parts.push_back({order, std::move(sum), norm, std::move(members)});
-      }
+      const Member *of_expansion = find(expansion, member);
+      if (!of_expansion || member.of_contact)
+        continue;
+      if (of_expansion->coefficient != member.coefficient && !find(varying, member))
+        varying.push_back(member);
+      if (!find(varying, member))
+        sums[member.order].members.push_back(member);
+      else if (const auto same = std::find_if(
+                   parts.begin(), parts.end(),
+                   [&](const Part &part) { return part.members.front().matrix == member.matrix; });
+               same != parts.end())
+        same->members.push_back(member);
+      else
+        parts.push_back({true, {member}, member.matrix->infinity_norm()});
     }
+    for (Part &sum : sums)
+      if (!sum.members.empty())
+      {
+        std::vector<Summand> summands;
+        for (const Member &member : sum.members)
+          summands.push_back({member.coefficient, *member.matrix});
+        sum.norm = sum_of(rows, summands).infinity_norm();
+        parts.push_back(std::move(sum));
+      }
     return touched;
   }
 
@@ -117,15 +119,13 @@ namespace squeal
     bool holds = true;
     for (unsigned int i = 0; i < parts.size(); ++i)
     {
-      coefficients[parts[i].order][i] = 1;
       for (const Member &member : parts[i].members)
       {
         stay.push_back(member);
-        const Member *present    = find(now, member);
-        const double coefficient = present ? present->coefficient : 0.;
-        if (find(varying, member))
-          coefficients[parts[i].order][i] = coefficient;
-        else if (coefficient != member.coefficient)
+        const Member *present         = find(now, member);
+        const double coefficient      = present ? present->coefficient : 0.;
+        coefficients[member.order][i] = parts[i].varies ? coefficient : 1;
+        if (!find(varying, member) && coefficient != member.coefficient)
         {
           varying.push_back(member);
           holds = false;
@@ -172,16 +172,38 @@ namespace squeal
     return result;
   }
 
+  MultiVector AffineTerms::image(const unsigned int i, const MultiVector &x) const
+  {
+    MultiVector result(x.row_range(), x.n_columns());
+    const Members &members = parts[i].members;
+    for (std::size_t k = 0; k < (parts[i].varies ? 1 : members.size()); ++k)
+      result.add(parts[i].share(members[k]), squeal::multiply(*members[k].matrix, x));
+    return result;
+  }
+
+  std::vector<MultiVector> AffineTerms::images(const MultiVector &x) const
+  {
+    std::vector<MultiVector> result(parts.size(), MultiVector(x.row_range(), x.n_columns()));
+    std::set<const Matrix *> done;
+    for (const Part &first : parts)
+      for (const Member &member : first.members)
+        if (done.insert(member.matrix.get()).second)
+        {
+          const MultiVector product = squeal::multiply(*member.matrix, x);
+          for (unsigned int i = 0; i < parts.size(); ++i)
+            for (std::size_t k = 0; k < (parts[i].varies ? 1 : parts[i].members.size()); ++k)
+              if (parts[i].members[k].matrix == member.matrix)
+                result[i].add(parts[i].share(parts[i].members[k]), product);
+        }
+    return result;
+  }
+
   MultiVector AffineTerms::multiply(const unsigned int order, const MultiVector &block) const
   {
     MultiVector result(block.row_range(), block.n_columns());
     for (unsigned int i = 0; i < parts.size(); ++i)
       if (coefficients[order][i] != 0)
-      {
-        const MultiVector image = squeal::multiply(*parts[i].matrix, block);
-        for (std::size_t e = 0; e < std::size_t(block.n_local()) * block.n_columns(); ++e)
-          result.data()[e] += coefficients[order][i] * image.data()[e];
-      }
+        result.add(coefficients[order][i], image(i, block));
     return result;
   }
 } // namespace squeal

@@ -137,7 +137,9 @@ namespace squeal
       return;
     }
     assemble_again(parameters, solution);
-    reduced.set_expansion_point(whole_problem(), model->terms(), solution, *sectors);
+    whole_problem();
+    reduced.set_expansion_point(std::move(*summed), model->terms(), solution, *sectors);
+    summed.reset();
     counts.clear();
     counts.add(counts.key_of(model->terms()), true);
   }
@@ -164,8 +166,10 @@ namespace squeal
 
   std::vector<std::complex<double>> ModeTracker::gram(const EigenPairs &modes) const
   {
-    return is_whole(modes) ? sesquilinear_form(modes.right, whole_problem().M, modes.right)
-                           : reduced.gram(modes);
+    return is_whole(modes)
+               ? sesquilinear_form(modes.right, matrix_free_sum_of(whole_rows, model->terms(), 2),
+                                   modes.right)
+               : reduced.gram(modes);
   }
 
   std::vector<std::complex<double>> ModeTracker::transition(const EigenPairs &before,
@@ -181,8 +185,8 @@ namespace squeal
       // The form needs no more.
       QuadraticEigenproblem moving;
       moving.rows = whole_rows;
-      moving.M    = sum_of(whole_rows, model->terms(), 2);
-      moving.P    = sum_of(whole_rows, model->terms(), 1);
+      moving.M    = matrix_free_sum_of(whole_rows, model->terms(), 2);
+      moving.P    = matrix_free_sum_of(whole_rows, model->terms(), 1);
       form        = biorthogonality(moving, in_their_phases(before), in_their_phases(next));
     }
     return transition_of(std::move(form), before);

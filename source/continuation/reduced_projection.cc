@@ -105,12 +105,12 @@ namespace squeal
       }
       return all;
     };
+    std::vector<MultiVector> of_new = terms.images(added);
     for (unsigned int i = 0; i < n_matrices; ++i)
     {
-      MultiVector image = multiply(terms.matrix(i), added);
-      at_rows[i]        = with_rows_of(at_rows[i], image);
-      clear_rows(image, interface.rows());
-      images[i].append(image);
+      at_rows[i] = with_rows_of(at_rows[i], of_new[i]);
+      clear_rows(of_new[i], interface.rows());
+      images[i].append(of_new[i]);
     }
     right_rows                = with_rows_of(right_rows, added);
     tests.rows                = with_top(right_rows, gather_rows(basis.left, interface.rows()));
@@ -144,10 +144,10 @@ namespace squeal
       // The left vectors' norms; M is symmetric.
       if (terms.coefficient(2, i) != 0)
       {
-        const DenseMatrix of_left_alone(
-            n_left, n_left,
-            n_imaged == 0 ? inner_products(basis.left, multiply(terms.matrix(i), basis.left))
-                          : top_corner(projected[of_left][i], n_left));
+        const DenseMatrix of_left_alone(n_left, n_left,
+                                        n_imaged == 0
+                                            ? inner_products(basis.left, terms.image(i, basis.left))
+                                            : top_corner(projected[of_left][i], n_left));
         DenseMatrix whole = projected[petrov][i];
         for (unsigned int c = 0; c < n_left; ++c)
           for (unsigned int r = 0; r < n_all; ++r)

@@ -43,7 +43,7 @@ namespace squeal
         {&EigenPairs::right, &EigenPairs::left}};
   } // namespace
 
-  void ReducedSectors::set_expansion_point(const QuadraticEigenproblem &problem,
+  void ReducedSectors::set_expansion_point(QuadraticEigenproblem problem,
                                            const std::vector<Term> &terms,
                                            const EigenSolution::Reuse &solution,
                                            const Sectors &given)
@@ -58,6 +58,8 @@ namespace squeal
       norms[order] = (order == 0 ? problem.Q : order == 1 ? problem.P : problem.M).infinity_norm();
 
     const unsigned int n_parts = solution.sectors.empty() ? 1 : solution.sectors.size();
+    if (n_parts > 1) // the sectors sum their own
+      problem = problem.of_same_unknowns();
     if (parts.size() != n_parts) // else what they have learnt of the terms stays
     {
       parts.clear();
@@ -85,7 +87,7 @@ namespace squeal
       const EigenSolution::Reuse &found = n_parts == 1 ? solution : solution.sectors[h]->reuse;
       QuadraticEigenproblem of_sector;
       if (!part.sector.is_whole())
-        of_sector = problem_of(part, part.terms, n_expansion_constraints);
+        of_sector = expansion_problem_of(part);
       const QuadraticEigenproblem &own = part.sector.is_whole() ? problem : of_sector;
       part.expansion_terms             = part.terms;
       part.n_modes                     = found.disc_right.n_columns() / 2;
@@ -105,14 +107,14 @@ namespace squeal
                                              : solution.sectors[h]->reuse.factorization);
   }
 
-  QuadraticEigenproblem ReducedSectors::problem_of(const Part &part, const std::vector<Term> &terms,
-                                                   const unsigned int n_constraints) const
+  QuadraticEigenproblem ReducedSectors::expansion_problem_of(const Part &part) const
   {
     QuadraticEigenproblem result;
-    result.rows                = part.sector.row_range();
-    result.M                   = sum_of(result.rows, terms, 2);
-    result.Q                   = sum_of(result.rows, terms, 0);
-    result.n_constraints       = part.sector.is_whole() ? n_constraints : n_constraints / 2;
+    result.rows = part.sector.row_range();
+    result.M    = sum_of(result.rows, part.terms, 2);
+    result.Q    = sum_of(result.rows, part.terms, 0);
+    result.n_constraints =
+        part.sector.is_whole() ? n_expansion_constraints : n_expansion_constraints / 2;
     result.n_local_constraints = part.sector.n_local_pressures(n_local_constraints);
     result.compliant           = compliant;
     return result;
@@ -298,10 +300,10 @@ namespace squeal
                            if (const auto factor = factors.find(term.origin);
                                term.order == 1 && factor != factors.end())
                              term.coefficient *= factor->second;
-                         QuadraticEigenproblem problem = problem_of(part, terms, n_constraints);
-                         problem.P                     = sum_of(problem.rows, terms, 1);
-                         problem.may_excite            = may_excite(terms);
-                         return squeal::is_definite_on_rim(problem, options.max_imaginary);
+                         return squeal::is_definite_on_rim(
+                             part.sector.row_range(), terms,
+                             part.sector.is_whole() ? n_constraints : n_constraints / 2,
+                             options.max_imaginary);
                        });
   }
 

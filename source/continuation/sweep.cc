@@ -339,6 +339,7 @@ namespace squeal
       tracker.set_expansion_point(study.parameters_at({point.value}), point.reuse);
     if (estimator)
       estimate_errors(point);
+    point.reuse = {}; // the factors are the model's now
     // The terms that are known to vary are projected apart, also in a run that resumes here.
     const std::vector<double> varying_terms = tracker.varying_terms();
     tracker.keep_apart(varying_terms);

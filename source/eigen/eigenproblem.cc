@@ -158,6 +158,25 @@ namespace squeal
     return sum_of_terms(rows, terms_of_order(terms, order));
   }
 
+  Matrix matrix_free_sum_of(const RowRange &rows, const std::vector<Term> &terms,
+                            const unsigned int order)
+  {
+    std::vector<Term> summands = terms_of_order(terms, order);
+    summands.erase(std::remove_if(summands.begin(), summands.end(), is_zero), summands.end());
+    if (summands.empty())
+      return {};
+    return make_matrix_free(
+        rows,
+        [rows, summands = std::move(summands)](const MultiVector &x, const bool transposed)
+        {
+          MultiVector sum(rows, x.n_columns());
+          for (const Term &term : summands)
+            sum.add(term.coefficient,
+                    transposed ? multiply_transposed(*term.matrix, x) : multiply(*term.matrix, x));
+          return sum;
+        });
+  }
+
   Matrix QuadraticEigenproblem::shifted_reference(const double omega) const
   {
     if (make_shifted_reference)

@@ -14,31 +14,60 @@ namespace squeal
 
   namespace
   {
-    /// Q(s) for real s.
-    Matrix at_real(const QuadraticEigenproblem &problem, const double s)
+    /// Negative eigenvalues of the symmetric part of a sum.
+    unsigned int n_negative_of(const RowRange &rows, std::vector<Summand> summands,
+                               const std::string &name)
     {
-      return sum_of(problem.rows, {{1., problem.Q}, {s, problem.P}, {s * s, problem.M}});
+      for (Summand &summand : summands)
+      {
+        summand.coefficient /= 2;
+        summand.transposed_too = true;
+      }
+      return Factorization(sum_of(rows, summands), Factorization::Kind::ldlt, name)
+          .inertia()
+          .negative;
     }
 
     /// Negative eigenvalues of the symmetric part of Q(s) beyond one per constraint.
-    unsigned int n_negative_at(const QuadraticEigenproblem &problem, const double s)
+    unsigned int n_negative_at(const RowRange &rows, const std::vector<Summand> &at_s,
+                               const unsigned int n_constraints)
     {
-      const Factorization factorization(symmetric_part(problem.rows, at_real(problem, s)),
-                                        Factorization::Kind::ldlt,
-                                        "the symmetric part of Q (for growth)");
-      const unsigned int negative = factorization.inertia().negative;
-      return negative - std::min(negative, problem.n_constraints);
+      const unsigned int negative =
+          n_negative_of(rows, at_s, "the symmetric part of Q (for growth)");
+      return negative - std::min(negative, n_constraints);
     }
+
+    /// The summands of Q(s) for real s.
+    std::vector<Summand> at_real(const QuadraticEigenproblem &problem, const double s)
+    {
+      return {{1., problem.Q}, {s, problem.P}, {s * s, problem.M}};
+    }
+    std::vector<Summand> at_real(const std::vector<Term> &terms, const double s)
+    {
+      std::vector<Summand> summands;
+      for (const Term &term : terms)
+        if (term.matrix && *term.matrix && term.coefficient != 0)
+          summands.push_back({term.coefficient * std::pow(s, int(term.order)), *term.matrix});
+      return summands;
+    }
+
+    constexpr const char *exciting = "mass and damping (for growth)";
 
     /// Negative eigenvalues of r M + (P + P^T)/2.
     unsigned int n_exciting(const QuadraticEigenproblem &problem, const double r)
     {
       if (!problem.may_excite || !problem.P)
         return 0;
-      const Factorization factorization(
-          symmetric_part(problem.rows, sum_of(problem.rows, {{r, problem.M}, {1., problem.P}})),
-          Factorization::Kind::ldlt, "mass and damping (for growth)");
-      return factorization.inertia().negative;
+      return n_negative_of(problem.rows, {{r, problem.M}, {1., problem.P}}, exciting);
+    }
+    unsigned int n_exciting(const RowRange &rows, const std::vector<Term> &terms, const double r)
+    {
+      if (!may_excite(terms))
+        return 0;
+      std::vector<Summand> summands = at_real(terms_of_order(terms, 1), 1);
+      for (const Summand &inertia : at_real(terms_of_order(terms, 2), 1))
+        summands.push_back({r * inertia.coefficient, inertia.matrix});
+      return n_negative_of(rows, summands, exciting);
     }
 
     /// (m^2 M + m (P + 2 s M) + Q(s)) x = 0 with l = s + m.
@@ -47,7 +76,7 @@ namespace squeal
       QuadraticEigenproblem result = problem.of_same_unknowns();
       result.M                     = problem.M.view(false);
       result.P                     = sum_of(problem.rows, {{1., problem.P}, {2 * s, problem.M}});
-      result.Q                     = at_real(problem, s);
+      result.Q                     = sum_of(problem.rows, at_real(problem, s));
       if (problem.has_reference()) // it is not self-adjoint, and its modes are not counted
         result.make_shifted_reference = [](double) { return Matrix(); };
       return result;
@@ -182,11 +211,13 @@ namespace squeal
     return std::max(1., clearance);
   }
 
-  bool is_definite_on_rim(const QuadraticEigenproblem &problem, const double max_imaginary)
+  bool is_definite_on_rim(const RowRange &rows, const std::vector<Term> &terms,
+                          const unsigned int n_constraints, const double max_imaginary)
   {
     const double R = search_radius(max_imaginary);
-    return n_negative_at(problem, -R) == 0 && n_negative_at(problem, R) == 0 &&
-           n_exciting(problem, std::sqrt(R * R - max_imaginary * max_imaginary)) == 0;
+    return n_negative_at(rows, at_real(terms, -R), n_constraints) == 0 &&
+           n_negative_at(rows, at_real(terms, R), n_constraints) == 0 &&
+           n_exciting(rows, terms, std::sqrt(R * R - max_imaginary * max_imaginary)) == 0;
   }
 
   GrowthSigns signs_of_growth(const QuadraticEigenproblem &problem,
@@ -199,7 +230,8 @@ namespace squeal
       if (grows_beyond_disc(l, options.max_imaginary))
         signs.ritz_values.push_back(l);
     if (!is_count_as_expected)
-      signs.n_negative = n_negative_at(problem, radius);
+      signs.n_negative =
+          n_negative_at(problem.rows, at_real(problem, radius), problem.n_constraints);
     signs.n_exciting =
         n_exciting(problem, std::sqrt(radius * radius - std::pow(options.max_imaginary, 2)));
     return signs;
@@ -281,8 +313,10 @@ namespace squeal
             left.push_back(l);
         targets = std::move(left);
         has_inertia =
-            has_inertia && (n_exciting(problem, reached) > 0 ||
-                            (signs.n_negative > 0 && n_negative_at(problem, reached) > 0));
+            has_inertia &&
+            (n_exciting(problem, reached) > 0 ||
+             (signs.n_negative > 0 &&
+              n_negative_at(problem.rows, at_real(problem, reached), problem.n_constraints) > 0));
       }
     }
     catch (const SolverError &error)

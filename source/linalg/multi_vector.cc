@@ -9,6 +9,9 @@ namespace squeal
 {
   void MultiVector::append(const MultiVector &other)
   {
+    // A vector would double its room.
+    if (const std::size_t needed = data_.size() + other.data_.size(); data_.capacity() < needed)
+      data_.reserve(std::max(needed, data_.size() + data_.size() / 4));
     data_.insert(data_.end(), other.data_.begin(), other.data_.end());
     n_columns_ += other.n_columns_;
   }

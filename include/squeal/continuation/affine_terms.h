@@ -14,7 +14,7 @@ namespace squeal
   /// The equations of motion as sums of matrices that stay the same along a path of parameters,
   ///     A_order = sum_i c_i,order A_i + (what changes with the contact),
   /// so that each A_i has to be projected once only. Matrices of one order whose coefficients have
-  /// never been seen to change are one A_i; others are an A_i each.
+  /// never been seen to change are one A_i; others are an A_i each, for all orders.
   class AffineTerms
   {
   public:
@@ -37,10 +37,10 @@ namespace squeal
     {
       return parts.size();
     }
-    const Matrix &matrix(const unsigned int i) const
-    {
-      return *parts[i].matrix;
-    }
+    /// A_i x.
+    MultiVector image(unsigned int i, const MultiVector &x) const;
+    /// The same of all, with one product for each matrix that they consist of.
+    std::vector<MultiVector> images(const MultiVector &x) const;
 
     using Summands = std::array<std::vector<InterfaceTerms::Summand>, 3>;
     /// Takes the coefficients of these terms. Returns what changes with the contact, by order.
@@ -75,12 +75,18 @@ namespace squeal
       bool of_contact; ///< changes with the area of contact, also where it has not yet
     };
     using Members = std::vector<Member>;
+    /// A_i: a sum of matrices of one order, or one that varies. Sums have no entries of their own,
+    /// which would be as large as all matrices of an order.
     struct Part
     {
-      unsigned int order;
-      std::shared_ptr<const Matrix> matrix;
+      bool varies;
+      Members members; ///< of one that varies the same matrix in all orders
       double norm;
-      Members members;
+      /// The coefficient of a member's matrix in A_i.
+      double share(const Member &member) const
+      {
+        return varies ? 1. : member.coefficient;
+      }
     };
     /// In the order of the terms: sums must not depend on addresses.
     static Members members_of(const std::vector<Term> &terms);

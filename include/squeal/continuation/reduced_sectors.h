@@ -24,7 +24,7 @@ namespace squeal
     explicit ReducedSectors(const EigensolverOptions &options) : options(options) {}
 
     /// Begins anew, as ReducedModel::set_expansion_point().
-    void set_expansion_point(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
+    void set_expansion_point(QuadraticEigenproblem problem, const std::vector<Term> &terms,
                              const EigenSolution::Reuse &found, const Sectors &sectors);
     std::vector<double> varying_terms() const;
     void keep_apart(const std::vector<double> &varying_terms);
@@ -123,9 +123,8 @@ namespace squeal
     /// Surveys the last terms; where their velocity terms only damp, what is between them and the
     /// expansion point, too, and much farther. False if they are not definite on the rim.
     bool survey(const Strengths &now, unsigned int n_constraints);
-    /// The part's own problem, without velocity terms; @p n_constraints are those of the whole.
-    QuadraticEigenproblem problem_of(const Part &part, const std::vector<Term> &terms,
-                                     unsigned int n_constraints) const;
+    /// The part's own problem at the expansion point, without velocity terms.
+    QuadraticEigenproblem expansion_problem_of(const Part &part) const;
 
     EigensolverOptions options;
     Sectors sectors;

@@ -184,4 +184,7 @@ namespace squeal
   Matrix sum_of_terms(const RowRange &rows, const std::vector<Term> &terms);
   /// The same of those of one order.
   Matrix sum_of(const RowRange &rows, const std::vector<Term> &terms, unsigned int order);
+  /// The same without entries, which would take memory: for a few products.
+  Matrix matrix_free_sum_of(const RowRange &rows, const std::vector<Term> &terms,
+                            unsigned int order);
 } // namespace squeal

@@ -34,7 +34,8 @@ namespace squeal
   /// one of its eigenvalues in the disc has x^H Q(-R) x < 0, and others that come in pass
   /// x^H (Q - R^2 M) x = 0, which the count of the reference problem sees. Takes two LDL^T
   /// factorisations, and a third if velocity terms may excite. Throws SolverError. Collective.
-  bool is_definite_on_rim(const QuadraticEigenproblem &problem, double max_imaginary);
+  bool is_definite_on_rim(const RowRange &rows, const std::vector<Term> &terms,
+                          unsigned int n_constraints, double max_imaginary);
 
   /// Signs of modes of the window that grow outside of the disc: cheap to see, and no proof that
   /// there are none.
