@@ -44,7 +44,7 @@ namespace squeal
       {
         const auto &[turn, longer, shorter] = turned[j];
         result.shares.push_back(longer > 0 ? 1 + shorter / longer : 1);
-        for (const auto &[to, from] :
+        for (const auto [to, from] :
              {std::make_pair(&result.columns, &x), std::make_pair(&result.pressures, &pressures)})
         {
           add_multiple(turn.real(), from->re.column(j), n, to->column(j));
