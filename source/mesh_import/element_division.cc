@@ -86,7 +86,7 @@ namespace squeal
   {
     /// A place in an element: barycentric coordinates of a tetrahedron; of a wedge those of its
     /// triangle and the height in [0, 1]; coordinates of a hexahedron in the unit cube.
-    using Place = std::array<double, 4>;
+    using CellPlace = std::array<double, 4>;
 
     /// The polynomial of an element: three coordinates, and the distance from the z axis.
     class ElementMap
@@ -155,7 +155,7 @@ namespace squeal
         return sagitta <= 1e-6 * size;
       }
 
-      Point<3> at(const Place &place) const
+      Point<3> at(const CellPlace &place) const
       {
         Value value{};
         if (shape == ElementShape::tetrahedron)
@@ -210,8 +210,9 @@ namespace squeal
       }
 
       /// A triangle's or tetrahedron's polynomial of degree 2; its edges come first in the table.
-      void add_simplex(Value &value, const Place &place, const unsigned int n, const double factor,
-                       const unsigned int first_corner, const unsigned int first_edge) const
+      void add_simplex(Value &value, const CellPlace &place, const unsigned int n,
+                       const double factor, const unsigned int first_corner,
+                       const unsigned int first_edge) const
       {
         for (unsigned int i = 0; i < n; ++i)
           add(value, factor * place[i] * (2 * place[i] - 1), corners[first_corner + i]);
@@ -222,7 +223,7 @@ namespace squeal
               middles[e]);
       }
 
-      void add_hexahedron(Value &value, const Place &place) const
+      void add_hexahedron(Value &value, const CellPlace &place) const
       {
         std::array<std::array<double, 3>, 3> values{};
         for (unsigned int d = 0; d < 3; ++d)
@@ -373,9 +374,9 @@ namespace squeal
       }
 
       /// The places of the corners of the cells that an element is divided into.
-      std::vector<std::array<Place, 8>> cells_of(const ElementFile::Element &element) const
+      std::vector<std::array<CellPlace, 8>> cells_of(const ElementFile::Element &element) const
       {
-        std::vector<std::array<Place, 8>> cells;
+        std::vector<std::array<CellPlace, 8>> cells;
         const auto along = [&](const unsigned int a, const unsigned int b)
         {
           return is_halved(element.nodes[a], element.nodes[b]) ? std::vector<double>{0, 0.5, 1}
@@ -384,7 +385,7 @@ namespace squeal
         // The centre of some corners of a simplex
         const auto centre = [](const std::vector<unsigned int> &corners)
         {
-          Place place{};
+          CellPlace place{};
           for (const unsigned int corner : corners)
             place[corner] = 1. / corners.size();
           return place;
@@ -407,10 +408,10 @@ namespace squeal
           for (unsigned int k = 0; k + 1 < z.size(); ++k)
             for (unsigned int v = 0; v < 3; ++v)
             {
-              const std::array<Place, 4> quadrilateral = {{centre({v}), centre({v, (v + 1) % 3}),
-                                                           centre({0, 1, 2}),
-                                                           centre({v, (v + 2) % 3})}};
-              std::array<Place, 8> cell;
+              const std::array<CellPlace, 4> quadrilateral = {
+                  {centre({v}), centre({v, (v + 1) % 3}), centre({0, 1, 2}),
+                   centre({v, (v + 2) % 3})}};
+              std::array<CellPlace, 8> cell;
               for (unsigned int w = 0; w < 8; ++w)
               {
                 cell[w]    = quadrilateral[w % 4];
@@ -425,7 +426,7 @@ namespace squeal
           for (unsigned int j = 0; j + 1 < x[1].size(); ++j)
             for (unsigned int i = 0; i + 1 < x[0].size(); ++i)
             {
-              std::array<Place, 8> cell;
+              std::array<CellPlace, 8> cell;
               for (unsigned int w = 0; w < 8; ++w)
                 cell[w] = {{x[0][i + ElementMap::coordinate(w, 0)],
                             x[1][j + ElementMap::coordinate(w, 1)],
@@ -437,7 +438,7 @@ namespace squeal
 
       /// The corners of an element between which a place lies, as nodes in ascending order.
       static std::vector<unsigned int> between(const ElementFile::Element &element,
-                                               const Place &place)
+                                               const CellPlace &place)
       {
         std::vector<unsigned int> nodes;
         for (unsigned int v = 0; v < ElementFile::n_corners(element.shape); ++v)
@@ -460,7 +461,7 @@ namespace squeal
 
       /// The node at a place of an element. Inner ones belong to the element alone.
       unsigned int node_at(const ElementFile::Element &element, const ElementMap &map,
-                           const Place &place, unsigned int &inner)
+                           const CellPlace &place, unsigned int &inner)
       {
         const std::vector<unsigned int> corners = between(element, place);
         if (corners.size() == 1)
@@ -507,7 +508,7 @@ namespace squeal
             high = std::max(high, jacobian);
           }
         };
-        for (const std::array<Place, 8> &place : places)
+        for (const std::array<CellPlace, 8> &place : places)
         {
           MeshFile::Cell cell{{}, element.number};
           for (unsigned int v = 0; v < 8; ++v)
@@ -540,10 +541,10 @@ namespace squeal
 
       /// The point of an element half way between some corners of one of its cells.
       template <std::size_t n>
-      static Point<3> half_way(const ElementMap &map, const std::array<Place, 8> &corners,
+      static Point<3> half_way(const ElementMap &map, const std::array<CellPlace, 8> &corners,
                                const std::array<unsigned int, n> &some)
       {
-        Place place{};
+        CellPlace place{};
         for (const unsigned int corner : some)
           for (unsigned int k = 0; k < 4; ++k)
             place[k] += corners[corner][k] / n;
@@ -558,7 +559,7 @@ namespace squeal
 
       /// Gives the next cell the points of the element's polynomial between its corners.
       QuadraticManifold shape_cell(const ElementFile::Element &element, const MeshFile::Cell &cell,
-                                   const std::array<Place, 8> &corners, const ElementMap &map)
+                                   const std::array<CellPlace, 8> &corners, const ElementMap &map)
       {
         QuadraticCells &shapes = out.quadratic;
         const auto add         = [&](auto &points, const auto &some)

@@ -157,6 +157,9 @@ mkdir -p output/$name; touch "output/$name/$TABLE\""""})
 
     def test_runs_without_a_directory_for_temporary_files(self):
         """Many runs that start and end at the same time once shared one, and took it from each other."""
+        version = re.search(r"Open MPI v?(\d+)", st.run("--version").stdout)
+        if int(version[1]) >= 5:
+            self.skipTest("Open MPI 5 does not start without one")
         self.write("case.prm", TINY_ROTOR)
         result = st.run("case.prm", directory=self.directory, environment={**st.ENVIRONMENT, "TMPDIR": "/dev/null"})
         self.assertEqual(result.returncode, 0, result.stderr)

@@ -53,7 +53,11 @@ class Counts(st.TestCase):
     def test_iterative(self):
         log = self.log(ITERATIVE)
         steps = [int(row[-1]) for row in re.findall(r"(?m)^ +\d+ +\d+ +\d+(?: +\S+e[+-]\d+){3} +(\d+)$", log)]
-        self.assertEqual(steps, GMRES)
+        if "deal.II 9.4." in st.run("--version").stdout:
+            self.assertEqual(steps, GMRES)
+        else:  # the multigrid of other libraries is another preconditioner
+            self.assertEqual(len(steps), len(GMRES))
+            self.assertLessEqual(max(steps), 1.5 * max(GMRES))
         cycles = int(re.search(r"(\d+) multigrid cycles", log)[1])
         self.assertLessEqual(abs(cycles - CYCLES), 0.05 * CYCLES, cycles)
 
