@@ -256,7 +256,7 @@ namespace squeal
   bool Sweep::are_effects_of_another_contact() const
   {
     const unsigned int now = tracker.n_constraints(), before = n_constraints_of_effects;
-    constexpr double much = 0.02;
+    constexpr double much = 0.03;
     return std::max(now, before) - std::min(now, before) > much * before;
   }
 
