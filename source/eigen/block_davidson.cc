@@ -6,6 +6,7 @@
 #include <squeal/linalg/dense.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <sstream>
 #include <utility>
@@ -44,8 +45,9 @@ namespace squeal
       {
         const auto &[turn, longer, shorter] = turned[j];
         result.shares.push_back(longer > 0 ? 1 + shorter / longer : 1);
-        for (const auto [to, from] :
-             {std::make_pair(&result.columns, &x), std::make_pair(&result.pressures, &pressures)})
+        const std::array<std::pair<MultiVector *, const ComplexMultiVector *>, 2> both = {
+            {{&result.columns, &x}, {&result.pressures, &pressures}}};
+        for (const auto &[to, from] : both)
         {
           add_multiple(turn.real(), from->re.column(j), n, to->column(j));
           add_multiple(-turn.imag(), from->im.column(j), n, to->column(j));
