@@ -1,17 +1,8 @@
 #include <squeal/continuation/reduced_eigenproblem.h>
+#include <squeal/linalg/complex_dense.h>
 
 #include <algorithm>
 #include <cmath>
-
-// LAPACK in complex arithmetic, which PETSc's interface for real numbers does not have.
-extern "C"
-{
-  void zgetrf_(const int *m, const int *n, std::complex<double> *a, const int *lda, int *pivots,
-               int *info);
-  void zgetrs_(const char *trans, const int *n, const int *n_rhs, const std::complex<double> *a,
-               const int *lda, const int *pivots, std::complex<double> *b, const int *ldb,
-               int *info);
-}
 
 namespace squeal
 {
@@ -33,22 +24,25 @@ namespace squeal
 
   namespace
   {
-    /// Solves A x = b and A^T y = c in place; false if A is exactly singular.
-    bool solve_both(std::vector<std::complex<double>> &a, std::vector<std::complex<double>> &b,
-                    std::vector<std::complex<double>> &c, const int n)
+    using Complex = std::complex<double>;
+
+    std::vector<Complex> conjugate(std::vector<Complex> vector)
     {
-      std::vector<int> pivots(n);
-      int info      = 0;
-      const int one = 1;
-      zgetrf_(&n, &n, a.data(), &n, pivots.data(), &info);
-      if (info != 0)
-        return false;
-      zgetrs_("N", &n, &one, a.data(), &n, pivots.data(), b.data(), &n, &info);
-      zgetrs_("T", &n, &one, a.data(), &n, pivots.data(), c.data(), &n, &info);
-      return true;
+      for (Complex &c : vector)
+        c = std::conj(c);
+      return vector;
     }
 
-    using Complex = std::complex<double>;
+    /// Solves A x = b and A^T y = c in place.
+    void solve_both(ComplexDense a, std::vector<Complex> &b, std::vector<Complex> &c)
+    {
+      ComplexDense right(a.n_rows, 1), left = right;
+      right.values = std::move(b);
+      left.values  = conjugate(std::move(c));
+      const ComplexFactors factors(std::move(a));
+      b = std::move(factors.solve(std::move(right)).values);
+      c = conjugate(std::move(factors.solve(std::move(left), true).values));
+    }
 
     /// y^T A x for real A.
     Complex form(const std::vector<Complex> &y, const DenseMatrix &a, const std::vector<Complex> &x)
@@ -176,8 +170,7 @@ namespace squeal
     for (ReducedPairs *solutions : {&x, &y})
       solutions->re = solutions->im = DenseMatrix(dimension, n);
     const DenseMatrix &q = small_problem[0], &p = small_problem[1], &mass = small_problem[2];
-    const bool damped = !p.values.empty();
-    std::vector<Complex> at(std::size_t(m) * m);
+    const bool damped                     = !p.values.empty();
     constexpr unsigned int max_iterations = 5;
     for (unsigned int k = 0; k < n; ++k)
     {
@@ -200,21 +193,21 @@ namespace squeal
       {
         // x := Q(l)^{-1} Q'(l) x, y := Q(l)^{-T} Q'(l)^T y
         std::vector<Complex> of_right(m), of_left(m);
+        ComplexDense at(m, m);
         for (unsigned int j = 0; j < m; ++j)
         {
           const std::size_t first = std::size_t(j) * m;
           for (unsigned int i = 0; i < m; ++i)
           {
-            const double p_e    = damped ? p.values[first + i] : 0.;
-            const Complex l_m   = l * mass.values[first + i];
-            at[first + i]       = q.values[first + i] + l * (p_e + l_m);
-            const Complex slope = p_e + 2. * l_m;
+            const double p_e     = damped ? p.values[first + i] : 0.;
+            const Complex l_m    = l * mass.values[first + i];
+            at.values[first + i] = q.values[first + i] + l * (p_e + l_m);
+            const Complex slope  = p_e + 2. * l_m;
             of_right[i] += slope * right_vector[j];
             of_left[j] += slope * left_vector[i];
           }
         }
-        if (!solve_both(at, of_right, of_left, m))
-          return false;
+        solve_both(std::move(at), of_right, of_left);
         const auto normalise = [](std::vector<Complex> &vector)
         {
           double size = 0;

@@ -80,7 +80,7 @@ def main():
     parser.add_argument("--meshes", nargs="+", choices=MESHES, default=list(MESHES))
     parser.add_argument("--details", action="store_true")
     arguments = parser.parse_args()
-    lines, everything = [], []
+    lines, by_kind = [], {}
     for scene in arguments.scenes:
         reference = [row for row in critical_values(scene, REFERENCE) if row["mesh_error"] is not None]
         for name in arguments.meshes:
@@ -93,19 +93,20 @@ def main():
                 error, own = abs(a["value"] - b["corrected_value"]), b["mesh_error"] + b["accuracy"]
                 bar = a["mesh_error"] + a["accuracy"]
                 known.append((error <= bar + own, bar / max(error, own), abs(a["corrected_value"] - b["corrected_value"]) < error))
+                kind = "onset" if a["kind"] in ("onset", "end") else a["kind"].removesuffix("_end")
+                by_kind.setdefault(kind, []).append(known[-1])
                 if arguments.details:
                     print(f"   {a['kind']:12s} {a['frequency_hz']:9.2f} Hz: {a['value']:.6g} +- {bar:.2g}, corrected "
                           f"{a['corrected_value']:.6g}; reference {b['corrected_value']:.6g} +- {own:.2g}", flush=True)
-            everything += known
             lines.append((scene, name, len(rows), len(pairs), known))
-    print("scene      mesh       found  paired  with bar  covered  bar/error: median  largest  corrected nearer")
-    for scene, name, n_found, n_paired, known in [*lines, ("all", "", 0, 0, everything)]:
+    print("scene      mesh         found  paired  with bar  covered  bar/error: median  largest  corrected nearer")
+    for scene, name, n_found, n_paired, known in [*lines, *(("all", kind, 0, 0, of_kind) for kind, of_kind in by_kind.items())]:
         if known:
-            print(f"{scene:10s} {name:9s} {n_found or '':>6} {n_paired or '':>7} {len(known):9d} "
+            print(f"{scene:10s} {name:11s} {n_found or '':>6} {n_paired or '':>7} {len(known):9d} "
                   f"{100 * statistics.mean(k[0] for k in known):7.1f}% {statistics.median(k[1] for k in known):18.2f} "
                   f"{max(k[1] for k in known):8.1f} {100 * statistics.mean(k[2] for k in known):16.0f}%")
         else:
-            print(f"{scene:10s} {name:9s} {n_found:6d} {n_paired:7d} {0:9d}")
+            print(f"{scene:10s} {name:11s} {n_found:6d} {n_paired:7d} {0:9d}")
 
 
 if __name__ == "__main__":
