@@ -64,9 +64,10 @@ namespace squeal
                                       [](const Complex &l) { return !is_overdamped(l); });
     counts.overdamped = counts.in_disc < found.disc_lambda.size();
     counts.real       = n_real(found.disc_lambda);
-    open_at_expansion = open_constraints(problem.rows, problem.n_local_constraints, {&problem.Q});
-    projection        = ReducedProjection(problem);
-    projection.terms  = std::move(affine);
+    if (problem.n_constraints > 0)
+      open_at_expansion = open_constraints(problem.rows, problem.n_local_constraints, {&problem.Q});
+    projection             = ReducedProjection(problem);
+    projection.terms       = std::move(affine);
     ProjectionBasis &basis = projection.basis;
     // The left vectors were given as Q^T y = 0, y = conj(z): the same span.
     basis.begin(basis.displacements(found.disc_right), basis.displacements(found.disc_left));
@@ -300,6 +301,8 @@ namespace squeal
     const auto split   = [&]
     {
       last_right = last_left = {};
+      for (std::vector<unsigned int> *in_interface : {&opened, &closed, &open_before})
+        in_interface->clear(); // it is numbered anew
       return projection.split(terms);
     };
     if (is_anew && !split())
