@@ -145,6 +145,20 @@ class Sampling(st.TestCase):
                 self.assertAlmostEqual(a[column], b[column], 9)
         self.assertEqual(self.of_all(results)["samples"], 16)
 
+    def test_contacts_that_open_and_close(self):
+        """Friction to and fro: contacts are closed that are open at the centre, and the other way round. Samples are projected
+        nevertheless (all but one, from which it is learnt which terms vary), as good as runs of their own."""
+        settings = {**st.SMALL_BRAKE, **st.MORTAR, "Eigenproblem/Maximum frequency": 5000, "Eigenproblem/Error bars": "false"}
+        values = [0.05, 0.6, 0.3, 0.1, 0.55, 0.15, 0.45, 0.2, 0.5, 0.25, 0.4, 0.35]
+        self.write("samples.csv", "\n".join([FRICTION, *map(str, values)]) + "\n")
+        samples = self.table(self.analyse({**settings, "Sampling/File": "samples.csv"}), "samples.csv")
+        self.assertLessEqual(sum(sample["solved_fully"] for sample in samples), 1)
+        for sample in (samples[0], samples[5]):
+            modes = st.read_table(self.analyse({**settings, FRICTION: sample[FRICTION]}) / "modes.csv")
+            rates = sorted(sample[f"growth_rate_of_branch_{b + 1}_1_per_s"] for b in range(len(modes)))
+            for rate, of_run in zip(rates, sorted(mode["growth_rate_1_per_s"] for mode in modes)):
+                self.assertLess(abs(rate - of_run), 5e-8 * 2 * math.pi * 5000)
+
     def test_ranks(self):
         one, two = (self.analyse({**BRAKE, "Sampling/Samples": 4}, ranks=ranks) for ranks in (1, 2))
         for a, b in zip(self.table(one, "samples.csv"), self.table(two, "samples.csv")):
