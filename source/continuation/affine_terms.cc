@@ -96,14 +96,18 @@ namespace squeal
                same != parts.end())
         same->members.push_back(member);
       else
-        parts.push_back({true, {member}, member.matrix->infinity_norm()});
+        parts.push_back(
+            {true, {member}, {{1., member.matrix.get()}}, member.matrix->infinity_norm()});
     }
     for (Part &sum : sums)
       if (!sum.members.empty())
       {
         std::vector<Summand> summands;
         for (const Member &member : sum.members)
+        {
+          sum.summands.emplace_back(member.coefficient, member.matrix.get());
           summands.push_back({member.coefficient, *member.matrix});
+        }
         sum.norm = sum_of(rows, summands).infinity_norm();
         parts.push_back(std::move(sum));
       }
@@ -125,9 +129,10 @@ namespace squeal
         const Member *present         = find(now, member);
         const double coefficient      = present ? present->coefficient : 0.;
         coefficients[member.order][i] = parts[i].varies ? coefficient : 1;
-        if (!find(varying, member) && coefficient != member.coefficient)
+        if (!parts[i].varies && coefficient != member.coefficient)
         {
-          varying.push_back(member);
+          if (!find(varying, member))
+            varying.push_back(member);
           holds = false;
         }
       }
@@ -175,9 +180,8 @@ namespace squeal
   MultiVector AffineTerms::image(const unsigned int i, const MultiVector &x) const
   {
     MultiVector result(x.row_range(), x.n_columns());
-    const Members &members = parts[i].members;
-    for (std::size_t k = 0; k < (parts[i].varies ? 1 : members.size()); ++k)
-      result.add(parts[i].share(members[k]), squeal::multiply(*members[k].matrix, x));
+    for (const auto &[coefficient, matrix] : parts[i].summands)
+      result.add(coefficient, squeal::multiply(*matrix, x));
     return result;
   }
 
@@ -186,14 +190,14 @@ namespace squeal
     std::vector<MultiVector> result(parts.size(), MultiVector(x.row_range(), x.n_columns()));
     std::set<const Matrix *> done;
     for (const Part &first : parts)
-      for (const Member &member : first.members)
-        if (done.insert(member.matrix.get()).second)
+      for (const InterfaceTerms::Summand &summand : first.summands)
+        if (const Matrix *const matrix = summand.second; done.insert(matrix).second)
         {
-          const MultiVector product = squeal::multiply(*member.matrix, x);
+          const MultiVector product = squeal::multiply(*matrix, x);
           for (unsigned int i = 0; i < parts.size(); ++i)
-            for (std::size_t k = 0; k < (parts[i].varies ? 1 : parts[i].members.size()); ++k)
-              if (parts[i].members[k].matrix == member.matrix)
-                result[i].add(parts[i].share(parts[i].members[k]), product);
+            for (const auto &[coefficient, other] : parts[i].summands)
+              if (other == matrix)
+                result[i].add(coefficient, product);
         }
     return result;
   }

@@ -249,7 +249,12 @@ namespace squeal
                                                 point.modes, point.reuse);
     write_course(stops.size() == 1 ? std::vector<KnownEffects>{all_known(here)}
                                    : effects_along(course(), *effects, here));
-    effects                  = std::move(here);
+    keep_effects(std::move(here));
+  }
+
+  void Sweep::keep_effects(ErrorEffects found)
+  {
+    effects                  = std::move(found);
     n_constraints_of_effects = tracker.n_constraints();
   }
 
@@ -400,11 +405,8 @@ namespace squeal
     if (keeps_mesh)
       tracker.set_expansion_point(study.parameters_at({point.value}), found.reuse);
     if (estimator)
-    {
-      effects = tracker.estimate_errors(estimator, study.parameters_at({point.value}), point.modes,
-                                        found.reuse);
-      n_constraints_of_effects = tracker.n_constraints();
-    }
+      keep_effects(tracker.estimate_errors(estimator, study.parameters_at({point.value}),
+                                           point.modes, found.reuse));
     if (keeps_mesh)
       tracker.keep_apart(varying_terms);
     n_done = std::find(values.begin(), values.end(), point.value) - values.begin() + 1;

@@ -6,6 +6,7 @@
 #include <squeal/linalg/compressed_rows.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace squeal
@@ -14,61 +15,57 @@ namespace squeal
 
   namespace
   {
-    /// Negative eigenvalues of the symmetric part of a sum.
-    unsigned int n_negative_of(const RowRange &rows, std::vector<Summand> summands,
-                               const std::string &name)
+    /// The summands of Q, P and M by order, of which symmetric parts are factorised.
+    class SymmetricParts
     {
-      for (Summand &summand : summands)
+    public:
+      explicit SymmetricParts(const QuadraticEigenproblem &problem)
+          : rows(problem.rows), n_constraints(problem.n_constraints),
+            may_excite(problem.may_excite && problem.P), by_order{{{{1., problem.Q}},
+                                                                   {{1., problem.P}},
+                                                                   {{1., problem.M}}}}
       {
-        summand.coefficient /= 2;
-        summand.transposed_too = true;
       }
-      return Factorization(sum_of(rows, summands), Factorization::Kind::ldlt, name)
-          .inertia()
-          .negative;
-    }
+      SymmetricParts(const RowRange &rows, const std::vector<Term> &terms,
+                     const unsigned int n_constraints)
+          : rows(rows), n_constraints(n_constraints), may_excite(squeal::may_excite(terms))
+      {
+        for (const Term &term : terms)
+          if (term.matrix && *term.matrix && term.coefficient != 0)
+            by_order[term.order].push_back({term.coefficient, *term.matrix});
+      }
 
-    /// Negative eigenvalues of the symmetric part of Q(s) beyond one per constraint.
-    unsigned int n_negative_at(const RowRange &rows, const std::vector<Summand> &at_s,
-                               const unsigned int n_constraints)
-    {
-      const unsigned int negative =
-          n_negative_of(rows, at_s, "the symmetric part of Q (for growth)");
-      return negative - std::min(negative, n_constraints);
-    }
+      /// Negative eigenvalues of the symmetric part of Q(s), s real, beyond one per constraint.
+      unsigned int n_negative_at(const double s) const
+      {
+        const unsigned int negative =
+            n_negative({{1, s, s * s}}, "the symmetric part of Q (for growth)");
+        return negative - std::min(negative, n_constraints);
+      }
+      /// Negative eigenvalues of r M + (P + P^T)/2.
+      unsigned int n_exciting(const double r) const
+      {
+        return may_excite ? n_negative({{0, 1, r}}, "mass and damping (for growth)") : 0;
+      }
 
-    /// The summands of Q(s) for real s.
-    std::vector<Summand> at_real(const QuadraticEigenproblem &problem, const double s)
-    {
-      return {{1., problem.Q}, {s, problem.P}, {s * s, problem.M}};
-    }
-    std::vector<Summand> at_real(const std::vector<Term> &terms, const double s)
-    {
-      std::vector<Summand> summands;
-      for (const Term &term : terms)
-        if (term.matrix && *term.matrix && term.coefficient != 0)
-          summands.push_back({term.coefficient * std::pow(s, int(term.order)), *term.matrix});
-      return summands;
-    }
+    private:
+      unsigned int n_negative(const std::array<double, 3> &factors, const std::string &name) const
+      {
+        std::vector<Summand> summands;
+        for (unsigned int order = 0; order < 3; ++order)
+          for (const Summand &summand : by_order[order])
+            if (factors[order] != 0)
+              summands.push_back({factors[order] * summand.coefficient / 2, summand.matrix, true});
+        return Factorization(sum_of(rows, summands), Factorization::Kind::ldlt, name)
+            .inertia()
+            .negative;
+      }
 
-    constexpr const char *exciting = "mass and damping (for growth)";
-
-    /// Negative eigenvalues of r M + (P + P^T)/2.
-    unsigned int n_exciting(const QuadraticEigenproblem &problem, const double r)
-    {
-      if (!problem.may_excite || !problem.P)
-        return 0;
-      return n_negative_of(problem.rows, {{r, problem.M}, {1., problem.P}}, exciting);
-    }
-    unsigned int n_exciting(const RowRange &rows, const std::vector<Term> &terms, const double r)
-    {
-      if (!may_excite(terms))
-        return 0;
-      std::vector<Summand> summands = at_real(terms_of_order(terms, 1), 1);
-      for (const Summand &inertia : at_real(terms_of_order(terms, 2), 1))
-        summands.push_back({r * inertia.coefficient, inertia.matrix});
-      return n_negative_of(rows, summands, exciting);
-    }
+      const RowRange rows;
+      const unsigned int n_constraints;
+      const bool may_excite;
+      std::array<std::vector<Summand>, 3> by_order;
+    };
 
     /// (m^2 M + m (P + 2 s M) + Q(s)) x = 0 with l = s + m.
     QuadraticEigenproblem about(const QuadraticEigenproblem &problem, const double s)
@@ -76,7 +73,7 @@ namespace squeal
       QuadraticEigenproblem result = problem.of_same_unknowns();
       result.M                     = problem.M.view(false);
       result.P                     = sum_of(problem.rows, {{1., problem.P}, {2 * s, problem.M}});
-      result.Q                     = sum_of(problem.rows, at_real(problem, s));
+      result.Q = sum_of(problem.rows, {{1., problem.Q}, {s, problem.P}, {s * s, problem.M}});
       if (problem.has_reference()) // it is not self-adjoint, and its modes are not counted
         result.make_shifted_reference = [](double) { return Matrix(); };
       return result;
@@ -215,9 +212,9 @@ namespace squeal
                           const unsigned int n_constraints, const double max_imaginary)
   {
     const double R = search_radius(max_imaginary);
-    return n_negative_at(rows, at_real(terms, -R), n_constraints) == 0 &&
-           n_negative_at(rows, at_real(terms, R), n_constraints) == 0 &&
-           n_exciting(rows, terms, std::sqrt(R * R - max_imaginary * max_imaginary)) == 0;
+    const SymmetricParts parts(rows, terms, n_constraints);
+    return parts.n_negative_at(-R) == 0 && parts.n_negative_at(R) == 0 &&
+           parts.n_exciting(std::sqrt(R * R - max_imaginary * max_imaginary)) == 0;
   }
 
   GrowthSigns signs_of_growth(const QuadraticEigenproblem &problem,
@@ -229,11 +226,11 @@ namespace squeal
     for (const Complex &l : found.ritz_values_beyond)
       if (grows_beyond_disc(l, options.max_imaginary))
         signs.ritz_values.push_back(l);
+    const SymmetricParts parts(problem);
     if (!is_count_as_expected)
-      signs.n_negative =
-          n_negative_at(problem.rows, at_real(problem, radius), problem.n_constraints);
+      signs.n_negative = parts.n_negative_at(radius);
     signs.n_exciting =
-        n_exciting(problem, std::sqrt(radius * radius - std::pow(options.max_imaginary, 2)));
+        parts.n_exciting(std::sqrt(radius * radius - std::pow(options.max_imaginary, 2)));
     return signs;
   }
 
@@ -270,8 +267,9 @@ namespace squeal
     EigenSolution result;
     EigenPairs &modes = result.modes;
     modes.right = modes.left = ComplexMultiVector(problem.rows, 0);
-    double reached           = radius;
-    bool has_inertia         = signs.n_negative > 0 || signs.n_exciting > 0;
+    const SymmetricParts parts(problem);
+    double reached   = radius;
+    bool has_inertia = signs.n_negative > 0 || signs.n_exciting > 0;
     // What has been glimpsed and not found
     std::vector<Complex> targets = signs.ritz_values;
     try
@@ -311,12 +309,9 @@ namespace squeal
         for (const Complex &l : found.proof.ritz_values_beyond)
           if (is_new(l))
             left.push_back(l);
-        targets = std::move(left);
-        has_inertia =
-            has_inertia &&
-            (n_exciting(problem, reached) > 0 ||
-             (signs.n_negative > 0 &&
-              n_negative_at(problem.rows, at_real(problem, reached), problem.n_constraints) > 0));
+        targets     = std::move(left);
+        has_inertia = has_inertia && (parts.n_exciting(reached) > 0 ||
+                                      (signs.n_negative > 0 && parts.n_negative_at(reached) > 0));
       }
     }
     catch (const SolverError &error)

@@ -81,12 +81,8 @@ namespace squeal
     {
       bool varies;
       Members members; ///< of one that varies the same matrix in all orders
+      std::vector<InterfaceTerms::Summand> summands;
       double norm;
-      /// The coefficient of a member's matrix in A_i.
-      double share(const Member &member) const
-      {
-        return varies ? 1. : member.coefficient;
-      }
     };
     /// In the order of the terms: sums must not depend on addresses.
     static Members members_of(const std::vector<Term> &terms);

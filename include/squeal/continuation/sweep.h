@@ -112,6 +112,8 @@ namespace squeal
     void reach(const BranchPoint &point);
     /// Estimates the effects of the discretisation on a point and writes what lies before it.
     void estimate_errors(const BranchPoint &point);
+    /// Effects of the present parameters, from which the course goes on.
+    void keep_effects(ErrorEffects found);
     /// Writes all places after the first one; @p known is empty where effects are not.
     void write_course(const std::vector<KnownEffects> &known);
     void write(const Stop &stop);
