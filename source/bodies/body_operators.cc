@@ -56,6 +56,62 @@ namespace squeal
     }
 
     template <int dim>
+    Matrix empty_matrix(const FiniteElementSpace<dim> &spaces, const DynamicSparsityPattern &graph,
+                        const bool coupled)
+    {
+      const auto [diagonal, off_diagonal] = count_row_entries(spaces, graph, coupled);
+      return make_matrix(spaces.rows, diagonal, off_diagonal);
+    }
+
+    /// Adds int B C B^T of a cell.
+    template <int dim>
+    void add_stiffness(const CellIntegrals<dim> &integrals, CellNodes<dim> &cell_nodes,
+                       const std::array<double, dim * dim * dim * dim> &tensor,
+                       const Matrix &matrix)
+    {
+      const unsigned int n = integrals.n;
+      DenseMatrix block(n, n);
+      // The block (k, i) of the stiffness is the transpose of (i, k). PETSc reads rows, the block
+      // is stored by columns: what is filled here is the transpose of what is added.
+      for (unsigned int i = 0; i < dim; ++i)
+        for (unsigned int k = i; k < dim; ++k)
+        {
+          stiffness_block(integrals, tensor, i, k, block);
+          add_block(matrix, cell_nodes, i, k, cell_nodes.condense(block));
+          if (i != k)
+          {
+            for (unsigned int a = 0; a < n; ++a)
+              for (unsigned int b = 0; b < a; ++b)
+                std::swap(block(b, a), block(a, b));
+            add_block(matrix, cell_nodes, k, i, cell_nodes.condense(block));
+          }
+        }
+    }
+
+    std::shared_ptr<const Matrix> shared_matrix(Matrix &matrix)
+    {
+      if (!matrix)
+        return {};
+      compress(matrix);
+      return std::make_shared<const Matrix>(std::move(matrix));
+    }
+
+    /// Calls visit() at each of the bodies' cells of this rank.
+    template <int dim, typename Visit>
+    void for_cells(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
+                   CellIntegrals<dim> &integrals, CellNodes<dim> &cell_nodes, const Visit &visit)
+    {
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
+        if (cell->is_locally_owned() &&
+            std::find(bodies.begin(), bodies.end(), cell->material_id()) != bodies.end())
+        {
+          integrals.reinit(cell);
+          cell_nodes.reinit(cell);
+          visit();
+        }
+    }
+
+    template <int dim>
     DynamicSparsityPattern node_graph(const FiniteElementSpace<dim> &spaces,
                                       const std::vector<Body> &bodies)
     {
@@ -94,53 +150,25 @@ namespace squeal
       return {};
     const DynamicSparsityPattern graph = node_graph(spaces, bodies);
     const auto new_matrix              = [&](const bool wanted, const bool coupled)
-    {
-      if (!wanted)
-        return Matrix();
-      const auto [diagonal, off_diagonal] = count_row_entries(spaces, graph, coupled);
-      return make_matrix(spaces.rows, diagonal, off_diagonal);
-    };
+    { return wanted ? empty_matrix(spaces, graph, coupled) : Matrix(); };
     Matrix K = new_matrix(choice.K, true), M = new_matrix(choice.M, false),
            G = new_matrix(choice.G, false), M_star = new_matrix(choice.M_star, false),
            V = new_matrix(choice.V, true);
 
-    using Tensor     = std::array<double, dim * dim * dim * dim>;
-    const Tensor C   = elasticity_tensor<dim>(material),
-                 C_v = elasticity_tensor(ElasticModuli<dim>(material.viscosity, material.axis));
+    const auto C     = elasticity_tensor<dim>(material);
+    const auto C_v   = elasticity_tensor(ElasticModuli<dim>(material.viscosity, material.axis));
     const double rho = material.density;
     CellIntegrals<dim> integrals(spaces, choice.G || choice.M_star);
     CellNodes<dim> cell_nodes(spaces);
     const unsigned int n = integrals.n;
     DenseMatrix block(n, n);
 
-    for (const auto &cell : spaces.nodes.active_cell_iterators())
+    const auto add_cell = [&]()
     {
-      if (!cell->is_locally_owned() ||
-          std::find(bodies.begin(), bodies.end(), cell->material_id()) == bodies.end())
-        continue;
-      integrals.reinit(cell);
-      cell_nodes.reinit(cell);
-
-      // The block (k, i) of the stiffness is the transpose of (i, k). PETSc reads rows, the block
-      // is stored by columns: what is filled here is the transpose of what is added.
-      const auto add_stiffness = [&](const Matrix &matrix, const Tensor &moduli)
-      {
-        for (unsigned int i = 0; i < dim && matrix; ++i)
-          for (unsigned int k = i; k < dim; ++k)
-          {
-            stiffness_block(integrals, moduli, i, k, block);
-            add_block(matrix, cell_nodes, i, k, cell_nodes.condense(block));
-            if (i != k)
-            {
-              for (unsigned int a = 0; a < n; ++a)
-                for (unsigned int b = 0; b < a; ++b)
-                  std::swap(block(b, a), block(a, b));
-              add_block(matrix, cell_nodes, k, i, cell_nodes.condense(block));
-            }
-          }
-      };
-      add_stiffness(K, C);
-      add_stiffness(V, C_v);
+      if (K)
+        add_stiffness(integrals, cell_nodes, C, K);
+      if (V)
+        add_stiffness(integrals, cell_nodes, C_v, V);
 
       // The same for every component
       const auto add_each_component = [&](const Matrix &matrix, const auto &entry)
@@ -164,16 +192,37 @@ namespace squeal
       // M*_ab = int rho d_phi N_a d_phi N_b
       add_each_component(M_star, [&](const unsigned int a, const unsigned int b)
                          { return integrals.transports(a, b); });
-    }
-
-    const auto share = [](Matrix &matrix)
-    {
-      if (!matrix)
-        return std::shared_ptr<const Matrix>();
-      compress(matrix);
-      return std::shared_ptr<const Matrix>(std::make_shared<Matrix>(std::move(matrix)));
     };
-    return {share(M), share(K), share(G), share(M_star), share(V)};
+    for_cells(spaces, bodies, integrals, cell_nodes, add_cell);
+    return {shared_matrix(M), shared_matrix(K), shared_matrix(G), shared_matrix(M_star),
+            shared_matrix(V)};
+  }
+
+  template <int dim>
+  std::vector<std::shared_ptr<const Matrix>>
+  assemble_stiffnesses(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
+                       const std::vector<ElasticModuli<dim>> &laws)
+  {
+    const DynamicSparsityPattern graph = node_graph(spaces, bodies);
+    std::vector<Matrix> matrices;
+    std::vector<std::array<double, dim * dim * dim * dim>> tensors;
+    for (const ElasticModuli<dim> &law : laws)
+    {
+      matrices.push_back(empty_matrix(spaces, graph, true));
+      tensors.push_back(elasticity_tensor(law));
+    }
+    CellIntegrals<dim> integrals(spaces, false);
+    CellNodes<dim> cell_nodes(spaces);
+    for_cells(spaces, bodies, integrals, cell_nodes,
+              [&]()
+              {
+                for (unsigned int k = 0; k < matrices.size(); ++k)
+                  add_stiffness(integrals, cell_nodes, tensors[k], matrices[k]);
+              });
+    std::vector<std::shared_ptr<const Matrix>> result;
+    for (Matrix &matrix : matrices)
+      result.push_back(shared_matrix(matrix));
+    return result;
   }
 
   template <int dim>
@@ -220,8 +269,14 @@ namespace squeal
                                          const Material &, const BodyMatrixChoice &);
   template BodyMatrices assemble_body<2>(const FiniteElementSpace<2> &, const std::vector<Body> &,
                                          const Material &, bool);
+  template std::vector<std::shared_ptr<const Matrix>>
+  assemble_stiffnesses<2>(const FiniteElementSpace<2> &, const std::vector<Body> &,
+                          const std::vector<ElasticModuli<2>> &);
   template BodyMatrices assemble_body<3>(const FiniteElementSpace<3> &, const std::vector<Body> &,
                                          const Material &, bool);
+  template std::vector<std::shared_ptr<const Matrix>>
+  assemble_stiffnesses<3>(const FiniteElementSpace<3> &, const std::vector<Body> &,
+                          const std::vector<ElasticModuli<3>> &);
   template MultiVector assemble_pressure_load<2>(const FiniteElementSpace<2> &);
   template MultiVector assemble_pressure_load<3>(const FiniteElementSpace<3> &);
 } // namespace squeal

@@ -20,11 +20,18 @@ namespace squeal
     const bool in_contact =
         std::any_of(terms.begin(), terms.end(),
                     [](const Term &term) { return term.origin == Origin::contact; });
+    const auto is_of_bodies = [&](const Term &term)
+    {
+      return std::any_of(terms.begin(), terms.end(),
+                         [&](const Term &other) {
+                           return other.origin == Origin::elasticity && other.matrix == term.matrix;
+                         });
+    };
     for (const Term &term : terms)
       if (term.matrix && *term.matrix)
       {
         const Member member{term.matrix, term.order, term.coefficient,
-                            in_contact && is_of_contact(term.origin)};
+                            in_contact && is_of_contact(term.origin), is_of_bodies(term)};
         if (const Member *known = find(members, member))
           members[known - members.data()].coefficient += term.coefficient;
         else
@@ -69,11 +76,18 @@ namespace squeal
   {
     const Members now = members_of(terms);
     parts.clear();
+    // What bodies are made of stays, though the expansion point may have been without it.
+    for (const Member &member : now)
+      if (member.of_bodies && !find(expansion, member))
+      {
+        expansion.push_back(member);
+        expansion.back().coefficient = 0;
+      }
     std::vector<char> touched(rows.size);
     const auto touch = [&](const Members &members, const Members &others)
     {
       for (const Member &member : members)
-        if (member.of_contact || !find(others, member))
+        if (member.of_contact || (!member.of_bodies && !find(others, member)))
           for_entries(*member.matrix, [&](const PetscInt row, const PetscInt column, double)
                       { touched[row] = touched[column] = 1; });
     };

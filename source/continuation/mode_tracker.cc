@@ -20,7 +20,6 @@ namespace squeal
     reduced = ReducedSectors(options);
     sectors.reset();
     summed.reset();
-    counts = ReferenceCounts(model->has_semidefinite_terms());
   }
 
   void ModeTracker::assemble_model(const Parameters::All &parameters, const LinearOperator &nearby)
@@ -50,27 +49,13 @@ namespace squeal
   bool ModeTracker::has_count_of_expansion_point()
   {
     const LifetimeSeconds stopwatch(seconds_.counting);
-    const ReferenceCounts::Key key = counts.key_of(model->terms());
-    if (const std::optional<bool> known = counts.find(key))
-      return *known;
-    const bool is_same = reduced.has_count_of_expansion_point(model->terms());
-    counts.add(key, is_same);
-    return is_same;
+    return reduced.has_count_of_expansion_point(model->terms());
   }
 
-  ReferenceCounts::Key ModeTracker::look_at(const Parameters::All &parameters)
+  void ModeTracker::look_at(const Parameters::All &parameters)
   {
     assemble_model(parameters, reduced.inverse());
     reduced.learn(model->terms());
-    return counts.key_of(model->terms());
-  }
-
-  void ModeTracker::count_at(const Parameters::All &parameters)
-  {
-    if (!reduced.has_expansion_point())
-      return;
-    assemble_model(parameters, reduced.inverse());
-    has_count_of_expansion_point();
   }
 
   EigenSolution ModeTracker::solve(const Parameters::All &parameters, const Scope scope)
@@ -133,15 +118,13 @@ namespace squeal
     if (solution.empty()) // what an older one projects may lack modes that this one has
     {
       reduced = ReducedSectors(options);
-      counts.clear();
       return;
     }
     assemble_again(parameters, solution);
     whole_problem();
-    reduced.set_expansion_point(std::move(*summed), model->terms(), solution, *sectors);
+    reduced.set_expansion_point(std::move(*summed), model->terms(), solution, *sectors,
+                                model->has_semidefinite_terms());
     summed.reset();
-    counts.clear();
-    counts.add(counts.key_of(model->terms()), true);
   }
 
   std::vector<ModeRow> ModeTracker::analyse(const EigenPairs &modes) const

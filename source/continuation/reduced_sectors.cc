@@ -46,7 +46,7 @@ namespace squeal
   void ReducedSectors::set_expansion_point(QuadraticEigenproblem problem,
                                            const std::vector<Term> &terms,
                                            const EigenSolution::Reuse &solution,
-                                           const Sectors &given)
+                                           const Sectors &given, const bool semidefinite)
   {
     inverse_factors.clear();
     n_expansion_constraints = problem.n_constraints;
@@ -97,8 +97,9 @@ namespace squeal
       else
         part.reduced = ReducedModel(options);
       if (!part.reference)
-        part.reference = std::make_shared<InertiaCount>(own.rows, own.n_local_constraints,
-                                                        search_radius(options.max_imaginary));
+        part.reference = std::make_shared<BracketedCount>(
+            own.rows, own.n_local_constraints, search_radius(options.max_imaginary), semidefinite);
+      part.reference->forget_box();
     }
     if (!has_expansion_point())
       return;

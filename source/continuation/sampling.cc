@@ -208,11 +208,8 @@ namespace squeal
     tracker.set_expansion_point(study.parameters_at(middle), found.reuse);
     is_projected = tracker.has_expansion_point(); // not for small problems
     found.reuse  = {};
-    if (is_projected && !corners)
-      find_corners();
-    if (is_projected)
-      for (const Point &corner : *corners)
-        tracker.count_at(study.parameters_at(corner));
+    if (is_projected && !knows_terms)
+      learn_terms();
     EigenSolution projected      = tracker.solve(study.parameters_at(middle));
     const BranchPoint &at_centre = effects->centre();
     const auto transition        = tracker.transition(at_centre.modes, projected.modes);
@@ -223,34 +220,17 @@ namespace squeal
                               at_centre.modes.size());
   }
 
-  /// Looks at the ends of each number: which terms vary, and between which corners samples need not
-  /// be counted one by one.
-  void Sampling::find_corners()
+  /// Looks at the largest of each number: which terms vary.
+  void Sampling::learn_terms()
   {
-    const auto key = tracker.look_at(study.parameters_at(middle));
-    corners.emplace({middle, middle}); // the softest and the stiffest
-    bool is_monotonic = true;
     for (unsigned int i = 0; i < middle.size(); ++i)
     {
-      double lowest = middle[i], highest = middle[i];
-      for (const Point &point : points)
-      {
-        lowest  = std::min(lowest, point[i]);
-        highest = std::max(highest, point[i]);
-      }
       Point above = middle;
-      above[i]    = highest;
-      const std::optional<int> moved =
-          ReferenceCounts::compare(tracker.look_at(study.parameters_at(above)), key);
-      is_monotonic &= moved.has_value(); // else it acts both ways, or on other matrices
-      if (moved.value_or(0) != 0)
-      {
-        (*corners)[0][i] = *moved > 0 ? lowest : highest;
-        (*corners)[1][i] = *moved > 0 ? highest : lowest;
-      }
+      for (const Point &point : points)
+        above[i] = std::max(above[i], point[i]);
+      tracker.look_at(study.parameters_at(above));
     }
-    if (!is_monotonic || corners->front() == corners->back())
-      corners->clear();
+    knows_terms = true;
   }
 
   void Sampling::Growth::include(const Growth &other)

@@ -134,10 +134,7 @@ namespace squeal
   bool InertiaCount::is_opened_base(const std::vector<Term> &others, const Matrix &contact,
                                     const std::vector<unsigned int> &open) const
   {
-    const auto is_same = [](const Term &a, const Term &b)
-    { return a.matrix == b.matrix && a.order == b.order && a.coefficient == b.coefficient; };
-    if (!base.factors ||
-        !std::equal(others.begin(), others.end(), base.terms.begin(), base.terms.end(), is_same) ||
+    if (!has_bodies_of_base(others) ||
         !std::includes(open.begin(), open.end(), base.open.begin(), base.open.end()))
       return false;
     // What is left of the base's contact is the present one.
@@ -157,6 +154,40 @@ namespace squeal
     int is_left = entries_of(*base.contact) == entries_of(contact);
     MPI_Allreduce(MPI_IN_PLACE, &is_left, 1, MPI_INT, MPI_MIN, rows.comm);
     return is_left;
+  }
+
+  bool InertiaCount::has_bodies_of_base(const std::vector<Term> &others) const
+  {
+    return base.factors && base.contact &&
+           std::equal(others.begin(), others.end(), base.terms.begin(), base.terms.end(),
+                      [](const Term &a, const Term &b) {
+                        return a.matrix == b.matrix && a.order == b.order &&
+                               a.coefficient == b.coefficient;
+                      });
+  }
+
+  std::shared_ptr<const Matrix>
+  InertiaCount::closed_where_either_is(const Matrix &contact,
+                                       const std::vector<unsigned int> &open) const
+  {
+    std::vector<unsigned int> of_base; // open now, but not there
+    std::set_difference(open.begin(), open.end(), base.open.begin(), base.open.end(),
+                        std::back_inserter(of_base));
+    const auto is_of_base = [&](const PetscInt row)
+    { return std::binary_search(of_base.begin(), of_base.end(), unsigned(row)); };
+    EntryList entries;
+    const auto take = [&](const Matrix &matrix, const bool from_base)
+    {
+      for_entries(matrix,
+                  [&](const PetscInt row, const PetscInt column, const double value)
+                  {
+                    if ((is_of_base(row) || is_of_base(column)) == from_base)
+                      entries.add(row, column, value);
+                  });
+    };
+    take(contact, false);
+    take(*base.contact, true);
+    return std::make_shared<const Matrix>(entries.make_matrix(rows));
   }
 
   void InertiaCount::make_base(const std::vector<Term> &others,
@@ -247,7 +278,16 @@ namespace squeal
       if (term.origin == Origin::joint)
         coupling.push_back(term.matrix.get());
     const std::vector<unsigned int> open = open_constraints(rows, n_local_constraints, coupling);
-    if (contact && is_one && is_opened_base(others, *contact, open))
+    const bool may_have_base             = contact && is_one;
+    if (may_have_base && has_bodies_of_base(others) && !is_opened_base(others, *contact, open))
+    {
+      // Contacts close and open to and fro: what has been closed once stays so in the base.
+      std::vector<unsigned int> of_both;
+      std::set_intersection(open.begin(), open.end(), base.open.begin(), base.open.end(),
+                            std::back_inserter(of_both));
+      make_base(others, closed_where_either_is(*contact, open), of_both);
+    }
+    if (may_have_base && is_opened_base(others, *contact, open))
     {
       std::vector<unsigned int> added;
       std::set_difference(open.begin(), open.end(), base.open.begin(), base.open.end(),

@@ -38,24 +38,39 @@ namespace squeal
                                          const double beta,
                                          std::vector<Parameter> &parameters) const
   {
+    // The coefficients of the stiffness are not linear in the constants, central differences of
+    // them cost nothing.
+    const auto components = elastic_components<dim>(body.material);
+    auto stiffnesses      = model.body(m).stiffnesses;
+    if (stiffnesses.empty())
+    {
+      std::vector<ElasticModuli<dim>> laws;
+      for (const ElasticComponent<dim> &component : components)
+        laws.push_back(component.law);
+      stiffnesses = assemble_stiffnesses(spaces, geometry.bodies_of(m), laws);
+    }
     for (const Material::Constant &constant : Material::elastic_constants())
     {
-      Material material = body.material;
-      double &modulus   = material.*constant.value;
+      Material material  = body.material;
+      double &modulus    = material.*constant.value;
+      const double value = modulus;
       Parameter parameter{body.section + "/Material/" + constant.key,
-                          modulus,
+                          value,
                           {},
                           setter(body.section, constant.value)};
-      const double h = parameter.step();
-      for (const double sign : {1., -1.})
+      const double h   = parameter.step();
+      modulus          = value + h;
+      const auto above = elastic_components<dim>(material);
+      modulus          = value - h;
+      const auto below = elastic_components<dim>(material);
+      for (unsigned int k = 0; k < components.size(); ++k)
       {
-        modulus      = parameter.value + sign * h;
-        const auto K = assemble_body(spaces, geometry.bodies_of(m), material, false).K;
-        parameter.terms.push_back({Origin::elasticity, 0, sign / (2 * h), K});
-        parameter.terms.push_back({Origin::material_damping, 1, beta * sign / (2 * h), K});
-        if (prm.terms().material_damping && material.stiffness_factor.is_active())
+        const double slope = (above[k].coefficient - below[k].coefficient) / (2 * h);
+        parameter.terms.push_back({Origin::elasticity, 0, slope, stiffnesses[k]});
+        parameter.terms.push_back({Origin::material_damping, 1, beta * slope, stiffnesses[k]});
+        if (prm.terms().material_damping && body.material.stiffness_factor.is_active())
           parameter.moduli.push_back(
-              {sign / (2 * h), K, beyond_relaxed(material.stiffness_factor)});
+              {slope, stiffnesses[k], beyond_relaxed(body.material.stiffness_factor)});
       }
       parameters.push_back(std::move(parameter));
     }
@@ -83,10 +98,9 @@ namespace squeal
       const BodyMatrices &matrices = model.body(m).matrices;
       const Material::Damping damping =
           stage.material_damping ? material.damping() : Material::Damping();
-      const double per_E   = 1 / model.body(m).material.young_modulus,
-                   per_rho = 1 / model.body(m).material.density, E = material.young_modulus * per_E,
-                   rho = material.density * per_rho;
-      const bool turns = materials[m].of_rotor && moves && stage.transport;
+      const double per_rho = 1 / model.body(m).material.density, rho = material.density * per_rho;
+      const auto stiffness = model.body(m).stiffness_of(material);
+      const bool turns     = materials[m].of_rotor && moves && stage.transport;
       Parameter density{section + "Density",
                         material.density,
                         {{Origin::inertia, 2, per_rho, matrices.M},
@@ -105,23 +119,28 @@ namespace squeal
       if (material.transversely_isotropic)
         add_moduli(m, materials[m], damping.beta, result);
       else
-        result.push_back({section + "Young modulus",
-                          material.young_modulus,
-                          {{Origin::elasticity, 0, per_E, matrices.K},
-                           {Origin::material_damping, 1, damping.beta * per_E, matrices.K}},
-                          setter(materials[m].section, &Material::young_modulus)});
-      const StiffnessFactor &factor = material.stiffness_factor;
-      if (stage.material_damping && factor.is_active())
       {
-        if (!material.transversely_isotropic)
-          result.back().moduli.push_back({per_E, matrices.K, beyond_relaxed(factor)});
-        for (const StiffnessFactor::Constant &constant : factor.constants())
-          result.push_back({section + constant.name,
-                            constant.value,
-                            {},
-                            {},
-                            {{E, matrices.K, constant.derivative}}});
+        Parameter modulus{section + "Young modulus",
+                          material.young_modulus,
+                          {},
+                          setter(materials[m].section, &Material::young_modulus)};
+        for (const auto &[coefficient, matrix] : stiffness)
+        {
+          const double per_E = coefficient / material.young_modulus;
+          modulus.terms.push_back({Origin::elasticity, 0, per_E, matrix});
+          modulus.terms.push_back({Origin::material_damping, 1, damping.beta * per_E, matrix});
+          if (stage.material_damping && material.stiffness_factor.is_active())
+            modulus.moduli.push_back({per_E, matrix, beyond_relaxed(material.stiffness_factor)});
+        }
+        result.push_back(std::move(modulus));
       }
+      if (stage.material_damping && material.stiffness_factor.is_active())
+        for (const StiffnessFactor::Constant &constant : material.stiffness_factor.constants())
+        {
+          result.push_back({section + constant.name, constant.value, {}, {}});
+          for (const auto &[coefficient, matrix] : stiffness)
+            result.back().moduli.push_back({coefficient, matrix, constant.derivative});
+        }
       result.push_back(density);
       if (stage.material_damping)
         for (const Viscosity::Constant &constant : material.viscosity.constants())
@@ -142,9 +161,11 @@ namespace squeal
           const auto &[alpha, beta] = constant.damping;
           result.push_back({section + constant.key,
                             material.*constant.value,
-                            {{Origin::material_damping, 1, alpha * rho, matrices.M},
-                             {Origin::material_damping, 1, beta * E, matrices.K}},
+                            {{Origin::material_damping, 1, alpha * rho, matrices.M}},
                             {}});
+          for (const auto &[coefficient, matrix] : stiffness)
+            result.back().terms.push_back(
+                {Origin::material_damping, 1, beta * coefficient, matrix});
           if (turns)
             result.back().terms.push_back(
                 {Origin::material_damping, 0, alpha * omega * rho, matrices.G});

@@ -136,7 +136,7 @@ namespace squeal
     // Mass and gyroscopic matrices only after the factors of the static equilibrium are gone.
     if (!prm.eigenproblem.is_matrix_free() &&
         (prm.eigenproblem.is_solved() || !solves_iteratively()))
-      add_bodies(false);
+      add_bodies(false, bool(nearby));
     steady = steady_state_after(std::exchange(steady, {}), nearby, options);
     return steady;
   }
@@ -148,7 +148,7 @@ namespace squeal
     if (prm.eigenproblem.is_matrix_free())
       add_matrix_free_bodies();
     else
-      add_bodies(true);
+      add_bodies(true, false); // stiffnesses are there
     if (!geometry.interfaces.empty())
     {
       PhaseTimer::Scope scope(timer, "contact");
@@ -197,7 +197,57 @@ namespace squeal
   }
 
   template <int dim>
-  void BrakeModel<dim>::add_bodies(const bool with_motion)
+  std::vector<std::pair<double, std::shared_ptr<const Matrix>>>
+  BrakeModel<dim>::AssembledBody::stiffness_of(const Material &present) const
+  {
+    if (stiffnesses.empty())
+      return {{present.young_modulus / material.young_modulus, matrices.K}};
+    std::vector<std::pair<double, std::shared_ptr<const Matrix>>> result;
+    const std::vector<ElasticComponent<dim>> components = elastic_components<dim>(present);
+    for (unsigned int k = 0; k < components.size(); ++k)
+      result.emplace_back(components[k].coefficient, stiffnesses[k]);
+    return result;
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::assemble_missing(const unsigned int number, const Material &material,
+                                         const BodyMatrixChoice &choice, const bool follows)
+  {
+    AssembledBody &body             = bodies[number];
+    const std::vector<Body> &of_all = geometry.bodies_of(number);
+    const bool is_same_kind         = material.is_of_kind(body.material),
+               keeps_stiffness = body.stiffnesses.empty() ? material.is_proportional(body.material)
+                                                          : is_same_kind;
+    if (!keeps_stiffness)
+    {
+      static_solver.drop_factors(); // they keep the matrices
+      if (follows && is_same_kind && body.matrices.K)
+      {
+        std::vector<ElasticModuli<dim>> laws;
+        for (const ElasticComponent<dim> &component : elastic_components<dim>(material))
+          laws.push_back(component.law);
+        body.stiffnesses = assemble_stiffnesses(spaces_, of_all, laws);
+        body.matrices.K.reset();
+      }
+      else
+        body = {};
+    }
+    // Those that are added must fit to the present ones: of the material of these.
+    const bool is_new = !body.matrices.M && !body.matrices.K && body.stiffnesses.empty();
+    if (is_new)
+      body.material = material;
+    if (material.viscosity != body.material.viscosity)
+    {
+      body.matrices.V.reset();
+      body.material.viscosity = material.viscosity;
+    }
+    BodyMatrixChoice lacking = missing(choice, body.matrices);
+    lacking.K &= body.stiffnesses.empty();
+    add(assemble_body(spaces_, of_all, body.material, lacking), body.matrices);
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::add_bodies(const bool with_motion, const bool follows)
   {
     PhaseTimer::Scope scope(timer, "assembly");
     const std::vector<Parameters::BodyMaterial> materials = prm.materials();
@@ -209,40 +259,32 @@ namespace squeal
         continue;
       const Material &material           = materials[m].material;
       const std::vector<BodyTerm> wanted = wanted_terms(prm, materials[m], with_motion);
-      const BodyMatrixChoice choice      = matrices_of(wanted);
-      AssembledBody &body                = bodies[m];
-      if (!material.is_proportional(body.material))
-      {
-        static_solver.drop_factors(); // they keep the matrices
-        body = {};
-      }
-      // Those that are added must fit to the present ones: of the material of these.
-      const bool is_new = !body.matrices.M && !body.matrices.K;
-      if (is_new)
-        body.material = material;
-      if (material.viscosity != body.material.viscosity)
-      {
-        body.matrices.V.reset();
-        body.material.viscosity = material.viscosity;
-      }
-      add(assemble_body(spaces_, geometry.bodies_of(m), body.material,
-                        missing(choice, body.matrices)),
-          body.matrices);
-      // M, G, M* are proportional to the density, K to Young's modulus.
-      const double rho             = material.density / body.material.density,
-                   E               = material.young_modulus / body.material.young_modulus;
+      assemble_missing(m, material, matrices_of(wanted), follows);
+      // M, G, M* are proportional to the density.
+      const AssembledBody &body    = bodies[m];
+      const double rho             = material.density / body.material.density;
       const BodyMatrices &matrices = body.matrices;
-      const std::array<std::shared_ptr<const Matrix>, 5> by_kind = {
-          {matrices.M, matrices.K, matrices.G, matrices.M_star, matrices.V}};
-      using Kind = BodyTerm::Kind;
+      const auto stiffness         = body.stiffness_of(material);
+      using Kind                   = BodyTerm::Kind;
+      const auto matrix_of         = [&](const Kind kind)
+      {
+        return kind == Kind::M        ? matrices.M
+               : kind == Kind::G      ? matrices.G
+               : kind == Kind::M_star ? matrices.M_star
+                                      : matrices.V;
+      };
       for (const BodyTerm &term : wanted)
-        terms_.push_back({term.origin, term.order,
-                          term.coefficient * (term.matrix == Kind::K   ? E
-                                              : term.matrix == Kind::V ? 1.
-                                                                       : rho),
-                          by_kind[static_cast<unsigned int>(term.matrix)]});
+        if (term.matrix != Kind::K)
+          terms_.push_back({term.origin, term.order,
+                            term.coefficient * (term.matrix == Kind::V ? 1. : rho),
+                            matrix_of(term.matrix)});
+        else
+          for (const auto &[coefficient, matrix] : stiffness)
+            terms_.push_back({term.origin, term.order, term.coefficient * coefficient, matrix});
       if (with_motion && prm.terms().material_damping && material.stiffness_factor.is_active())
-        relaxation_.push_back({Origin::material_damping, E, matrices.K, material.stiffness_factor});
+        for (const auto &[coefficient, matrix] : stiffness)
+          relaxation_.push_back(
+              {Origin::material_damping, coefficient, matrix, material.stiffness_factor});
     }
     add_joints(with_motion);
   }
@@ -346,10 +388,12 @@ namespace squeal
 
     PhaseTimer::Scope scope(timer, "static");
     log.progress("  static equilibrium");
-    found.equilibrium =
-        static_solver.solve({terms_, prm.terms().friction, static_load(prm, spaces_),
-                             has_bars && options.with_edge, [this]() { return sectors(); }},
-                            *found.contact, std::move(before.equilibrium), nearby, iterative.get());
+    // What follows it are modes: pressures far more accurate than these.
+    const double tolerance = std::clamp(1e-3 * prm.eigenproblem.tolerance, 1e-12, 1e-8);
+    found.equilibrium      = static_solver.solve(
+             {terms_, prm.terms().friction, static_load(prm, spaces_), has_bars && options.with_edge,
+              tolerance, [this]() { return sectors(); }},
+             *found.contact, std::move(before.equilibrium), nearby, iterative.get());
     if (!is_matrix_free)
       iterative.reset();
     found.pressure = found.equilibrium->pressure;

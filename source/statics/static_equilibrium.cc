@@ -1,7 +1,6 @@
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/dense.h>
-#include <squeal/linalg/gmres.h>
 #include <squeal/statics/direct_statics.h>
 #include <squeal/statics/static_equilibrium.h>
 
@@ -83,68 +82,106 @@ namespace squeal
       };
     }
 
-    // Of a followed state: its last preconditioned residual, relative to its length.
-    constexpr double state_tolerance = 1e-12;
-
-    /// Begins anew with a state and the last directions.
-    void renew(StateSpace &space, const MultiVector &state, const std::vector<Term> &body_terms)
+    /// A block without its part in the space, orthonormal; nothing if there is nothing else in it.
+    MultiVector new_in(const StateSpace &space, MultiVector added)
     {
-      constexpr unsigned int most_kept = 7;
-      const unsigned int n = space.basis.n_columns(), n_kept = std::min(n, most_kept);
-      MultiVector vectors = state;
-      if (n_kept > 0)
-        vectors.append(space.basis.columns(n - n_kept, n_kept));
-      space.basis  = orthonormalize(std::move(vectors));
-      space.images = product_with(body_terms)(space.basis);
-      space.terms  = KnownTerms(body_terms);
-    }
-
-    /// Adds what is new in a state.
-    void enlarge(StateSpace &space, const MultiVector &state, const std::vector<Term> &body_terms)
-    {
-      MultiVector added = state;
-      const double size = length_of(state);
+      constexpr double rounding = 1e-10;
+      const double size         = length_of(added);
       for (unsigned int pass = 0; pass < 2; ++pass)
       {
-        subtract_combination(added, space.basis, inner_products(space.basis, added));
+        if (space.basis.n_columns() > 0)
+          subtract_combination(added, space.basis, inner_products(space.basis, added));
         const double length = length_of(added);
-        if (pass == 0 && length <= 10 * state_tolerance * size)
-          return;
-        for (unsigned int i = 0; i < added.n_local(); ++i)
-          added.data()[i] /= length;
+        if (!(length > rounding * size))
+          return {added.row_range(), 0};
+        added *= 1 / length;
       }
-      space.images.append(product_with(body_terms)(added));
-      space.basis.append(added);
+      return added;
     }
 
-    /// x = X c with X^T (b - A X c) = 0, A the bodies and the contact, and its residual b - A x.
-    MultiVector best_combination(const StateSpace &space, const LinearOperator &contact,
-                                 const MultiVector &b, MultiVector &residual)
+    /// X^T A_i X of the matrices of these terms.
+    void project(const std::vector<Term> &of_bodies, StateSpace &space)
     {
       const MultiVector &X = space.basis;
-      MultiVector images   = contact(X);
-      images += space.images;
-      const unsigned int n = X.n_columns();
-      const DenseMatrix c  = squeal::solve(DenseMatrix(n, n, inner_products(X, images)),
-                                           DenseMatrix(n, 1, inner_products(X, b)));
-      residual             = b;
-      subtract_combination(residual, images, c.values);
-      return combine(X, c.values, 1);
+      std::vector<StateSpace::Projection> present;
+      for (const Term &term : of_bodies)
+      {
+        const auto is_its = [&](const StateSpace::Projection &other)
+        { return other.matrix.lock() == term.matrix; };
+        if (std::any_of(present.begin(), present.end(), is_its))
+          continue;
+        const auto known = std::find_if(space.projections.begin(), space.projections.end(), is_its);
+        present.push_back({term.matrix, {}});
+        if (known != space.projections.end())
+          present.back().of_basis = std::move(known->of_basis);
+        DenseMatrix &of_basis = present.back().of_basis;
+        const unsigned int n = X.n_columns(), n_known = of_basis.n_rows;
+        const MultiVector added = X.columns(n_known, n - n_known);
+        const DenseMatrix columns(n, n - n_known, inner_products(X, multiply(*term.matrix, added)));
+        const DenseMatrix rows =
+            is_conservative(term.origin)
+                ? columns
+                : DenseMatrix(n, n - n_known,
+                              inner_products(X, multiply_transposed(*term.matrix, added)));
+        DenseMatrix all(n, n);
+        for (unsigned int j = 0; j < n; ++j)
+          for (unsigned int i = 0; i < n; ++i)
+            all(i, j) = j >= n_known   ? columns(i, j - n_known)
+                        : i >= n_known ? rows(j, i - n_known)
+                                       : of_basis(i, j);
+        of_basis = std::move(all);
+      }
+      space.projections = std::move(present);
     }
 
-    /// Solves A x = b from the given x with the given residual on, with B ~ A^{-1}; false if that
-    /// does not converge.
-    bool correct(const LinearOperator &tangent, const LinearOperator &nearby, const MultiVector &b,
-                 const MultiVector &residual, MultiVector &x)
+    void enlarge(StateSpace &space, const MultiVector &added)
     {
-      constexpr unsigned int most_corrections = 60;
-      const MultiVector change                = nearby(residual);
-      const double size                       = length_of(x);
-      x += change;
-      // What is left after it is a fraction of the change.
-      if (length_of(change) <= 10 * state_tolerance * size)
-        return true;
-      return bool(gmres(tangent, nearby, b, x, state_tolerance, most_corrections));
+      if (space.basis.n_columns() == 0)
+        space.basis = added;
+      else
+        space.basis.append(added);
+    }
+
+    /// X^T A X of the contact's terms, which couple few rows.
+    DenseMatrix projected_contact(const MultiVector &X, const std::vector<Term> &in_contact)
+    {
+      const RowRange &range = X.row_range();
+      const unsigned int n  = X.n_columns();
+      std::vector<char> coupled(range.n_local());
+      MultiVector image(range, n);
+      for (const Term &term : in_contact)
+      {
+        for_entries(*term.matrix,
+                    [&](const PetscInt row, PetscInt, double) { coupled[row - range.begin] = 1; });
+        image.add(term.coefficient, multiply(*term.matrix, X));
+      }
+      const unsigned int n_rows = std::count(coupled.begin(), coupled.end(), 1);
+      DenseMatrix of_x(n_rows, n), of_image(n_rows, n), result(n, n);
+      for (unsigned int j = 0; j < n; ++j)
+        for (unsigned int i = 0, k = 0; i < coupled.size(); ++i)
+          if (coupled[i])
+          {
+            of_x(k, j)       = X.column(j)[i];
+            of_image(k++, j) = image.column(j)[i];
+          }
+      gemm(true, 1, of_x, of_image, 0, result);
+      MPI_Allreduce(MPI_IN_PLACE, result.values.data(), n * n, MPI_DOUBLE, MPI_SUM, range.comm);
+      return result;
+    }
+
+    /// x = X c with X^T (b - A x) = 0.
+    MultiVector best_combination(const StateSpace &space, const std::vector<Term> &of_bodies,
+                                 const std::vector<Term> &in_contact, const MultiVector &b)
+    {
+      const MultiVector &X = space.basis;
+      const unsigned int n = X.n_columns();
+      DenseMatrix A        = projected_contact(X, in_contact);
+      for (const Term &term : of_bodies)
+        for (const StateSpace::Projection &projection : space.projections)
+          if (projection.matrix.lock() == term.matrix)
+            add(term.coefficient, projection.of_basis, A);
+      const DenseMatrix c = squeal::solve(std::move(A), DenseMatrix(n, 1, inner_products(X, b)));
+      return combine(X, c.values, 1);
     }
 
     /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts
@@ -452,36 +489,47 @@ namespace squeal
   follow_static_equilibrium(StaticEquilibrium before, const LinearOperator &nearby,
                             const StaticProblem &problem, Contact<dim> &contact)
   {
-    constexpr unsigned int max_iterations = 10, most_vectors = 24;
+    constexpr unsigned int most_corrections = 60, most_vectors = 400, most_kept = 8;
+    constexpr double of_active_set    = 1e-5; // what decides about it needs no more
     const std::vector<Term> of_bodies = terms_of_order(problem.body_terms, 0);
     StaticEquilibrium result;
     result.state      = std::move(before.state);
     result.pressure   = std::move(before.pressure);
     result.space      = std::move(before.space);
     StateSpace &space = result.space;
-    if (space.basis.n_columns() == 0 || space.basis.n_columns() >= most_vectors ||
-        !space.terms.are(of_bodies))
-      renew(space, result.state, of_bodies);
-    else
-      enlarge(space, result.state, of_bodies);
-    for (unsigned int iteration = 0; iteration < max_iterations; ++iteration)
+    if (space.basis.n_columns() >= most_vectors)
     {
-      std::vector<Term> terms = static_terms({}, contact, result.pressure, problem.with_friction);
-      const LinearOperator in_contact = product_with(terms);
-      terms.insert(terms.end(), of_bodies.begin(), of_bodies.end());
-      const LinearOperator tangent = product_with(std::move(terms));
-      const MultiVector b          = total_load(contact, result.pressure, problem);
-      MultiVector residual;
-      if (iteration == 0)
-        result.state = best_combination(space, in_contact, b, residual);
-      else
-        residual = difference(b, tangent(result.state));
-      if (!correct(tangent, nearby, b, residual, result.state))
+      const MultiVector last = space.basis.columns(space.basis.n_columns() - most_kept, most_kept);
+      space                  = {};
+      enlarge(space, orthonormalize(last));
+    }
+    if (const MultiVector state = new_in(space, result.state); state.n_columns() > 0)
+      enlarge(space, state);
+    for (unsigned int correction = 0; correction < most_corrections; ++correction)
+    {
+      project(of_bodies, space);
+      const std::vector<Term> in_contact =
+          static_terms({}, contact, result.pressure, problem.with_friction);
+      const MultiVector b   = total_load(contact, result.pressure, problem);
+      result.state          = best_combination(space, of_bodies, in_contact, b);
+      std::vector<Term> all = of_bodies;
+      all.insert(all.end(), in_contact.begin(), in_contact.end());
+      const MultiVector change = nearby(difference(b, product_with(all)(result.state)));
+      const double error       = length_of(change) / length_of(result.state);
+      // What is left after it is a fraction of the change.
+      result.state += change;
+      if (error <= of_active_set)
+      {
+        const bool settled = take_step(contact, result, b.row_range().comm);
+        if (settled && error <= 10 * problem.tolerance)
+          return result;
+        if (!contact.lost_contacts().empty())
+          return std::nullopt;
+      }
+      const MultiVector added = new_in(space, change);
+      if (added.n_columns() == 0)
         return std::nullopt;
-      if (take_step(contact, result, b.row_range().comm))
-        return result;
-      if (!contact.lost_contacts().empty())
-        return std::nullopt;
+      enlarge(space, added);
     }
     return std::nullopt;
   }

@@ -73,6 +73,7 @@ namespace squeal
       unsigned int order;
       double coefficient;
       bool of_contact; ///< changes with the area of contact, also where it has not yet
+      bool of_bodies;  ///< an elasticity: only its coefficients change
     };
     using Members = std::vector<Member>;
     /// A_i: a sum of matrices of one order, or one that varies. Sums have no entries of their own,

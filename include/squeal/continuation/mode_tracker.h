@@ -2,7 +2,6 @@
 
 #include <squeal/continuation/branches.h>
 #include <squeal/continuation/reduced_sectors.h>
-#include <squeal/continuation/reference_counts.h>
 
 namespace squeal
 {
@@ -42,11 +41,8 @@ namespace squeal
     {
       return reduced.has_expansion_point();
     }
-    /// Before the first solution about an expansion point: learns which terms are to vary, and
-    /// gives the reference problem of these parameters, to which others can be compared.
-    ReferenceCounts::Key look_at(const Parameters::All &parameters);
-    /// Counts modes there, so that parameters between such places need not be counted.
-    void count_at(const Parameters::All &parameters);
+    /// Before the first solution about an expansion point: learns which terms are to vary.
+    void look_at(const Parameters::All &parameters);
 
     /// Whether the bases of the projection have become so large that it is time for restart().
     bool is_crowded() const
@@ -147,8 +143,7 @@ namespace squeal
     void assemble_again(const Parameters::All &parameters, const EigenSolution::Reuse &solution);
     /// Of the model as it is assembled now; relaxation is frozen as in find_modes().
     const QuadraticEigenproblem &whole_problem() const;
-    /// Whether the reference problem has as many modes in the disc as the expansion point's:
-    /// counted again where it is another one.
+    /// Whether the reference problem has as many modes in the disc as the expansion point's.
     bool has_count_of_expansion_point();
 
     Model *model = nullptr;
@@ -162,7 +157,5 @@ namespace squeal
     mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
     std::optional<QuadraticEigenproblem> at_rest;        ///< assemble_at_rest(), with relaxation
     unsigned int n_assemblies = 0;
-
-    ReferenceCounts counts; ///< of the expansion point
   };
 } // namespace squeal

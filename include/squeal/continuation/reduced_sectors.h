@@ -1,7 +1,7 @@
 #pragma once
 
+#include <squeal/continuation/bracketed_count.h>
 #include <squeal/continuation/reduced_model.h>
-#include <squeal/eigen/inertia_count.h>
 #include <squeal/linalg/gmres.h>
 #include <squeal/model/model.h>
 #include <squeal/symmetry/sector.h>
@@ -23,9 +23,10 @@ namespace squeal
   public:
     explicit ReducedSectors(const EigensolverOptions &options) : options(options) {}
 
-    /// Begins anew, as ReducedModel::set_expansion_point().
+    /// Begins anew, as ReducedModel::set_expansion_point(); @p semidefinite as of BracketedCount.
     void set_expansion_point(QuadraticEigenproblem problem, const std::vector<Term> &terms,
-                             const EigenSolution::Reuse &found, const Sectors &sectors);
+                             const EigenSolution::Reuse &found, const Sectors &sectors,
+                             bool semidefinite);
     std::vector<double> varying_terms() const;
     void keep_apart(const std::vector<double> &varying_terms);
     /// Which coefficients are to vary, from such terms before the first solution.
@@ -85,7 +86,7 @@ namespace squeal
     {
       Sector sector;
       ReducedModel reduced;
-      std::shared_ptr<InertiaCount> reference;
+      std::shared_ptr<BracketedCount> reference;
       unsigned int n_modes         = 0; ///< of the expansion point in the disc
       unsigned int expansion_count = 0;
       /// The matrices' parts in the sector

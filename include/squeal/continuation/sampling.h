@@ -61,7 +61,7 @@ namespace squeal
     /// expansion point.
     void prepare();
     void expand_about_centre();
-    void find_corners();
+    void learn_terms();
     Outcome solve(unsigned int sample);
     /// The effects on the modes of a point, carried from the centre.
     KnownEffects effects_at(const Point &point, const BranchPoint &modes) const;
@@ -98,8 +98,8 @@ namespace squeal
     std::vector<Outcome> outcomes;
     std::unique_ptr<Table> samples_csv;
     std::chrono::steady_clock::time_point begin, last_saved;
-    std::optional<std::vector<Point>> corners; ///< between which modes need not be counted
-    bool is_projected = false;                 ///< once there was an expansion point
-    bool was_full     = false;                 ///< the last sample
+    bool knows_terms  = false; ///< which of them vary
+    bool is_projected = false; ///< once there was an expansion point
+    bool was_full     = false; ///< the last sample
   };
 } // namespace squeal

@@ -85,6 +85,10 @@ namespace squeal
       MultiVector columns;
     };
     unsigned int n_constraints() const;
+    bool has_bodies_of_base(const std::vector<Term> &others) const;
+    /// A contact without what is open both in the base and in this one.
+    std::shared_ptr<const Matrix>
+    closed_where_either_is(const Matrix &contact, const std::vector<unsigned int> &open) const;
     /// Whether these terms are the base's with more contacts open.
     bool is_opened_base(const std::vector<Term> &others, const Matrix &contact,
                         const std::vector<unsigned int> &open) const;

@@ -153,6 +153,13 @@ namespace squeal
     {
       BodyMatrices matrices;
       Material material; ///< with which they were assembled
+      /// In place of K the stiffnesses of elastic_components(), once the moduli have changed by
+      /// different factors from one followed state to the next.
+      std::vector<std::shared_ptr<const Matrix>> stiffnesses = {};
+
+      /// What makes up the stiffness of a material that has such matrices.
+      std::vector<std::pair<double, std::shared_ptr<const Matrix>>>
+      stiffness_of(const Material &present) const;
     };
 
     const AssembledBody &body(const unsigned int material) const
@@ -182,8 +189,12 @@ namespace squeal
     std::vector<Term> joint_terms(const FiniteElementSpace<dim> &spaces) const;
 
   private:
-    /// The terms of the bodies, of order zero only or all. Matrices that are there already stay.
-    void add_bodies(bool with_motion);
+    /// The terms of the bodies, of order zero only or all. Matrices that are there already stay;
+    /// @p follows: others than these are expected to come as well.
+    void add_bodies(bool with_motion, bool follows);
+    /// The matrices that a material lacks for the terms that are wanted.
+    void assemble_missing(unsigned int number, const Material &material,
+                          const BodyMatrixChoice &choice, bool follows);
     /// What joins the bodies, assembled once a mesh.
     void add_joints(bool with_motion);
     double stiffness_of_joints();

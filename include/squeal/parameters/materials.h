@@ -69,12 +69,16 @@ namespace squeal
               {"Axial shear modulus", &Material::axial_shear_modulus, {}}};
     }
 
+    /// Whether both have the same elastic_components().
+    bool is_of_kind(const Material &other) const
+    {
+      return transversely_isotropic == other.transversely_isotropic && axis == other.axis;
+    }
     /// Whether the stiffness is that of @p other times the quotient of the Young's moduli.
     bool is_proportional(const Material &other) const
     {
       const double factor = young_modulus / other.young_modulus;
-      return transversely_isotropic == other.transversely_isotropic &&
-             poisson_ratio == other.poisson_ratio && axis == other.axis &&
+      return is_of_kind(other) && poisson_ratio == other.poisson_ratio &&
              (!transversely_isotropic ||
               (axial_poisson_ratio == other.axial_poisson_ratio &&
                axial_young_modulus == factor * other.axial_young_modulus &&
@@ -154,6 +158,13 @@ namespace squeal
       fill(axis, l + c12, l + c13, l + c33 - 2 * c44, m + (c11 - c12) / 2, m + c44);
     }
 
+    /// By the numbers of the formulas above.
+    ElasticModuli(const unsigned int axis, const double l_tt, const double l_tn, const double l_nn,
+                  const double m_t, const double m_n)
+    {
+      fill(axis, l_tt, l_tn, l_nn, m_t, m_n);
+    }
+
   private:
     void fill(const unsigned int axis, const double l_tt, const double l_tn, const double l_nn,
               const double m_t, const double m_n)
@@ -168,6 +179,43 @@ namespace squeal
         }
     }
   };
+
+  /// A law that materials of one kind have in common, and how much of it one of them has.
+  template <int dim>
+  struct ElasticComponent
+  {
+    ElasticModuli<dim> law;
+    double coefficient; ///< Pa
+  };
+
+  /// The stiffness as a sum of laws under which no strain has a negative energy, whatever the
+  /// coefficients: a larger coefficient makes a body stiffer. The energies of the laws are,
+  /// isotropic,
+  ///     kappa (tr e)^2 + 2 mu |dev e|^2,
+  /// and transversely isotropic, with the entries C of the tensor and s = e_tt + e_t't',
+  ///     (C11 - C12)/2 [(e_tt - e_t't')^2 + g_tt'^2] + C44 (g_tn^2 + g_t'n^2)
+  ///     + [(C11 + C12)/2 - C13] s^2 + (C33 - C13) e_nn^2 + C13 (s + e_nn)^2.
+  template <int dim>
+  std::vector<ElasticComponent<dim>> elastic_components(const Material &material)
+  {
+    const unsigned int axis = material.axis;
+    const auto law          = [axis](const double l_tt, const double l_tn, const double l_nn,
+                            const double m_t, const double m_n)
+    { return ElasticModuli<dim>(axis, l_tt, l_tn, l_nn, m_t, m_n); };
+    if (!material.transversely_isotropic)
+    {
+      const double mu = material.shear_modulus();
+      return {{law(1, 1, 1, 0, 0), material.lame_lambda() + 2 * mu / 3},
+              {law(-2. / 3, -2. / 3, -2. / 3, 1, 1), mu}};
+    }
+    const ElasticModuli<3> c(material);
+    const unsigned int n = axis, t = (axis + 1) % 3;
+    return {{law(-1, 0, 0, 1, 0), c.m[t][t]},
+            {law(0, 0, -2, 0, 1), c.m[n][n]},
+            {law(1, 0, 0, 0, 0), c.l[t][t] + c.m[t][t] - c.l[t][n]},
+            {law(0, 0, 1, 0, 0), c.l[n][n] + 2 * c.m[n][n] - c.l[t][n]},
+            {law(1, 1, 1, 0, 0), c.l[t][n]}};
+  }
 
   /// C_ijkl as table[i][k][j][l]: the block (i,k) maps int d_j N_a d_l N_b to the stiffness between
   /// component i of node a and component k of node b.

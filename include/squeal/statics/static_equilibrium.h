@@ -22,12 +22,17 @@ namespace squeal
     unsigned int n_linear;            ///< steps of GMRES; 0: a direct solver
   };
 
-  /// What states that followed one another span, and what the bodies make of it.
+  /// What states that followed one another span, X, and what the bodies' matrices make of it: they
+  /// stay when their coefficients change.
   struct StateSpace
   {
-    MultiVector basis;  ///< orthonormal
-    MultiVector images; ///< sum of the bodies' position terms times the basis
-    KnownTerms terms;   ///< these
+    MultiVector basis; ///< X, orthonormal
+    struct Projection
+    {
+      std::weak_ptr<const Matrix> matrix;
+      DenseMatrix of_basis; ///< X^T A_i X
+    };
+    std::vector<Projection> projections;
   };
 
   struct StaticEquilibrium
@@ -46,6 +51,8 @@ namespace squeal
     bool with_friction;
     MultiVector load;
     bool with_edge = false; ///< asks for StaticEquilibrium::edge
+    /// Of a state that follows another one: its last correction relative to its length.
+    double tolerance = 1e-12;
     /// Asked for the sectors of the mesh where the state is factorised for. Empty: the whole is the
     /// only one.
     std::function<Sectors()> find_sectors = {};
@@ -81,10 +88,13 @@ namespace squeal
   StaticEquilibrium solve_static_equilibrium(IterativeStatics<dim> &solver,
                                              const StaticProblem &problem, Contact<dim> &contact);
 
-  /// Follows an equilibrium nearby from its state and its active set on, by GMRES with factors of a
-  /// matrix nearby: no factorisation, no matrix but those of the contact. It begins with the
-  /// combination of earlier states that satisfies the equations best. Returns nothing if that does
-  /// not converge; @p contact is then to be closed again.
+  /// Follows an equilibrium nearby from its active set on, without a factorisation and with no
+  /// matrix but those of the contact: in the space X that earlier states and their corrections
+  /// span,
+  ///     x = X c,   X^T (f - A x) = 0,
+  /// with the active set that belongs to it; then X gets the correction B (f - A x), B ~ A^{-1} the
+  /// products @p nearby, until that is small. Returns nothing if it does not become so; @p contact
+  /// is then to be closed again.
   template <int dim>
   std::optional<StaticEquilibrium>
   follow_static_equilibrium(StaticEquilibrium before, const LinearOperator &nearby,

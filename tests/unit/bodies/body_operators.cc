@@ -73,6 +73,31 @@ namespace squeal::tests::body_operators_tests
     }
   }
 
+  TEST_CASE("body_operators: the stiffness is the sum of those of its components")
+  {
+    const Geometry<3> geometry = free_ring({{2, 6, 2}});
+    FiniteElementSpace<3> spaces(geometry, 2, false, MPI_COMM_WORLD);
+    refine_one_cell(spaces);
+    Material axial               = material;
+    axial.transversely_isotropic = true;
+    axial.axial_young_modulus    = 0.4 * material.young_modulus;
+    axial.axial_poisson_ratio    = 0.2;
+    axial.axial_shear_modulus    = 0.3 * material.young_modulus;
+    for (const Material &of : {material, axial})
+    {
+      std::vector<ElasticModuli<3>> laws;
+      for (const ElasticComponent<3> &component : elastic_components<3>(of))
+        laws.push_back(component.law);
+      const auto matrices      = assemble_stiffnesses(spaces, {rotor_body}, laws);
+      const auto whole         = assemble_body(spaces, {rotor_body}, of, false).K;
+      std::vector<Summand> sum = {{-1., *whole}};
+      for (unsigned int k = 0; k < matrices.size(); ++k)
+        sum.push_back({elastic_components<3>(of)[k].coefficient, *matrices[k]});
+      const Matrix rest = sum_of(spaces.rows, sum);
+      CHECK((rest ? rest.infinity_norm() : 0) <= 1e-14 * whole->infinity_norm());
+    }
+  }
+
   TEST_CASE("body_operators: on a conforming mesh the symmetries are exact in serial")
   {
     const Geometry<3> geometry = free_ring({{2, 6, 1}});

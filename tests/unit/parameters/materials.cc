@@ -154,6 +154,44 @@ namespace squeal::tests::materials_tests
       CHECK(std::abs(sum[i] - axial[i]) < 1e-13);
   }
 
+  TEST_CASE("materials: the stiffness is a sum of laws of which none has a negative energy")
+  {
+    Material isotropic = transversely_isotropic(), about_x = isotropic;
+    isotropic.transversely_isotropic = false;
+    about_x.axis                     = 0;
+    for (const Material &material : {isotropic, transversely_isotropic(), about_x})
+    {
+      const auto components = elastic_components<3>(material);
+      CHECK(components.size() == (material.transversely_isotropic ? 5 : 2));
+      const auto whole = elasticity_tensor<3>(material);
+      std::array<double, 81> sum{};
+      for (const ElasticComponent<3> &component : components)
+      {
+        const auto part = elasticity_tensor(component.law);
+        for (unsigned int i = 0; i < sum.size(); ++i)
+          sum[i] += component.coefficient * part[i];
+        // e C e of strains all around
+        for (unsigned int sample = 0; sample < 200; ++sample)
+        {
+          std::array<std::array<double, 3>, 3> e{};
+          for (int i = 0; i < 3; ++i)
+            for (int j = 0; j <= i; ++j)
+              e[i][j] = e[j][i] =
+                  std::sin(1. + 7.3 * sample * (1 + i) + 3.1 * j * (1 + sample % 5));
+          double energy = 0;
+          for (int i = 0, n = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k)
+              for (int j = 0; j < 3; ++j)
+                for (int l = 0; l < 3; ++l, ++n)
+                  energy += e[i][j] * part[n] * e[k][l];
+          CHECK(energy >= -1e-14);
+        }
+      }
+      for (unsigned int i = 0; i < sum.size(); ++i)
+        CHECK(std::abs(sum[i] - whole[i]) <= 1e-14 * material.longitudinal_modulus());
+    }
+  }
+
   TEST_CASE("materials: another axis exchanges the directions")
   {
     const Material about_z = transversely_isotropic();
