@@ -201,15 +201,15 @@ namespace squeal
   template <int dim>
   std::vector<std::shared_ptr<const Matrix>>
   assemble_stiffnesses(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
-                       const std::vector<ElasticModuli<dim>> &laws)
+                       const Material &material)
   {
     const DynamicSparsityPattern graph = node_graph(spaces, bodies);
     std::vector<Matrix> matrices;
     std::vector<std::array<double, dim * dim * dim * dim>> tensors;
-    for (const ElasticModuli<dim> &law : laws)
+    for (const ElasticComponent<dim> &component : elastic_components<dim>(material))
     {
       matrices.push_back(empty_matrix(spaces, graph, true));
-      tensors.push_back(elasticity_tensor(law));
+      tensors.push_back(elasticity_tensor(component.law));
     }
     CellIntegrals<dim> integrals(spaces, false);
     CellNodes<dim> cell_nodes(spaces);
@@ -271,12 +271,12 @@ namespace squeal
                                          const Material &, bool);
   template std::vector<std::shared_ptr<const Matrix>>
   assemble_stiffnesses<2>(const FiniteElementSpace<2> &, const std::vector<Body> &,
-                          const std::vector<ElasticModuli<2>> &);
+                          const Material &);
   template BodyMatrices assemble_body<3>(const FiniteElementSpace<3> &, const std::vector<Body> &,
                                          const Material &, bool);
   template std::vector<std::shared_ptr<const Matrix>>
   assemble_stiffnesses<3>(const FiniteElementSpace<3> &, const std::vector<Body> &,
-                          const std::vector<ElasticModuli<3>> &);
+                          const Material &);
   template MultiVector assemble_pressure_load<2>(const FiniteElementSpace<2> &);
   template MultiVector assemble_pressure_load<3>(const FiniteElementSpace<3> &);
 } // namespace squeal

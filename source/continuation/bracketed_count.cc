@@ -31,7 +31,7 @@ namespace squeal
       if (!semidefinite || (term.origin != Origin::inertia && term.origin != Origin::elasticity &&
                             term.origin != Origin::transport))
       {
-        result.others.push_back(term);
+        (term.origin == Origin::contact ? result.contact : result.others).push_back(term);
         continue;
       }
       const double stiffness = term.order == 0 ? term.coefficient : -term.coefficient;
@@ -51,12 +51,14 @@ namespace squeal
 
   bool BracketedCount::belongs_to_box(const Problem &problem) const
   {
-    std::vector<Term> terms = problem.semidefinite;
-    std::copy_if(problem.others.begin(), problem.others.end(), std::back_inserter(terms),
-                 [](const Term &term) { return term.origin != Origin::contact; });
-    return std::equal(terms.begin(), terms.end(), of_box.begin(), of_box.end(),
-                      [](const Term &a, const Term &b)
-                      { return has_same_matrix(a, b) && a.coefficient == b.coefficient; });
+    const auto are_same = [](const std::vector<Term> &some, const std::vector<Term> &others)
+    {
+      return std::equal(some.begin(), some.end(), others.begin(), others.end(),
+                        [](const Term &a, const Term &b)
+                        { return has_same_matrix(a, b) && a.coefficient == b.coefficient; });
+    };
+    return are_same(problem.semidefinite, of_box.semidefinite) &&
+           are_same(problem.others, of_box.others);
   }
 
   BracketedCount::Corner BracketedCount::corner(const std::vector<double> &stiffness,
@@ -72,7 +74,8 @@ namespace squeal
     std::vector<Term> terms = problem.semidefinite;
     for (std::size_t k = 0; k < terms.size(); ++k)
       terms[k].coefficient = terms[k].order == 0 ? corner.stiffness[k] : -corner.stiffness[k];
-    terms.insert(terms.end(), problem.others.begin(), problem.others.end());
+    for (const std::vector<Term> *part : {&problem.others, &problem.contact})
+      terms.insert(terms.end(), part->begin(), part->end());
     return corner.count->count(terms);
   }
 
@@ -98,9 +101,7 @@ namespace squeal
     if (!softest.count || !belongs_to_box(problem))
     {
       forget_box();
-      of_box = problem.semidefinite;
-      std::copy_if(problem.others.begin(), problem.others.end(), std::back_inserter(of_box),
-                   [](const Term &term) { return term.origin != Origin::contact; });
+      of_box  = problem;
       softest = stiffest = corner(here, {});
     }
     if (box().contains(here))

@@ -40,15 +40,9 @@ namespace squeal
   {
     // The coefficients of the stiffness are not linear in the constants, central differences of
     // them cost nothing.
-    const auto components = elastic_components<dim>(body.material);
-    auto stiffnesses      = model.body(m).stiffnesses;
+    auto stiffnesses = model.body(m).stiffnesses;
     if (stiffnesses.empty())
-    {
-      std::vector<ElasticModuli<dim>> laws;
-      for (const ElasticComponent<dim> &component : components)
-        laws.push_back(component.law);
-      stiffnesses = assemble_stiffnesses(spaces, geometry.bodies_of(m), laws);
-    }
+      stiffnesses = assemble_stiffnesses(spaces, geometry.bodies_of(m), body.material);
     for (const Material::Constant &constant : Material::elastic_constants())
     {
       Material material  = body.material;
@@ -63,7 +57,7 @@ namespace squeal
       const auto above = elastic_components<dim>(material);
       modulus          = value - h;
       const auto below = elastic_components<dim>(material);
-      for (unsigned int k = 0; k < components.size(); ++k)
+      for (unsigned int k = 0; k < stiffnesses.size(); ++k)
       {
         const double slope = (above[k].coefficient - below[k].coefficient) / (2 * h);
         parameter.terms.push_back({Origin::elasticity, 0, slope, stiffnesses[k]});

@@ -223,10 +223,7 @@ namespace squeal
       static_solver.drop_factors(); // they keep the matrices
       if (follows && is_same_kind && body.matrices.K)
       {
-        std::vector<ElasticModuli<dim>> laws;
-        for (const ElasticComponent<dim> &component : elastic_components<dim>(material))
-          laws.push_back(component.law);
-        body.stiffnesses = assemble_stiffnesses(spaces_, of_all, laws);
+        body.stiffnesses = assemble_stiffnesses(spaces_, of_all, material);
         body.matrices.K.reset();
       }
       else

@@ -82,27 +82,10 @@ namespace squeal
       };
     }
 
-    /// A block without its part in the space, orthonormal; nothing if there is nothing else in it.
-    MultiVector new_in(const StateSpace &space, MultiVector added)
-    {
-      constexpr double rounding = 1e-10;
-      const double size         = length_of(added);
-      for (unsigned int pass = 0; pass < 2; ++pass)
-      {
-        if (space.basis.n_columns() > 0)
-          subtract_combination(added, space.basis, inner_products(space.basis, added));
-        const double length = length_of(added);
-        if (!(length > rounding * size))
-          return {added.row_range(), 0};
-        added *= 1 / length;
-      }
-      return added;
-    }
-
     /// X^T A_i X of the matrices of these terms.
     void project(const std::vector<Term> &of_bodies, StateSpace &space)
     {
-      const MultiVector &X = space.basis;
+      const MultiVector &X = space.basis.basis();
       std::vector<StateSpace::Projection> present;
       for (const Term &term : of_bodies)
       {
@@ -132,14 +115,6 @@ namespace squeal
         of_basis = std::move(all);
       }
       space.projections = std::move(present);
-    }
-
-    void enlarge(StateSpace &space, const MultiVector &added)
-    {
-      if (space.basis.n_columns() == 0)
-        space.basis = added;
-      else
-        space.basis.append(added);
     }
 
     /// X^T A X of the contact's terms, which couple few rows.
@@ -173,7 +148,7 @@ namespace squeal
     MultiVector best_combination(const StateSpace &space, const std::vector<Term> &of_bodies,
                                  const std::vector<Term> &in_contact, const MultiVector &b)
     {
-      const MultiVector &X = space.basis;
+      const MultiVector &X = space.basis.basis();
       const unsigned int n = X.n_columns();
       DenseMatrix A        = projected_contact(X, in_contact);
       for (const Term &term : of_bodies)
@@ -493,18 +468,22 @@ namespace squeal
     constexpr double of_active_set    = 1e-5; // what decides about it needs no more
     const std::vector<Term> of_bodies = terms_of_order(problem.body_terms, 0);
     StaticEquilibrium result;
-    result.state      = std::move(before.state);
-    result.pressure   = std::move(before.pressure);
-    result.space      = std::move(before.space);
-    StateSpace &space = result.space;
-    if (space.basis.n_columns() >= most_vectors)
+    result.state         = std::move(before.state);
+    result.pressure      = std::move(before.pressure);
+    result.space         = std::move(before.space);
+    StateSpace &space    = result.space;
+    const RowRange &rows = result.state.row_range();
+    const unsigned int n = space.basis.n_columns();
+    if (n == 0)
+      space.basis = SearchSpace(rows);
+    else if (n >= most_vectors)
     {
-      const MultiVector last = space.basis.columns(space.basis.n_columns() - most_kept, most_kept);
-      space                  = {};
-      enlarge(space, orthonormalize(last));
+      MultiVector last  = space.basis.basis().columns(n - most_kept, most_kept);
+      space.basis       = SearchSpace(std::move(last));
+      space.projections = {};
     }
-    if (const MultiVector state = new_in(space, result.state); state.n_columns() > 0)
-      enlarge(space, state);
+    constexpr Novelty any{1e-10};
+    space.basis.add(result.state, any);
     for (unsigned int correction = 0; correction < most_corrections; ++correction)
     {
       project(of_bodies, space);
@@ -520,16 +499,14 @@ namespace squeal
       result.state += change;
       if (error <= of_active_set)
       {
-        const bool settled = take_step(contact, result, b.row_range().comm);
+        const bool settled = take_step(contact, result, rows.comm);
         if (settled && error <= 10 * problem.tolerance)
           return result;
         if (!contact.lost_contacts().empty())
           return std::nullopt;
       }
-      const MultiVector added = new_in(space, change);
-      if (added.n_columns() == 0)
+      if (space.basis.add(change, any).n_columns() == 0)
         return std::nullopt;
-      enlarge(space, added);
     }
     return std::nullopt;
   }

@@ -36,11 +36,11 @@ namespace squeal
   BodyMatrices assemble_body(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
                              const Material &material, bool with_transport);
 
-  /// int B C_k B^T of some laws C_k, of 1 Pa, in one pass.
+  /// int B C_k B^T of the laws C_k of the material's elastic_components(), of 1 Pa, in one pass.
   template <int dim>
   std::vector<std::shared_ptr<const Matrix>>
   assemble_stiffnesses(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
-                       const std::vector<ElasticModuli<dim>> &laws);
+                       const Material &material);
 
   /// The load vector of the scene's pressures, int -p n . Phi, N. One column.
   template <int dim>

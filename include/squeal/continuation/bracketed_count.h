@@ -47,7 +47,7 @@ namespace squeal
     {
       std::vector<Term> semidefinite; ///< without coefficients, each matrix once in an order
       std::vector<double> stiffness;  ///< of these
-      std::vector<Term> others;
+      std::vector<Term> others, contact;
     };
     struct Corner
     {
@@ -79,7 +79,7 @@ namespace squeal
     const unsigned int n_local_constraints;
     const double omega;
     const bool semidefinite;
-    std::vector<Term> of_box; ///< semidefinite, then others but for the contact
+    Problem of_box; ///< the first in it
     Corner softest, stiffest;
     std::vector<Box> failed; ///< whose corners do not agree
     std::shared_ptr<InertiaCount> alone;

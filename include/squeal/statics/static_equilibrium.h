@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/eigen/search_space.h>
 #include <squeal/statics/contact_edge.h>
 #include <squeal/statics/direct_statics.h>
 #include <squeal/statics/iterative_statics.h>
@@ -26,7 +27,7 @@ namespace squeal
   /// stay when their coefficients change.
   struct StateSpace
   {
-    MultiVector basis; ///< X, orthonormal
+    SearchSpace basis; ///< X
     struct Projection
     {
       std::weak_ptr<const Matrix> matrix;
