@@ -72,6 +72,21 @@ namespace squeal
         varying.push_back(*known);
   }
 
+  namespace
+  {
+    /// The Euclidean length of the longest column: a lower bound of the 2-norm.
+    double longest_column(const Matrix &matrix, const RowRange &rows)
+    {
+      if (!matrix)
+        return 0;
+      std::vector<double> squares(rows.size);
+      for_entries(matrix, [&](PetscInt, const PetscInt column, const double value)
+                  { squares[column] += value * value; });
+      MPI_Allreduce(MPI_IN_PLACE, squares.data(), squares.size(), MPI_DOUBLE, MPI_SUM, rows.comm);
+      return std::sqrt(*std::max_element(squares.begin(), squares.end()));
+    }
+  } // namespace
+
   std::vector<char> AffineTerms::split(const RowRange &rows, const std::vector<Term> &terms)
   {
     const Members now = members_of(terms);
@@ -111,7 +126,7 @@ namespace squeal
         same->members.push_back(member);
       else
         parts.push_back(
-            {true, {member}, {{1., member.matrix.get()}}, member.matrix->infinity_norm()});
+            {true, {member}, {{1., member.matrix.get()}}, longest_column(*member.matrix, rows)});
     }
     for (Part &sum : sums)
       if (!sum.members.empty())
@@ -122,7 +137,7 @@ namespace squeal
           sum.summands.emplace_back(member.coefficient, member.matrix.get());
           summands.push_back({member.coefficient, *member.matrix});
         }
-        sum.norm = sum_of(rows, summands).infinity_norm();
+        sum.norm = longest_column(sum_of(rows, summands), rows);
         parts.push_back(std::move(sum));
       }
     return touched;

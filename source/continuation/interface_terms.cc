@@ -21,6 +21,8 @@ namespace squeal
     MPI_Allreduce(MPI_IN_PLACE, constrained.data(), constrained.size(), MPI_CHAR, MPI_MAX,
                   whole.comm);
     number.assign(whole.size, -1);
+    rows_.clear();
+    is_constraint.clear();
     for (unsigned int row = 0; row < whole.size; ++row)
       if (touched[row])
       {

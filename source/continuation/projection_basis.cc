@@ -18,8 +18,7 @@ namespace squeal
   {
     space = SearchSpace(rows);
     left  = MultiVector(rows, 0);
-    peak_rows.clear();
-    // Unit vectors, and the row where each is largest
+    // Unit vectors
     for (MultiVector *block : {&of_right, &of_left})
     {
       const std::vector<double> squares = inner_products(*block, *block);
@@ -29,19 +28,6 @@ namespace squeal
       {
         const unsigned int re = j % n, im = re + n;
         factors[j] = 1 / std::sqrt(squares[re * (2 * n + 1)] + squares[im * (2 * n + 1)]);
-        struct
-        {
-          double value = 0;
-          int row      = 0;
-        } largest;
-        for (unsigned int i = 0; i < block->n_local(); ++i)
-          if (const double value = std::abs(block->column(j)[i]); value > largest.value)
-          {
-            largest.value = value;
-            largest.row   = rows.begin + i;
-          }
-        MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE_INT, MPI_MAXLOC, rows.comm);
-        peak_rows.push_back(largest.row);
       }
       scale_columns(*block, factors);
     }

@@ -44,23 +44,82 @@ namespace squeal
       c = conjugate(std::move(factors.solve(std::move(left), true).values));
     }
 
-    /// y^T A x for real A.
-    Complex form(const std::vector<Complex> &y, const DenseMatrix &a, const std::vector<Complex> &x)
+    /// A x, or A^T x, for real A; zero if A is empty.
+    std::vector<Complex> product(const DenseMatrix &a, const std::vector<Complex> &x,
+                                 const bool transposed)
     {
-      Complex sum = 0;
+      std::vector<Complex> result(x.size());
       for (unsigned int j = 0; j < a.n_columns; ++j)
       {
-        double re = 0, im = 0;
-        const double *column = &a.values[std::size_t(j) * a.n_rows];
-        for (unsigned int i = 0; i < a.n_rows; ++i)
+        const double *const column = &a.values[std::size_t(j) * a.n_rows];
+        if (transposed)
         {
-          re += column[i] * y[i].real();
-          im += column[i] * y[i].imag();
+          double re = 0, im = 0;
+          for (unsigned int i = 0; i < a.n_rows; ++i)
+          {
+            re += column[i] * x[i].real();
+            im += column[i] * x[i].imag();
+          }
+          result[j] = {re, im};
         }
-        sum += Complex(re, im) * x[j];
+        else
+          for (unsigned int i = 0; i < a.n_rows; ++i)
+            result[i] += column[i] * x[j];
       }
+      return result;
+    }
+
+    Complex dot(const std::vector<Complex> &y, const std::vector<Complex> &x)
+    {
+      Complex sum = 0;
+      for (unsigned int i = 0; i < x.size(); ++i)
+        sum += y[i] * x[i];
       return sum;
     }
+
+    double length(const std::vector<Complex> &x)
+    {
+      double square = 0;
+      for (const Complex &c : x)
+        square += std::norm(c);
+      return std::sqrt(square);
+    }
+
+    void normalise(std::vector<Complex> &x)
+    {
+      const double size = length(x);
+      for (Complex &c : x)
+        c /= size;
+    }
+
+    /// The products of one vector with Q, P and M, or of their transposes.
+    struct Products
+    {
+      std::array<std::vector<Complex>, 3> of_order;
+
+      Products(const std::array<DenseMatrix, 3> &problem, const std::vector<Complex> &x,
+               const bool transposed)
+      {
+        for (unsigned int order = 0; order < 3; ++order)
+          of_order[order] = product(problem[order], x, transposed);
+      }
+      /// Q(l) x.
+      std::vector<Complex> residual(const Complex l) const
+      {
+        std::vector<Complex> sum = of_order[0];
+        for (unsigned int i = 0; i < sum.size(); ++i)
+          sum[i] += l * (of_order[1][i] + l * of_order[2][i]);
+        return sum;
+      }
+      /// Q'(l) x.
+      std::vector<Complex> slope(const Complex l) const
+      {
+        std::vector<Complex> sum = of_order[1];
+        for (unsigned int i = 0; i < sum.size(); ++i)
+          sum[i] += 2. * l * of_order[2][i];
+        return sum;
+      }
+    };
   } // namespace
 
   void ReducedEigenproblem::set_violations(const DenseMatrix &violations)
@@ -172,6 +231,8 @@ namespace squeal
     const DenseMatrix &q = small_problem[0], &p = small_problem[1], &mass = small_problem[2];
     const bool damped                     = !p.values.empty();
     constexpr unsigned int max_iterations = 5;
+    // The eigenvalue's error is of the second order in it, the next one of the third.
+    constexpr double largest_residual = 1e-11; // of Q x
     for (unsigned int k = 0; k < n; ++k)
     {
       std::vector<Complex> right_vector(m), left_vector(m);
@@ -180,54 +241,34 @@ namespace squeal
         right_vector[i] = {x_re(i, k), x_im(i, k)};
         left_vector[i]  = {y_re(i, k), y_im(i, k)};
       }
-      // The two-sided Rayleigh functional: y^T (l^2 M + l P + Q) x = 0
-      const auto rayleigh_functional = [&](const Complex l)
+      normalise(right_vector);
+      normalise(left_vector);
+      Complex l = x.lambda[k];
+      for (unsigned int iteration = 0;; ++iteration)
       {
-        return nearest_root(form(left_vector, mass, right_vector),
-                            damped ? form(left_vector, p, right_vector) : 0.,
-                            form(left_vector, q, right_vector), l);
-      };
-      Complex l      = rayleigh_functional(x.lambda[k]);
-      bool converged = false;
-      for (unsigned int iteration = 0; iteration < max_iterations && !converged; ++iteration)
-      {
+        const Products of_right(small_problem, right_vector, false),
+            of_left(small_problem, left_vector, true);
+        // The two-sided Rayleigh functional: y^T (l^2 M + l P + Q) x = 0
+        l = nearest_root(dot(left_vector, of_right.of_order[2]),
+                         dot(left_vector, of_right.of_order[1]),
+                         dot(left_vector, of_right.of_order[0]), l);
+        if (!(std::abs(l) <= radius) || is_overdamped(l))
+          return false;
+        if (length(of_right.residual(l)) <= largest_residual * length(of_right.of_order[0]) &&
+            length(of_left.residual(l)) <= largest_residual * length(of_left.of_order[0]))
+          break;
+        if (iteration == max_iterations)
+          return false;
         // x := Q(l)^{-1} Q'(l) x, y := Q(l)^{-T} Q'(l)^T y
-        std::vector<Complex> of_right(m), of_left(m);
         ComplexDense at(m, m);
-        for (unsigned int j = 0; j < m; ++j)
-        {
-          const std::size_t first = std::size_t(j) * m;
-          for (unsigned int i = 0; i < m; ++i)
-          {
-            const double p_e     = damped ? p.values[first + i] : 0.;
-            const Complex l_m    = l * mass.values[first + i];
-            at.values[first + i] = q.values[first + i] + l * (p_e + l_m);
-            const Complex slope  = p_e + 2. * l_m;
-            of_right[i] += slope * right_vector[j];
-            of_left[j] += slope * left_vector[i];
-          }
-        }
-        solve_both(std::move(at), of_right, of_left);
-        const auto normalise = [](std::vector<Complex> &vector)
-        {
-          double size = 0;
-          for (const Complex &c : vector)
-            size += std::norm(c);
-          for (Complex &c : vector)
-            c /= std::sqrt(size);
-        };
-        right_vector = std::move(of_right);
-        left_vector  = std::move(of_left);
+        for (std::size_t e = 0; e < at.values.size(); ++e)
+          at.values[e] = q.values[e] + l * ((damped ? p.values[e] : 0.) + l * mass.values[e]);
+        right_vector = of_right.slope(l);
+        left_vector  = of_left.slope(l);
+        solve_both(std::move(at), right_vector, left_vector);
         normalise(right_vector);
         normalise(left_vector);
-        const Complex before = l;
-        l                    = rayleigh_functional(before);
-        // Of the third order: the next change is the cube. What has not become accurate fails to
-        // be certified.
-        converged = std::abs(l - before) <= 1e-7 * std::abs(l);
       }
-      if (!converged || std::abs(l) > radius || is_overdamped(l))
-        return false;
       x.lambda[k] = y.lambda[k] = l;
       set_column(x, k, right_vector);
       set_column(y, k, left_vector);

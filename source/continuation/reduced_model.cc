@@ -54,7 +54,7 @@ namespace squeal
                                          const EigenSolution::Reuse &found)
   {
     AffineTerms affine(terms, projection.terms);
-    *this            = ReducedModel(options);
+    *this            = ReducedModel(options, course);
     projection.terms = affine;
     // A small problem is solved as fast as projected.
     if (!found.factorization || problem.rows.size <= 2 * found.disc_right.n_columns())
@@ -77,17 +77,75 @@ namespace squeal
     basis.append(basis.modes_of(problem, of_search, radius(), 2 * radius()), 1e-2);
   }
 
+  MultiVector ReducedModel::whole(const ReducedPairs &solutions, const bool of_left) const
+  {
+    const auto part = [&](const DenseMatrix &coordinates)
+    {
+      return projection.basis.expanded(to_multi_vector(with_rows(coordinates, dimension())),
+                                       of_left);
+    };
+    MultiVector block = part(solutions.re);
+    block.append(part(solutions.im));
+    return block;
+  }
+
+  void ReducedModel::remember(const ReducedPairs &x, const ReducedPairs &y)
+  {
+    if (course == Course::path)
+    {
+      recent.insert(recent.begin(), {x, y});
+      if (recent.size() > most_recent)
+        recent.pop_back();
+      return;
+    }
+    if (scattered.n_solutions == 0)
+    {
+      scattered.first_right = whole(x, false);
+      scattered.first_left  = whole(y, true);
+    }
+    DenseMatrix sum(dimension(), dimension());
+    for (unsigned int j = 0; j < scattered.products.n_columns; ++j)
+      for (unsigned int i = 0; i < scattered.products.n_rows; ++i)
+        sum(i, j) = scattered.products(i, j);
+    add(1, outer_product(x.re, x.re), sum);
+    add(1, outer_product(x.im, x.im), sum);
+    scattered.products = std::move(sum);
+    ++scattered.n_solutions;
+    ++scattered.n_since_restart;
+  }
+
+  /// (Measured: with 3 and 22 modes.)
+  bool ReducedModel::is_crowded() const
+  {
+    if (counts.overdamped) // these are in V, but not in what solutions span
+      return false;
+    if (course == Course::scattered)
+    {
+      constexpr unsigned int enough = 48; // solutions, from which components are to be told
+      return scattered.n_since_restart >= enough && dimension() > 3 * counts.in_disc &&
+             dimension() > 1.25 * scattered.dimension_at_restart;
+    }
+    // ReducedPairs with the same contacts tell more of those to come.
+    const bool is_steady = n_steady >= most_recent;
+    return !recent.empty() &&
+           dimension() > (is_steady ? 56 + 6 * counts.in_disc : 106 + 9 * counts.in_disc);
+  }
+
   /// The coordinates of before last solutions stand for other vectors afterwards.
   void ReducedModel::restart()
   {
+    if (course == Course::path)
+      restart_on_path();
+    else
+      restart_by_components();
+    predictor = {};
+    projection.forget_images();
+    last_right = last_left = {};
+  }
+
+  void ReducedModel::restart_on_path()
+  {
     ProjectionBasis &basis = projection.basis;
-    const auto whole       = [&](const ReducedPairs &solutions, const bool of_left)
-    {
-      MultiVector block =
-          basis.expanded(to_multi_vector(with_rows(solutions.re, dimension())), of_left);
-      block.append(basis.expanded(to_multi_vector(with_rows(solutions.im, dimension())), of_left));
-      return block;
-    };
     std::vector<MultiVector> of_right;
     for (const auto &[x, y] : recent)
       of_right.push_back(whole(x, false));
@@ -95,11 +153,36 @@ namespace squeal
     for (unsigned int k = 1; k < of_right.size(); ++k)
       basis.append(std::move(of_right[k]), 1e-9);
     recent.clear();
-    predictor = {};
     opened.clear();
     closed.clear();
-    projection.forget_images();
-    last_right = last_left = {};
+  }
+
+  /// Of the sum of x x^H the eigenvectors whose root mean square in the solutions matters. Those
+  /// that were dropped are in no later sum: what is needed again comes again.
+  void ReducedModel::restart_by_components()
+  {
+    ProjectionBasis &basis = projection.basis;
+    const unsigned int m   = dimension();
+    // Parts of vectors are not errors of backward errors: stiffness makes these smaller.
+    const double smallest = std::max(30 * accepted_error(), 1e-7); // squares have no more digits
+    DenseMatrix vectors   = scattered.products;
+    const std::vector<double> squares = symmetric_eigen(vectors); // ascending
+    unsigned int n_dropped            = 0;
+    while (n_dropped < m && squares[n_dropped] < smallest * smallest * scattered.n_solutions)
+      ++n_dropped;
+    const MultiVector before = basis.right();
+    basis.begin(scattered.first_right, scattered.first_left);
+    basis.append(
+        combine(before, {vectors.values.begin() + std::size_t(n_dropped) * m, vectors.values.end()},
+                m - n_dropped),
+        smallest);
+    const DenseMatrix change(m, dimension(), inner_products(before, basis.right()));
+    DenseMatrix image(m, dimension());
+    gemm(false, 1, scattered.products, change, 0, image);
+    scattered.products = DenseMatrix(dimension(), dimension());
+    gemm(true, 1, change, image, 0, scattered.products);
+    scattered.n_since_restart      = 0;
+    scattered.dimension_at_restart = dimension();
   }
 
   namespace
@@ -220,9 +303,8 @@ namespace squeal
     return result;
   }
 
-  /// Solves the projected problem and certifies the pairs; gives their residuals. The last pairs
-  /// are where to start from.
-  MultiVector ReducedModel::solve_projected(ReducedPairs &x, ReducedPairs &y)
+  /// Solves the projected problem and certifies the pairs. The last pairs are where to start from.
+  void ReducedModel::solve_projected(ReducedPairs &x, ReducedPairs &y)
   {
     projection.project(small);
     x = last_right;
@@ -233,7 +315,7 @@ namespace squeal
       // Dense pairs have rounding errors of stiff vectors, and may be more than there are modes.
       if (x.lambda.size() > counts.in_disc)
       {
-        projection.certify(projection.residuals(x), x);
+        projection.certify(x);
         std::vector<double> errors = x.errors;
         std::nth_element(errors.begin(), errors.begin() + counts.in_disc, errors.end());
         has_others |= errors[counts.in_disc] <= known_beyond;
@@ -248,24 +330,29 @@ namespace squeal
         y = std::move(refined_y);
       }
     }
-    MultiVector result = projection.residuals(x);
-    projection.certify(result, x);
+    projection.certify(x);
     if (x.lambda.size() == counts.in_disc)
     {
       last_right = x;
       last_left  = y;
     }
-    return result;
   }
 
-  bool ReducedModel::enrich(const MultiVector &residuals_of_x, const ReducedPairs &x)
+  /// The residuals of pairs that fail, with a margin, so that the next parameters need none.
+  MultiVector ReducedModel::residuals_to_correct(const ReducedPairs &x) const
   {
-    // With a margin, so that the next parameters need none
     const std::vector<unsigned int> lacking = failing(x, best_pairs(x), 0.3 * accepted_error());
-    if (lacking.empty())
+    return lacking.empty() ? MultiVector(projection.basis.rows, 0)
+                           : projection.residuals(x.select(lacking));
+  }
+
+  /// By inverse iteration, Q_0^{-1} Q(l) x.
+  bool ReducedModel::enrich(const MultiVector &residuals)
+  {
+    if (residuals.n_columns() == 0)
       return false;
     const unsigned int before = dimension();
-    MultiVector added         = corrections(residuals_of_x, lacking);
+    MultiVector added         = projection.basis.displacements(factors->solve(residuals));
     DenseMatrix products(added.n_columns(), added.n_columns(), inner_products(added, added));
     const double largest = std::sqrt(std::max(0., symmetric_eigen(products).back()));
     projection.basis.append(std::move(added), std::max(ProjectionBasis::smallest, 1e-2 * largest));
@@ -331,17 +418,16 @@ namespace squeal
     add_closings();
     // What is going to fail is corrected by the residuals of before: the projected problem is
     // solved and certified once less.
-    if (predictor.residuals.n_columns() > 0 &&
-        projection.interface_terms().open_contacts() == open_before &&
-        predictor.worst * predictor.growth > largest_error && dimension() < largest_dimension())
-      enrich(predictor.residuals, predictor.solutions);
+    if (projection.interface_terms().open_contacts() == open_before &&
+        dimension() < largest_dimension())
+      enrich(predictor.residuals);
     predictor.residuals = {};
     has_others          = false;
     ReducedPairs x, y;
     double last = HUGE_VAL, before_last = HUGE_VAL; // errors
     for (unsigned int n_corrections = 0;; ++n_corrections)
     {
-      const MultiVector residuals_of_x        = solve_projected(x, y);
+      solve_projected(x, y);
       const std::vector<unsigned int> best    = best_pairs(x),
                                       lacking = failing(x, best, largest_error);
       double worst                            = 0;
@@ -367,13 +453,11 @@ namespace squeal
           n_steady    = 0;
         }
         ++n_steady;
-        recent.insert(recent.begin(), {x.select(best), y.select(best)});
-        if (recent.size() > most_recent)
-          recent.pop_back();
-        predictor.growth    = predictor.worst > 0 && n_steady > 1 ? worst / predictor.worst : 1;
+        remember(x.select(best), y.select(best));
+        const double growth = predictor.worst > 0 && n_steady > 1 ? worst / predictor.worst : 1;
         predictor.worst     = worst;
-        predictor.residuals = residuals_of_x;
-        predictor.solutions = x;
+        if (worst * growth > largest_error)
+          predictor.residuals = residuals_to_correct(x);
         return make_modes(x, y, best);
       }
       constexpr double hopeless = 1e-2;
@@ -386,19 +470,9 @@ namespace squeal
       if (n_corrections == most_corrections || lacking.empty() || worst > hopeless || stagnates ||
           dimension() + n_needed * lacking.size() > largest_dimension())
         return std::nullopt;
-      if (!enrich(residuals_of_x, x))
+      if (!enrich(residuals_to_correct(x)))
         return std::nullopt;
     }
-  }
-
-  MultiVector ReducedModel::corrections(const MultiVector &residuals,
-                                        const std::vector<unsigned int> &which) const
-  {
-    MultiVector of_chosen(projection.basis.rows, 0);
-    for (const unsigned int part : {0u, residuals.n_columns() / 2})
-      for (const unsigned int j : which)
-        of_chosen.append(residuals.columns(part + j, 1));
-    return projection.basis.displacements(factors->solve(of_chosen));
   }
 
   EigenPairs ReducedModel::make_modes(const ReducedPairs &x, const ReducedPairs &y,

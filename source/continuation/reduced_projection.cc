@@ -59,6 +59,7 @@ namespace squeal
     n_imaged = 0;
     images.assign(terms.size(), MultiVector(basis.rows, 0));
     at_rows.assign(terms.size(), {});
+    sketches.assign(terms.size(), DenseMatrix(ResidualSketch::n_directions, 0));
     for (auto &of_form : projected)
       of_form.assign(terms.size(), {});
     projected[petrov].assign(terms.size(), DenseMatrix(basis.left.n_columns(), 0));
@@ -105,16 +106,21 @@ namespace squeal
       }
       return all;
     };
+    if (!sketch)
+      sketch.emplace(basis.rows);
     std::vector<MultiVector> of_new = terms.images(added);
     for (unsigned int i = 0; i < n_matrices; ++i)
     {
       at_rows[i] = with_rows_of(at_rows[i], of_new[i]);
       clear_rows(of_new[i], interface.rows());
       images[i].append(of_new[i]);
+      const DenseMatrix of_image = sketch->of(of_new[i]);
+      sketches[i].values.insert(sketches[i].values.end(), of_image.values.begin(),
+                                of_image.values.end());
+      sketches[i].n_columns = n_all;
     }
     right_rows                = with_rows_of(right_rows, added);
     tests.rows                = with_top(right_rows, gather_rows(basis.left, interface.rows()));
-    peaks                     = gather_rows(basis.right(), basis.peak_rows);
     const unsigned int n_left = basis.left.n_columns();
     for (unsigned int i = 0; i < n_matrices; ++i)
     {
@@ -382,11 +388,8 @@ namespace squeal
     MultiVector result(basis.rows, 2 * n);
     for (unsigned int i = 0; i < terms.size(); ++i)
     {
-      std::vector<Complex> factors;
-      for (const Complex l : solutions.lambda)
-        factors.push_back(terms.factor(i, l));
       DenseMatrix re, im;
-      scale_columns(solutions.re, solutions.im, factors, re, im);
+      scale_columns(solutions.re, solutions.im, factors_of(i, solutions.lambda), re, im);
       std::vector<double> c = std::move(re.values);
       c.insert(c.end(), im.values.begin(), im.values.end());
       for (double &value : c)
@@ -401,45 +404,62 @@ namespace squeal
     return result;
   }
 
-  void ReducedProjection::certify(const MultiVector &residuals, ReducedPairs &solutions) const
+  std::vector<std::complex<double>>
+  ReducedProjection::factors_of(const unsigned int i, const std::vector<Complex> &lambda) const
   {
-    const unsigned int n              = solutions.lambda.size();
-    const std::array<double, 3> norms = terms.norms();
-    DenseMatrix re(n, basis.peak_rows.size()), im = re;
-    gemm(true, 1, solutions.re, peaks, 0, re);
-    gemm(true, 1, solutions.im, peaks, 0, im);
-    std::array<DenseMatrix, 2> violation;
-    violation.fill(DenseMatrix(n, interface.n_rows()));
-    gemm(true, 1, solutions.re, right_change, 0, violation[0]);
-    gemm(true, 1, solutions.im, right_change, 0, violation[1]);
-    std::vector<double> largest(n);
-    for (unsigned int j = 0; j < n; ++j)
+    std::vector<Complex> factors;
+    for (const Complex l : lambda)
+      factors.push_back(terms.factor(i, l));
+    return factors;
+  }
+
+  namespace
+  {
+    /// += the squared lengths of the columns or, for a block of a row each, of the rows.
+    void add_squares(const DenseMatrix &block, const bool by_row, std::vector<double> &squares)
     {
-      const double *const re = residuals.column(j), *const im = residuals.column(n + j);
-      double square = 0, sum = 0;
-      for (unsigned int i = 0; i < residuals.n_local(); ++i)
-      {
-        const double of_row = re[i] * re[i] + im[i] * im[i];
-        square              = std::max(square, of_row);
-        sum += of_row; // a maximum passes over what is not a number
-      }
-      largest[j] = std::isfinite(sum) ? std::sqrt(square) : HUGE_VAL;
+      for (unsigned int j = 0; j < block.n_columns; ++j)
+        for (unsigned int i = 0; i < block.n_rows; ++i)
+          squares[by_row ? i : j] += block(i, j) * block(i, j);
     }
-    MPI_Allreduce(MPI_IN_PLACE, largest.data(), n, MPI_DOUBLE, MPI_MAX, basis.rows.comm);
-    solutions.errors.assign(n, 0.);
+  } // namespace
+
+  /// |Q(l) x| <= longest |S^T Q(l) x| beside the interface, and what x must be moved by there.
+  void ReducedProjection::certify(ReducedPairs &solutions) const
+  {
+    const unsigned int n = solutions.lambda.size();
+    std::array<DenseMatrix, 2> sketched;
+    sketched.fill(DenseMatrix(ResidualSketch::n_directions, n));
+    for (unsigned int i = 0; i < terms.size(); ++i)
+    {
+      DenseMatrix re, im;
+      scale_columns(solutions.re, solutions.im, factors_of(i, solutions.lambda), re, im);
+      gemm(false, 1, sketches[i], re, 1, sketched[0]);
+      gemm(false, 1, sketches[i], im, 1, sketched[1]);
+    }
+    std::vector<double> of_residuals(n), at_interface(n), of_violations(n), of_vectors(n);
+    const std::array<DenseMatrix, 2> inside = residuals_at_interface(solutions);
+    for (unsigned int part = 0; part < 2; ++part)
+    {
+      const DenseMatrix &x = part == 0 ? solutions.re : solutions.im;
+      DenseMatrix violations(n, interface.n_rows());
+      gemm(true, 1, x, right_change, 0, violations);
+      add_squares(sketched[part], false, of_residuals);
+      add_squares(inside[part], true, at_interface);
+      add_squares(violations, true, of_violations);
+      add_squares(x, false, of_vectors);
+    }
+    const std::array<double, 3> norms = terms.norms();
+    solutions.errors.clear();
     for (unsigned int j = 0; j < n; ++j)
     {
-      // In the infinity norm; |x| is at least the largest of some rows.
-      double peak = 0, change = 0;
-      for (unsigned int r = 0; r < interface.n_rows(); ++r)
-        change = std::max(change, violation[0](j, r) * violation[0](j, r) +
-                                      violation[1](j, r) * violation[1](j, r));
-      change = std::sqrt(change);
-      for (unsigned int r = 0; r < basis.peak_rows.size(); ++r)
-        peak = std::max(peak, std::hypot(re(j, r), im(j, r)));
-      const double l = std::abs(solutions.lambda[j]);
-      solutions.errors[j] =
-          largest[j] / ((l * l * norms[2] + l * norms[1] + norms[0]) * peak) + change / peak;
+      const double l        = std::abs(solutions.lambda[j]),
+                   residual = std::hypot(ResidualSketch::longest * std::sqrt(of_residuals[j]),
+                                         std::sqrt(at_interface[j])),
+                   error    = (residual / (l * l * norms[2] + l * norms[1] + norms[0]) +
+                            std::sqrt(of_violations[j])) /
+                           std::sqrt(of_vectors[j]);
+      solutions.errors.push_back(std::isfinite(error) ? error : HUGE_VAL);
     }
   }
 } // namespace squeal

@@ -64,7 +64,7 @@ namespace squeal
     {
       parts.clear();
       for (const Sector &sector : (n_parts == 1 ? Sectors() : sectors).all(problem.rows))
-        parts.push_back({sector, ReducedModel(options), {}, 0, 0, {}, {}, {}});
+        parts.push_back({sector, ReducedModel(options, course), {}, 0, 0, {}, {}, {}});
     }
     if (!restrict(terms))
     {
@@ -95,7 +95,7 @@ namespace squeal
       if (part.n_modes > 0)
         part.reduced.set_expansion_point(own, part.terms, found);
       else
-        part.reduced = ReducedModel(options);
+        part.reduced = ReducedModel(options, course);
       if (!part.reference)
         part.reference = std::make_shared<BracketedCount>(
             own.rows, own.n_local_constraints, search_radius(options.max_imaginary), semidefinite);

@@ -204,6 +204,7 @@ namespace squeal
 
   void Sampling::expand_about_centre()
   {
+    tracker.expect_scattered();
     EigenSolution found = tracker.solve_fully(study.parameters_at(middle));
     tracker.set_expansion_point(study.parameters_at(middle), found.reuse);
     is_projected = tracker.has_expansion_point(); // not for small problems
@@ -289,11 +290,11 @@ namespace squeal
       const Complex l        = here.modes.lambda[j];
       const double by_solver = study.uncertainty(here.modes, j);
       Growth growth;
-      growth.value        = study.is_marginal(l) ? std::min(l.real(), 0.) : l.real();
+      growth.value        = study.is_undamped(l) ? std::min(l.real(), 0.) : l.real();
       growth.by_mesh[0]   = growth.value - bars[j];
       growth.by_mesh[1]   = growth.value + bars[j];
       growth.by_solver[0] = growth.value - by_solver;
-      growth.by_solver[1] = study.is_marginal(l) ? growth.value : growth.value + by_solver;
+      growth.by_solver[1] = study.is_undamped(l) ? growth.value : growth.value + by_solver;
       if (here.branches[j] < outcome.branches.size())
         outcome.branches[here.branches[j]] = growth;
       outcome.largest.include(growth);
@@ -423,10 +424,11 @@ namespace squeal
     {
       tell_progress(n_before);
       outcomes.push_back(solve(k));
-      // Which terms vary is learnt by samples. Bases may become as large as they can: samples lie
-      // all around, and what one adds serves others.
+      // Which terms vary is learnt by samples.
       if (is_projected && (!tracker.has_expansion_point() || (was_full && tracker.is_full())))
         expand_about_centre();
+      else if (tracker.is_crowded())
+        reduced_centre.modes = tracker.restart(reduced_centre.modes);
       constexpr std::chrono::seconds interval(30);
       int is_old = std::chrono::steady_clock::now() - last_saved > interval;
       MPI_Bcast(&is_old, 1, MPI_INT, 0, study.comm);

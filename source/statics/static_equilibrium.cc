@@ -82,11 +82,18 @@ namespace squeal
       };
     }
 
-    /// X^T A_i X of the matrices of these terms.
+    /// X^T A_i X of the matrices of these terms. X is long: one product with it for all of them.
     void project(const std::vector<Term> &of_bodies, StateSpace &space)
     {
       const MultiVector &X = space.basis.basis();
+      const unsigned int n = X.n_columns();
       std::vector<StateSpace::Projection> present;
+      struct Added
+      {
+        unsigned int n_known, columns, rows; ///< where the products A x and A^T x begin
+      };
+      std::vector<Added> added;
+      MultiVector images(X.row_range(), 0);
       for (const Term &term : of_bodies)
       {
         const auto is_its = [&](const StateSpace::Projection &other)
@@ -97,22 +104,28 @@ namespace squeal
         present.push_back({term.matrix, {}});
         if (known != space.projections.end())
           present.back().of_basis = std::move(known->of_basis);
-        DenseMatrix &of_basis = present.back().of_basis;
-        const unsigned int n = X.n_columns(), n_known = of_basis.n_rows;
-        const MultiVector added = X.columns(n_known, n - n_known);
-        const DenseMatrix columns(n, n - n_known, inner_products(X, multiply(*term.matrix, added)));
-        const DenseMatrix rows =
-            is_conservative(term.origin)
-                ? columns
-                : DenseMatrix(n, n - n_known,
-                              inner_products(X, multiply_transposed(*term.matrix, added)));
+        const unsigned int n_known = present.back().of_basis.n_rows;
+        const MultiVector of_new   = X.columns(n_known, n - n_known);
+        const unsigned int columns = images.n_columns();
+        images.append(multiply(*term.matrix, of_new));
+        added.push_back({n_known, columns, columns});
+        if (!is_conservative(term.origin))
+        {
+          added.back().rows = images.n_columns();
+          images.append(multiply_transposed(*term.matrix, of_new));
+        }
+      }
+      const DenseMatrix products(n, images.n_columns(), inner_products(X, images));
+      for (unsigned int k = 0; k < present.size(); ++k)
+      {
+        const auto [n_known, columns, rows] = added[k];
         DenseMatrix all(n, n);
         for (unsigned int j = 0; j < n; ++j)
           for (unsigned int i = 0; i < n; ++i)
-            all(i, j) = j >= n_known   ? columns(i, j - n_known)
-                        : i >= n_known ? rows(j, i - n_known)
-                                       : of_basis(i, j);
-        of_basis = std::move(all);
+            all(i, j) = j >= n_known   ? products(i, columns + j - n_known)
+                        : i >= n_known ? products(j, rows + i - n_known)
+                                       : present[k].of_basis(i, j);
+        present[k].of_basis = std::move(all);
       }
       space.projections = std::move(present);
     }
@@ -122,24 +135,29 @@ namespace squeal
     {
       const RowRange &range = X.row_range();
       const unsigned int n  = X.n_columns();
-      std::vector<char> coupled(range.n_local());
-      MultiVector image(range, n);
+      std::vector<char> coupled(range.size);
       for (const Term &term : in_contact)
-      {
+        for_entries(*term.matrix, [&](const PetscInt row, const PetscInt column, double)
+                    { coupled[row] = coupled[column] = 1; });
+      MPI_Allreduce(MPI_IN_PLACE, coupled.data(), coupled.size(), MPI_CHAR, MPI_MAX, range.comm);
+      std::vector<unsigned int> rows, number(range.size);
+      for (unsigned int row = 0; row < range.size; ++row)
+        if (coupled[row])
+        {
+          number[row] = rows.size();
+          rows.push_back(row);
+        }
+      const DenseMatrix of_x = gather_rows(X, rows); // a row of X a column
+      DenseMatrix image(n, rows.size());
+      for (const Term &term : in_contact)
         for_entries(*term.matrix,
-                    [&](const PetscInt row, PetscInt, double) { coupled[row - range.begin] = 1; });
-        image.add(term.coefficient, multiply(*term.matrix, X));
-      }
-      const unsigned int n_rows = std::count(coupled.begin(), coupled.end(), 1);
-      DenseMatrix of_x(n_rows, n), of_image(n_rows, n), result(n, n);
-      for (unsigned int j = 0; j < n; ++j)
-        for (unsigned int i = 0, k = 0; i < coupled.size(); ++i)
-          if (coupled[i])
-          {
-            of_x(k, j)       = X.column(j)[i];
-            of_image(k++, j) = image.column(j)[i];
-          }
-      gemm(true, 1, of_x, of_image, 0, result);
+                    [&](const PetscInt row, const PetscInt column, const double value)
+                    {
+                      add_multiple(term.coefficient * value,
+                                   &of_x.values[std::size_t(number[column]) * n], n,
+                                   &image.values[std::size_t(number[row]) * n]);
+                    });
+      DenseMatrix result = outer_product(of_x, image);
       MPI_Allreduce(MPI_IN_PLACE, result.values.data(), n * n, MPI_DOUBLE, MPI_SUM, range.comm);
       return result;
     }

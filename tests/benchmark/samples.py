@@ -1,12 +1,15 @@
 """What samples cost beside single runs: processor seconds, full solutions, peak memory, and what took the time.
 
-    python3 tests/benchmark/samples.py [--numbers 1 | 8] [--samples N] [--tolerance T] [parameter file]
+    python3 tests/benchmark/samples.py [--numbers 1 | 8] [--samples N] [--tolerance T] [--check M] [parameter file]
 
 One number: N friction coefficients from 0 to 0.6 in an order that jumps to and fro (default 200). Eight: friction, pressure,
 Young's modulus, Poisson's ratio, damping and density of the pads, damping of the rotor and speed, N of Sobol's points (default
-256, and a tolerance of 1e-7). Without error bars. The default file is prm/brake.prm."""
+256, and a tolerance of 1e-7). Without error bars. With --check M of the samples, drawn at random, are run by themselves with a
+tolerance of 1e-9: all modes there, growth rates within the samples' reduction errors? The default file is prm/brake.prm."""
 
 import argparse
+import csv
+import random
 import re
 import tempfile
 from pathlib import Path
@@ -30,11 +33,45 @@ def halving_order(n):
     return order
 
 
+def rows_of(file):
+    with open(file, newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+def check(file, samples, n, common):
+    """Some of the samples by runs of their own. Branches have no frequencies in samples.csv: a sample's growth rates and those
+    of its run are paired in their order, which no other pairing betters."""
+    keys = [key for key in samples[0] if "/" in key]
+    drawn = sorted(random.Random(1).sample(samples, min(n, len(samples))), key=lambda row: int(row["sample"]))
+    worst_of_bar, largest, others, beyond = 0, 0, 0, []
+    for row in drawn:
+        with tempfile.TemporaryDirectory() as directory:
+            run(file, *(f"{key}={row[key]}" for key in keys), *common, directory=directory)
+            modes = rows_of(Path(directory, "modes.csv"))
+        alone = [complex(float(mode["growth_rate_1_per_s"]), float(mode["frequency_hz"])) for mode in modes]
+        if len(alone) != int(row["modes"]):
+            others += 1
+            print(f"  sample {row['sample']}: {row['modes']} modes, {len(alone)} by itself", flush=True)
+        fastest = complex(float(row["growth_rate_1_per_s"]), float(row["frequency_hz"]))
+        same = min(alone, key=lambda mode: abs(mode.imag - fastest.imag))
+        ratio = abs(same.real - fastest.real) / float(row["reduction_error_1_per_s"])
+        worst_of_bar = max(worst_of_bar, ratio)
+        if ratio > 1:
+            beyond.append(row["sample"])
+        branches = sorted(float(row[key]) for key in row if key.startswith("growth_rate_of_branch") and row[key])
+        if len(branches) == len(alone):
+            rates = sorted(mode.real for mode in alone)
+            largest = max(largest, max(abs(a - b) / max(1, abs(b)) for a, b in zip(branches, rates)))
+    print(f"{len(drawn)} samples by themselves: {others} with another number of modes; {len(beyond)} beyond the reduction error "
+          f"{beyond}, at most {worst_of_bar:.2g} of it; largest change of any growth rate {largest:.2g} (in 1/s, above 1/s relative)")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--numbers", type=int, choices=(1, 8), default=1)
     parser.add_argument("--samples", type=int)
     parser.add_argument("--tolerance", type=float)
+    parser.add_argument("--check", type=int, default=0)
     parser.add_argument("file", nargs="?", default=PROJECT / "prm/brake.prm")
     arguments = parser.parse_args()
     n = arguments.samples or (200 if arguments.numbers == 1 else 256)
@@ -49,11 +86,15 @@ def main():
             sampling = [f"Sampling/File={samples}"]
         else:
             sampling = [f"Sampling/Parameters={'; '.join(EIGHT)}", f"Sampling/Samples={n}"]
-        seconds, memory, log = run(arguments.file, *sampling, *common)
+        results = Path(directory, "results")
+        seconds, memory, log = run(arguments.file, *sampling, *common, directory=results)
+        samples = rows_of(results / "samples.csv")
     full = re.search(r"(\d+) full solutions", log)[1]
     phases = re.search(r"Processor seconds: (.*)\.", log)[1]
     print(f"{n} samples of {arguments.numbers}: {seconds:.1f} processor seconds, {seconds / single:.1f} single runs, "
-          f"{full} full solutions, {memory} MiB: {phases}")
+          f"{full} full solutions, {memory} MiB: {phases}", flush=True)
+    if arguments.check:
+        check(arguments.file, samples, arguments.check, ["Eigenproblem/Error bars=false", "Eigenproblem/Tolerance=1e-9"])
 
 
 if __name__ == "__main__":

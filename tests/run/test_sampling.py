@@ -78,6 +78,14 @@ class Sampling(st.TestCase):
         self.assertAlmostEqual(found["growth_rate_50_percent_1_per_s"], statistics.median(rates), 9)
         self.assertLess(abs(found["growth_rate_5_percent_1_per_s"] - rates[6]), rates[7] - rates[5])
 
+    def test_loose_tolerance(self):
+        """It makes no small growth rate zero."""
+        tight, loose = (self.table(self.analyse({**DAMPED, "Sampling/Parameters": TWO, "Sampling/Samples": 32,
+                                                 "Eigenproblem/Tolerance": tolerance}), "samples.csv") for tolerance in (1e-9, 1e-3))
+        self.assertTrue(any(0 < row["growth_rate_1_per_s"] < 10 * 1e-3 * 10 ** 0.5 for row in tight))
+        for a, b in zip(tight, loose):
+            self.assertAlmostEqual(a["growth_rate_1_per_s"], b["growth_rate_1_per_s"], 6)
+
     def test_correlation(self):
         """Normal numbers with the coefficient 0.6; a uniform one has the correlation of its normal score."""
         results = self.analyse({**DAMPED, "Sampling/Parameters": f"{CIRCULATORY} normal 0.7 0.1; {VELOCITY} normal 1 0.2",

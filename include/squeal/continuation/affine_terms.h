@@ -58,7 +58,7 @@ namespace squeal
     }
     /// sum_order c_i,order l^order.
     std::complex<double> factor(unsigned int i, std::complex<double> lambda) const;
-    /// The largest infinity norm of a summand, by order.
+    /// Lower bounds of the 2-norms of the summands, the largest of each order.
     std::array<double, 3> norms() const;
     /// The sum of one order of images or projections of the constant matrices.
     DenseMatrix sum(unsigned int order, const std::vector<DenseMatrix> &by_matrix) const;

@@ -44,6 +44,11 @@ namespace squeal
     /// Before the first solution about an expansion point: learns which terms are to vary.
     void look_at(const Parameters::All &parameters);
 
+    /// Parameters will come scattered, not along a path. Before the first expansion point.
+    void expect_scattered()
+    {
+      reduced.expect(ReducedModel::Course::scattered);
+    }
     /// Whether the bases of the projection have become so large that it is time for restart().
     bool is_crowded() const
     {
@@ -54,12 +59,15 @@ namespace squeal
     {
       return reduced.is_full();
     }
-    /// Bases of the last solutions only. Modes in coordinates become invalid, but for these of the
-    /// last solution, which are given in the new ones.
+    /// Bases of the last solutions only, of scattered ones of their principal components. Modes in
+    /// coordinates become invalid, but for these, which are given in the new ones.
     EigenPairs restart(const EigenPairs &modes)
     {
       ++n_restarts_;
-      return reduced.restart(modes);
+      if (!is_whole(modes))
+        return reduced.restart(modes);
+      reduced.restart({});
+      return modes;
     }
     unsigned int n_restarts() const
     {

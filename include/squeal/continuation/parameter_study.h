@@ -71,6 +71,13 @@ namespace squeal
       return std::abs(lambda.real()) <=
              10 * std::max(options.tolerance, smallest_tolerance) * std::abs(lambda);
     }
+    /// Whether it is that of an undamped mode: a loose tolerance hides small growth rates, but does
+    /// not make them zero.
+    bool is_undamped(const std::complex<double> lambda) const
+    {
+      constexpr double rounding = 1e-8;
+      return is_marginal(lambda) && std::abs(lambda.real()) <= rounding * std::abs(lambda);
+    }
 
     /// The numbers of the modes nearest to the eigenvalues expected. Throws SolverError if there
     /// are not enough.

@@ -44,9 +44,8 @@ namespace squeal
 
     RowRange rows;
     unsigned int n_local_constraints = 0;
-    SearchSpace space;                   ///< V
-    MultiVector left;                    ///< the first columns of W; the others are those of V
-    std::vector<unsigned int> peak_rows; ///< where the modes of begin() are largest
+    SearchSpace space; ///< V
+    MultiVector left;  ///< the first columns of W; the others are those of V
 
     /// Parts of unit vectors below this are left out of the bases.
     static constexpr double smallest = 2e-10;

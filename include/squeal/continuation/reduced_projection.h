@@ -4,9 +4,11 @@
 #include <squeal/continuation/interface_terms.h>
 #include <squeal/continuation/projection_basis.h>
 #include <squeal/continuation/reduced_eigenproblem.h>
+#include <squeal/continuation/residual_sketch.h>
 
 #include <array>
 #include <complex>
+#include <optional>
 #include <vector>
 
 namespace squeal
@@ -62,8 +64,8 @@ namespace squeal
 
     /// Q(l) x with the pressures that make the interface rows smallest, Re and Im.
     MultiVector residuals(const ReducedPairs &solutions) const;
-    /// Sets the bounds of backward errors of solutions with these residuals. Collective.
-    void certify(const MultiVector &residuals, ReducedPairs &solutions) const;
+    /// Sets upper bounds of the backward errors in the Euclidean norm, by sketches of residuals().
+    void certify(ReducedPairs &solutions) const;
 
     /// x^H P x and x^H Q x of modes.
     struct RayleighForms
@@ -90,6 +92,8 @@ namespace squeal
     void clean(MultiVector &added) const;
     void add_images();
     void satisfy_constraints(ReducedEigenproblem &small);
+    /// sum_order c_i,order l^order of the constant matrix i, by eigenvalue.
+    std::vector<Complex> factors_of(unsigned int i, const std::vector<Complex> &lambda) const;
     std::array<DenseMatrix, 2> forces_at_interface(const std::vector<Complex> &lambda,
                                                    const DenseMatrix &x_re,
                                                    const DenseMatrix &x_im) const;
@@ -106,14 +110,15 @@ namespace squeal
     };
 
     InterfaceTerms interface;
-    unsigned int n_imaged = 0;        ///< columns with images
-    std::vector<MultiVector> images;  ///< A V by constant matrix, zero in the interface
-    std::vector<DenseMatrix> at_rows; ///< (A V) in the interface, by constant matrix
-    DenseMatrix right_rows;           ///< V in the interface
-    DenseMatrix right_change;         ///< not zero where contacts have closed
-    DenseMatrix right_pressures;      ///< of a compliant contact
+    unsigned int n_imaged = 0;       ///< columns with images
+    std::vector<MultiVector> images; ///< A V by constant matrix, zero in the interface
+    std::optional<ResidualSketch> sketch;
+    std::vector<DenseMatrix> sketches; ///< of the images
+    std::vector<DenseMatrix> at_rows;  ///< (A V) in the interface, by constant matrix
+    DenseMatrix right_rows;            ///< V in the interface
+    DenseMatrix right_change;          ///< not zero where contacts have closed
+    DenseMatrix right_pressures;       ///< of a compliant contact
     Tests tests;
-    DenseMatrix peaks;                                   ///< V in the rows where modes are largest
     std::array<DenseMatrix, 3> changing_images;          ///< of V in the interface, by order
     std::array<DenseMatrix, 3> images_at_rows;           ///< of all terms, by order
     std::array<std::vector<DenseMatrix>, 3> projected;   ///< by form and constant matrix

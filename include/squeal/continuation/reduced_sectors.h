@@ -22,6 +22,11 @@ namespace squeal
   {
   public:
     explicit ReducedSectors(const EigensolverOptions &options) : options(options) {}
+    /// To be told before the first expansion point.
+    void expect(const ReducedModel::Course of_parameters)
+    {
+      course = of_parameters;
+    }
 
     /// Begins anew, as ReducedModel::set_expansion_point(); @p semidefinite as of BracketedCount.
     void set_expansion_point(QuadraticEigenproblem problem, const std::vector<Term> &terms,
@@ -65,7 +70,7 @@ namespace squeal
     std::optional<EigenPairs> solve(const std::vector<Term> &terms, unsigned int n_constraints);
     bool is_crowded() const;
     bool is_full() const;
-    /// Gives these modes of the last solution in the new coordinates.
+    /// Gives these modes in the new coordinates.
     EigenPairs restart(const EigenPairs &modes);
     ReducedModel::RayleighForms rayleigh_forms(const EigenPairs &modes) const;
     /// X^H M X of modes of the last solution; zero between sectors.
@@ -128,6 +133,7 @@ namespace squeal
     QuadraticEigenproblem expansion_problem_of(const Part &part) const;
 
     EigensolverOptions options;
+    ReducedModel::Course course = ReducedModel::Course::path;
     Sectors sectors;
     RowRange whole;
     unsigned int n_expansion_constraints = 0; ///< active at the expansion point
