@@ -109,12 +109,23 @@ namespace squeal
     if (!sketch)
       sketch.emplace(basis.rows);
     std::vector<MultiVector> of_new = terms.images(added);
+    MultiVector all_new(basis.rows, 0);
     for (unsigned int i = 0; i < n_matrices; ++i)
     {
       at_rows[i] = with_rows_of(at_rows[i], of_new[i]);
       clear_rows(of_new[i], interface.rows());
       images[i].append(of_new[i]);
-      const DenseMatrix of_image = sketch->of(of_new[i]);
+      all_new.append(of_new[i]);
+    }
+    of_new.clear();
+    // V is long: one product with it for all matrices.
+    const DenseMatrix sketches_of_new = sketch->of(all_new),
+                      by_right(n_all, all_new.n_columns(), inner_products(basis.right(), all_new)),
+                      by_left(basis.left.n_columns(), all_new.n_columns(),
+                              inner_products(basis.left, all_new));
+    for (unsigned int i = 0; i < n_matrices; ++i)
+    {
+      const DenseMatrix of_image = some_columns(sketches_of_new, i * n_new, n_new);
       sketches[i].values.insert(sketches[i].values.end(), of_image.values.begin(),
                                 of_image.values.end());
       sketches[i].n_columns = n_all;
@@ -124,25 +135,28 @@ namespace squeal
     const unsigned int n_left = basis.left.n_columns();
     for (unsigned int i = 0; i < n_matrices; ++i)
     {
-      // Rows first ... first + n of V^T A V or W^T A V, in the columns from column on
-      const auto products = [&](const MultiVector &test, const DenseMatrix &test_rows,
-                                const unsigned int first, const unsigned int n,
-                                const unsigned int column, const unsigned int n_columns)
+      // Rows of V^T A V or W^T A V, in columns from one on: what lies beside the interface, and
+      // the products there
+      const auto with_interface =
+          [&](DenseMatrix beside, const DenseMatrix &test_rows, const unsigned int column)
       {
-        DenseMatrix result(n, n_columns,
-                           inner_products(test, first, n, images[i], column, n_columns));
-        add(1,
-            outer_product(some_rows(test_rows, first, n), some_rows(at_rows[i], column, n_columns)),
-            result);
-        return result;
+        add(1, outer_product(test_rows, some_rows(at_rows[i], column, beside.n_columns)), beside);
+        return beside;
       };
-      projected[of_right][i] =
-          grow(projected[of_right][i], n_all,
-               [&](const unsigned int first, const unsigned int n, const unsigned int column,
-                   const unsigned int n_columns)
-               { return products(basis.right(), right_rows, first, n, column, n_columns); });
+      const auto block = [&](const unsigned int first, const unsigned int n,
+                             const unsigned int column, const unsigned int n_columns)
+      {
+        return with_interface(first == 0
+                                  ? some_columns(by_right, i * n_new, n_new)
+                                  : DenseMatrix(n, n_columns,
+                                                inner_products(basis.right(), first, n, images[i],
+                                                               column, n_columns)),
+                              some_rows(right_rows, first, n), column);
+      };
+      projected[of_right][i] = grow(projected[of_right][i], n_all, block);
       DenseMatrix top(n_left, n_all);
-      const DenseMatrix added_top = products(basis.left, tests.rows, 0, n_left, n_imaged, n_new);
+      const DenseMatrix added_top = with_interface(some_columns(by_left, i * n_new, n_new),
+                                                   some_rows(tests.rows, 0, n_left), n_imaged);
       for (unsigned int c = 0; c < n_all; ++c)
         for (unsigned int r = 0; r < n_left; ++r)
           top(r, c) = c < n_imaged ? projected[petrov][i](r, c) : added_top(r, c - n_imaged);

@@ -82,9 +82,10 @@ namespace squeal::tests::reduced_model_tests
     }
 
     /// A model of the held chain, which the friction 0.1 has as its expansion point.
-    ReducedModel model_of(const HeldChain &chain, const EigensolverOptions &options)
+    ReducedModel model_of(const HeldChain &chain, const EigensolverOptions &options,
+                          const ReducedModel::Course course = ReducedModel::Course::path)
     {
-      ReducedModel reduced(options);
+      ReducedModel reduced(options, course);
       const QuadraticEigenproblem problem = chain.problem(0.1);
       reduced.set_expansion_point(
           problem, chain.terms(0.1),
@@ -122,6 +123,39 @@ namespace squeal::tests::reduced_model_tests
       for (unsigned int j = 0; j < x.n_columns; ++j)
         CHECK(std::abs(x(HeldChain::held, j)) <= 1e-9);
     }
+  }
+
+  TEST_CASE("reduced model: scattered parameters, and a restart by principal components")
+  {
+    // The chain that restarts again and again has fewer vectors than the one that only grows, and
+    // the modes of the first solution in its coordinates as before.
+    const HeldChain chain;
+    const EigensolverOptions options = options_for_projection(0.3);
+    ReducedModel growing             = model_of(chain, options, ReducedModel::Course::scattered),
+                 restarted           = growing;
+    const EigenPairs first           = *restarted.solve(chain.terms(0.1));
+    const EigenPairs whole           = restarted.expand(first);
+    REQUIRE(growing.solve(chain.terms(0.1)));
+    EigenPairs coordinates = first;
+    for (unsigned int k = 1; k <= 24; ++k)
+    {
+      const double mu = 0.1 + 0.3 * ((7 * k) % 25) / 25; // to and fro
+      CAPTURE(mu);
+      for (ReducedModel *reduced : {&growing, &restarted})
+      {
+        const auto modes = reduced->solve(chain.terms(mu));
+        REQUIRE(modes);
+        CHECK(distance_of_sets(modes->lambda, HeldChain::eigenvalues(mu, 0.3)) <= 1e-8);
+      }
+      if (k % 6 != 0)
+        continue;
+      const EigenPairs before = restarted.expand(coordinates);
+      restarted.restart();
+      coordinates = restarted.coordinates(before);
+      CHECK(distance(restarted.expand(coordinates).right.re, whole.right.re) <= 1e-7);
+      CHECK(distance(restarted.expand(coordinates).left.re, whole.left.re) <= 1e-6);
+    }
+    CHECK(restarted.dimension() <= growing.dimension());
   }
 
   TEST_CASE("reduced model: a contact opens")
