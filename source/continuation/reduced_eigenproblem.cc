@@ -198,16 +198,14 @@ namespace squeal
   void ReducedEigenproblem::set_column(ReducedPairs &solutions, const unsigned int k,
                                        const std::vector<Complex> &vector) const
   {
-    double square = 0;
-    for (const Complex c : vector)
-      square += std::norm(c);
+    const double size = length(vector);
     for (unsigned int i = 0; i < dimension; ++i)
     {
       Complex sum = kernel.values.empty() ? vector[i] : 0.;
       for (unsigned int j = 0; j < kernel.n_columns; ++j)
         sum += kernel(i, j) * vector[j];
-      solutions.re(i, k) = sum.real() / std::sqrt(square);
-      solutions.im(i, k) = sum.imag() / std::sqrt(square);
+      solutions.re(i, k) = sum.real() / size;
+      solutions.im(i, k) = sum.imag() / size;
     }
   }
 

@@ -103,13 +103,12 @@ namespace squeal
       scattered.first_right = whole(x, false);
       scattered.first_left  = whole(y, true);
     }
-    DenseMatrix sum(dimension(), dimension());
-    for (unsigned int j = 0; j < scattered.products.n_columns; ++j)
-      for (unsigned int i = 0; i < scattered.products.n_rows; ++i)
-        sum(i, j) = scattered.products(i, j);
-    add(1, outer_product(x.re, x.re), sum);
-    add(1, outer_product(x.im, x.im), sum);
-    scattered.products = std::move(sum);
+    scattered.products =
+        grow(scattered.products, dimension(),
+             [](unsigned int, const unsigned int n, unsigned int, const unsigned int n_columns)
+             { return DenseMatrix(n, n_columns); });
+    add(1, outer_product(x.re, x.re), scattered.products);
+    add(1, outer_product(x.im, x.im), scattered.products);
     ++scattered.n_solutions;
     ++scattered.n_since_restart;
   }
@@ -125,7 +124,7 @@ namespace squeal
       return scattered.n_since_restart >= enough && dimension() > 3 * counts.in_disc &&
              dimension() > 1.25 * scattered.dimension_at_restart;
     }
-    // ReducedPairs with the same contacts tell more of those to come.
+    // Solutions with the same contacts tell more of those to come.
     const bool is_steady = n_steady >= most_recent;
     return !recent.empty() &&
            dimension() > (is_steady ? 56 + 6 * counts.in_disc : 106 + 9 * counts.in_disc);

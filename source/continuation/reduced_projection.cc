@@ -123,18 +123,12 @@ namespace squeal
                       by_right(n_all, all_new.n_columns(), inner_products(basis.right(), all_new)),
                       by_left(basis.left.n_columns(), all_new.n_columns(),
                               inner_products(basis.left, all_new));
-    for (unsigned int i = 0; i < n_matrices; ++i)
-    {
-      const DenseMatrix of_image = some_columns(sketches_of_new, i * n_new, n_new);
-      sketches[i].values.insert(sketches[i].values.end(), of_image.values.begin(),
-                                of_image.values.end());
-      sketches[i].n_columns = n_all;
-    }
     right_rows                = with_rows_of(right_rows, added);
     tests.rows                = with_top(right_rows, gather_rows(basis.left, interface.rows()));
     const unsigned int n_left = basis.left.n_columns();
     for (unsigned int i = 0; i < n_matrices; ++i)
     {
+      append(sketches[i], some_columns(sketches_of_new, i * n_new, n_new));
       // Rows of V^T A V or W^T A V, in columns from one on: what lies beside the interface, and
       // the products there
       const auto with_interface =
@@ -146,7 +140,7 @@ namespace squeal
       const auto block = [&](const unsigned int first, const unsigned int n,
                              const unsigned int column, const unsigned int n_columns)
       {
-        return with_interface(first == 0
+        return with_interface(first == 0 && n_columns > 0
                                   ? some_columns(by_right, i * n_new, n_new)
                                   : DenseMatrix(n, n_columns,
                                                 inner_products(basis.right(), first, n, images[i],

@@ -182,6 +182,7 @@ namespace squeal
   void Sampling::prepare()
   {
     log.progress("  centre of the samples");
+    tracker.expect_scattered();
     // By parameter, where nine of ten samples are smaller
     std::vector<Point> places;
     for (unsigned int i = 0; i < middle.size(); ++i)
@@ -204,7 +205,6 @@ namespace squeal
 
   void Sampling::expand_about_centre()
   {
-    tracker.expect_scattered();
     EigenSolution found = tracker.solve_fully(study.parameters_at(middle));
     tracker.set_expansion_point(study.parameters_at(middle), found.reuse);
     is_projected = tracker.has_expansion_point(); // not for small problems

@@ -119,13 +119,12 @@ namespace squeal
       for (unsigned int k = 0; k < present.size(); ++k)
       {
         const auto [n_known, columns, rows] = added[k];
-        DenseMatrix all(n, n);
-        for (unsigned int j = 0; j < n; ++j)
-          for (unsigned int i = 0; i < n; ++i)
-            all(i, j) = j >= n_known   ? products(i, columns + j - n_known)
-                        : i >= n_known ? products(j, rows + i - n_known)
-                                       : present[k].of_basis(i, j);
-        present[k].of_basis = std::move(all);
+        const DenseMatrix right             = some_columns(products, columns, n - n_known),
+                          below             = transposed(some_columns(products, rows, n - n_known));
+        present[k].of_basis                 = grow(
+                            present[k].of_basis, n,
+                            [&](const unsigned int first, unsigned int, unsigned int, const unsigned int n_columns)
+                            { return first == 0 ? right : some_columns(below, 0, n_columns); });
       }
       space.projections = std::move(present);
     }

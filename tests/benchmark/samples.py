@@ -8,13 +8,17 @@ Young's modulus, Poisson's ratio, damping and density of the pads, damping of th
 tolerance of 1e-9: all modes there, growth rates within the samples' reduction errors? The default file is prm/brake.prm."""
 
 import argparse
-import csv
 import random
 import re
+import sys
 import tempfile
 from pathlib import Path
 
 from sweep import FRICTION, PROJECT, run
+
+sys.path.insert(0, str(PROJECT / "tests/lib"))
+
+import squeal_testing as st  # noqa: E402
 
 EIGHT = ("Contact/Friction/Coefficient uniform 0.3 0.6", "Pads/Pressure uniform 0.5e6 1.5e6",
          "Pads/Material/Young modulus uniform 8e9 12e9", "Pads/Material/Poisson ratio uniform 0.25 0.35",
@@ -33,34 +37,27 @@ def halving_order(n):
     return order
 
 
-def rows_of(file):
-    with open(file, newline="") as lines:
-        return list(csv.DictReader(lines))
-
-
 def check(file, samples, n, common):
     """Some of the samples by runs of their own. Branches have no frequencies in samples.csv: a sample's growth rates and those
     of its run are paired in their order, which no other pairing betters."""
     keys = [key for key in samples[0] if "/" in key]
-    drawn = sorted(random.Random(1).sample(samples, min(n, len(samples))), key=lambda row: int(row["sample"]))
+    drawn = sorted(random.Random(1).sample(samples, min(n, len(samples))), key=lambda row: row["sample"])
     worst_of_bar, largest, others, beyond = 0, 0, 0, []
     for row in drawn:
         with tempfile.TemporaryDirectory() as directory:
-            run(file, *(f"{key}={row[key]}" for key in keys), *common, directory=directory)
-            modes = rows_of(Path(directory, "modes.csv"))
-        alone = [complex(float(mode["growth_rate_1_per_s"]), float(mode["frequency_hz"])) for mode in modes]
-        if len(alone) != int(row["modes"]):
+            run(file, *(f"{key}={row[key]!r}" for key in keys), *common, directory=directory)
+            alone = st.read_table(Path(directory, "modes.csv"))
+        if len(alone) != row["modes"]:
             others += 1
-            print(f"  sample {row['sample']}: {row['modes']} modes, {len(alone)} by itself", flush=True)
-        fastest = complex(float(row["growth_rate_1_per_s"]), float(row["frequency_hz"]))
-        same = min(alone, key=lambda mode: abs(mode.imag - fastest.imag))
-        ratio = abs(same.real - fastest.real) / float(row["reduction_error_1_per_s"])
+            print(f"  sample {row['sample']:.0f}: {row['modes']:.0f} modes, {len(alone)} by itself", flush=True)
+        same = min(alone, key=lambda mode: abs(mode["frequency_hz"] - row["frequency_hz"]))
+        ratio = abs(same["growth_rate_1_per_s"] - row["growth_rate_1_per_s"]) / row["reduction_error_1_per_s"]
         worst_of_bar = max(worst_of_bar, ratio)
         if ratio > 1:
             beyond.append(row["sample"])
-        branches = sorted(float(row[key]) for key in row if key.startswith("growth_rate_of_branch") and row[key])
+        branches = sorted(row[key] for key in row if key.startswith("growth_rate_of_branch") and row[key] is not None)
         if len(branches) == len(alone):
-            rates = sorted(mode.real for mode in alone)
+            rates = sorted(mode["growth_rate_1_per_s"] for mode in alone)
             largest = max(largest, max(abs(a - b) / max(1, abs(b)) for a, b in zip(branches, rates)))
     print(f"{len(drawn)} samples by themselves: {others} with another number of modes; {len(beyond)} beyond the reduction error "
           f"{beyond}, at most {worst_of_bar:.2g} of it; largest change of any growth rate {largest:.2g} (in 1/s, above 1/s relative)")
@@ -88,7 +85,7 @@ def main():
             sampling = [f"Sampling/Parameters={'; '.join(EIGHT)}", f"Sampling/Samples={n}"]
         results = Path(directory, "results")
         seconds, memory, log = run(arguments.file, *sampling, *common, directory=results)
-        samples = rows_of(results / "samples.csv")
+        samples = st.read_table(results / "samples.csv")
     full = re.search(r"(\d+) full solutions", log)[1]
     phases = re.search(r"Processor seconds: (.*)\.", log)[1]
     print(f"{n} samples of {arguments.numbers}: {seconds:.1f} processor seconds, {seconds / single:.1f} single runs, "
