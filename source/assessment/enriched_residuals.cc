@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
 
 namespace squeal
 {
@@ -53,7 +52,7 @@ namespace squeal
         factors.back().push_back(factors_at(prm, material, 0, false));
     }
     pair_contact();
-    joint_terms = model.joint_terms(space.fine);
+    of_joints = model.joint_terms(space.fine);
     add_bodies(import_columns(), factors, lifted, values);
     add_contact();
     add_matrices();
@@ -149,7 +148,7 @@ namespace squeal
       std::vector<Column> forces = space.map.zeros(4 * n_each);
       const std::vector<OperatorFactors> inertia(n_each, {1., 0., 0., 0., 0., 0.});
       add_bodies(space.base_map.import(shapes), {materials.size(), inertia}, fine_shapes, forces);
-      const MultiVector of_points = multiply(sum_of(space.fine.rows, joint_terms, 2), fine_shapes);
+      const MultiVector of_points = multiply(sum_of(space.fine.rows, of_joints, 2), fine_shapes);
       for (unsigned int k = 0; k < n_shapes; ++k)
         for (unsigned int i = 0; i < of_points.n_local(); ++i)
           forces[k].local_element(i) += of_points.column(k)[i];
@@ -228,6 +227,30 @@ namespace squeal
             {Origin::prestress, 0, 1., std::make_shared<const Matrix>(std::move(*matrix))});
   }
 
+  template <int dim>
+  ContactPressure EnrichedResiduals<dim>::friction_gradient() const
+  {
+    if (!prm.terms().friction)
+      return {};
+    auto [largest, slopes] = friction_slopes(*contact, pressure);
+    for (std::vector<double> &of_interface : slopes)
+      for (double &slope : of_interface)
+        slope *= largest;
+    return std::move(slopes);
+  }
+
+  template <int dim>
+  std::vector<ContactProduct>
+  EnrichedResiduals<dim>::static_products(const unsigned int interface,
+                                          const ContactKinematics<dim> &k,
+                                          const ContactPressure &slopes) const
+  {
+    std::vector<ContactProduct> products = normal_products(*contact, interface, k);
+    if (!slopes.empty() && contact->slides(interface))
+      products.push_back(friction_product(*contact, interface, k, slopes));
+    return products;
+  }
+
   /// Mortar: pressures of the modes vanish where contact is open, so that constraints need not be
   /// released there.
   template <int dim>
@@ -235,16 +258,8 @@ namespace squeal
   {
     if (!contact)
       return;
-    const StageTerms stage = prm.terms();
-    ContactPressure slopes; // d tau/d p
-    if (stage.friction)
-    {
-      double largest            = 0;
-      std::tie(largest, slopes) = friction_slopes(*contact, pressure);
-      for (std::vector<double> &of_interface : slopes)
-        for (double &slope : of_interface)
-          slope *= largest;
-    }
+    const StageTerms stage       = prm.terms();
+    const ContactPressure slopes = friction_gradient();
     // What a term is multiplied with, for each vector: the static state has no damping.
     using Factors = std::vector<Complex>;
     Factors of_state(n_vectors, 1.), of_position = of_state, of_velocity = modes.lambda;
@@ -265,9 +280,7 @@ namespace squeal
       contact->for_each_pair(
           [&](const unsigned int i, const ContactKinematics<dim> &k)
           {
-            std::vector<ContactProduct> products = normal_products(*contact, i, k);
-            if (stage.friction && contact->slides(i))
-              products.push_back(friction_product(*contact, i, k, slopes));
+            std::vector<ContactProduct> products = static_products(i, k, slopes);
             if (stage.friction_damping && contact->slides(i))
               for (ContactProduct &product : damping_products(*contact, i, k, pressure))
                 products.push_back(std::move(product));
@@ -320,7 +333,7 @@ namespace squeal
   template <int dim>
   void EnrichedResiduals<dim>::add_matrices()
   {
-    std::vector<Term> terms = joint_terms;
+    std::vector<Term> terms = of_joints;
     terms.insert(terms.end(), turning_terms.begin(), turning_terms.end());
     std::array<Matrix, 3> sums;
     for (unsigned int order = 0; order < sums.size(); ++order)
@@ -369,7 +382,7 @@ namespace squeal
       for (unsigned int i = 0; i < block.n_local(); ++i)
         values[n_modes].local_element(i) += factor * block.data()[i];
     };
-    for (const Term &term : joint_terms)
+    for (const Term &term : of_joints)
       if (term.order == 0)
         add(term.coefficient, multiply(*term.matrix, state));
     for (const MultiVector &load : loads)

@@ -59,20 +59,59 @@ namespace squeal
   }
 
   template <int dim>
-  void EnrichedSpace<dim>::copy_rows_without_cells(const std::vector<Column> &columns,
-                                                   MultiVector &result) const
+  MultiVector EnrichedSpace<dim>::restrict_forces(const MultiVector &forces) const
+  {
+    // What acts on a node is divided among the cells that have it.
+    std::vector<Column> counts = map.zeros(1), sums = base_map.zeros(1);
+    for (const auto &cell : map.cells)
+      for (const auto &entry : cell)
+        if (entry.direct)
+          counts[0].local_element(entry.index) += 1;
+    counts[0].compress(dealii::VectorOperation::add);
+    counts[0].update_ghost_values();
+    const std::vector<Column> imported = map.import(forces);
+    DenseMatrix fine(n, n_fields), coarse(base.fe.n_dofs_per_cell(), n_fields);
+    for (unsigned int number = 0; number < map.cells.size(); ++number)
+    {
+      std::fill(fine.values.begin(), fine.values.end(), 0.);
+      for (const auto &entry : map.cells[number])
+        if (entry.direct)
+          fine.values[entry.unknown] =
+              imported[0].local_element(entry.index) / counts[0].local_element(entry.index);
+      gemm(true, 1, lift, fine, 0, coarse);
+      for (const auto &entry : base_map.cells[number])
+        sums[0].local_element(entry.index) += entry.weight * coarse.values[entry.unknown];
+    }
+    sums[0].compress(dealii::VectorOperation::add);
+    MultiVector result(base.rows, 1);
+    std::copy_n(sums[0].begin(), result.n_local(), result.data());
+    for_rows_without_cells([&](const unsigned int of_base, const unsigned int of_fine)
+                           { result.data()[of_base] = forces.data()[of_fine]; });
+    return result;
+  }
+
+  template <int dim>
+  void EnrichedSpace<dim>::for_rows_without_cells(
+      const std::function<void(unsigned int, unsigned int)> &visit) const
   {
     if (!base.has_nodeless_rows() || dealii::Utilities::MPI::this_mpi_process(fine.comm) != 0)
       return;
-    const unsigned int n_points      = base.first_local_multiplier - base.first_point,
-                       n_multipliers = base.rows.end - base.first_point_multiplier;
-    for (unsigned int j = 0; j < columns.size(); ++j)
-    {
-      const auto copy = [&](const unsigned int from, const unsigned int to, const unsigned int n)
-      { std::copy_n(columns[j].begin() + from, n, result.column(j) + to); };
-      copy(base.first_point, fine.first_point, n_points);
-      copy(base.first_point_multiplier, fine.first_point_multiplier, n_multipliers);
-    }
+    for (unsigned int i = base.first_point; i < base.first_local_multiplier; ++i)
+      visit(i, fine.first_point + i - base.first_point);
+    for (unsigned int i = base.first_point_multiplier; i < base.rows.end; ++i)
+      visit(i, fine.first_point_multiplier + i - base.first_point_multiplier);
+  }
+
+  template <int dim>
+  void EnrichedSpace<dim>::copy_rows_without_cells(const std::vector<Column> &columns,
+                                                   MultiVector &result) const
+  {
+    for_rows_without_cells(
+        [&](const unsigned int of_base, const unsigned int of_fine)
+        {
+          for (unsigned int j = 0; j < columns.size(); ++j)
+            result.column(j)[of_fine] = columns[j].local_element(of_base);
+        });
   }
 
   template class EnrichedSpace<2>;

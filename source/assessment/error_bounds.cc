@@ -122,7 +122,7 @@ namespace squeal
     {
       const Effect &f      = effects.f;
       const unsigned int m = lambda.size();
-      const double whole = whole_effect(effects.degree), unequal = 0.25;
+      const double whole = whole_effect(effects.degree), unequal = unequal_parts;
       std::vector<unsigned int> all(m);
       std::iota(all.begin(), all.end(), 0u);
       const std::vector<Complex> corrected = coupled(lambda, correcting(effects), all,
@@ -131,10 +131,10 @@ namespace squeal
                                  extrapolated =
                                      coupled(lambda, f, all, std::vector<double>(m, whole));
       std::vector<std::vector<std::vector<Complex>>> shifted;
-      for (const std::vector<Effect> &group : effects.alternatives)
+      for (const ErrorEffects::Alternatives &group : effects.alternatives)
       {
         shifted.emplace_back();
-        for (std::vector<Complex> sum : group)
+        for (std::vector<Complex> sum : group.effects)
         {
           for (unsigned int i = 0; i < m * m; ++i)
             sum[i] += whole * f[i];
@@ -145,40 +145,41 @@ namespace squeal
       for (unsigned int k = 0; k < m; ++k)
       {
         bounds.correction.push_back(corrected[k] - lambda[k]);
-        std::vector<Complex> changes = {seen[k] - lambda[k], extrapolated[k] - lambda[k]};
+        UncertainChange growth_rate, imaginary;
+        const auto include = [&](const Complex &changed)
+        {
+          growth_rate.include((changed - lambda[k]).real());
+          imaginary.include((changed - lambda[k]).imag());
+        };
+        include(seen[k]);
+        include(extrapolated[k]);
         const std::vector<unsigned int> members = neighbours(lambda, f, k, whole);
         for (unsigned int varied = 0; varied < members.size() && members.size() > 1; ++varied)
           for (const bool seen_only : {true, false})
           {
             std::vector<double> t(members.size(), seen_only ? 1. : whole);
             t[varied] *= seen_only ? 1 + unequal : 1 - unequal;
-            changes.push_back(coupled(lambda, f, members, t)[0] - lambda[k]);
+            include(coupled(lambda, f, members, t)[0]);
           }
         // Two that meet on the way are as they were on both sides of it, and flutter between.
         for (const unsigned int j : members)
           if (const double t = j == k ? 0 : closest_approach(lambda, f, k, j);
               t >= 1 - unequal && t <= (1 + unequal) * whole)
-            changes.push_back(
-                coupled(lambda, f, members, std::vector<double>(members.size(), t))[0] - lambda[k]);
-        double re = 0, im = 0;
-        for (const Complex &change : changes)
+            include(coupled(lambda, f, members, std::vector<double>(members.size(), t))[0]);
+        growth_rate.set_parts(unequal * whole * effects.growth_rate_parts[k]);
+        for (unsigned int g = 0; g < shifted.size(); ++g)
         {
-          re = std::max(re, std::abs(change.real()));
-          im = std::max(im, std::abs(change.imag()));
-        }
-        bounds.growth_rate.push_back(re + 0.02 * whole * effects.growth_rate_parts[k]);
-        bounds.imaginary.push_back(im);
-        for (const std::vector<std::vector<Complex>> &group : shifted)
-        {
-          double group_re = 0, group_im = 0;
-          for (const std::vector<Complex> &roots : group)
+          std::vector<double> re, im;
+          for (const std::vector<Complex> &roots : shifted[g])
           {
-            group_re = std::max(group_re, std::abs((roots[k] - extrapolated[k]).real()));
-            group_im = std::max(group_im, std::abs((roots[k] - extrapolated[k]).imag()));
+            re.push_back((roots[k] - extrapolated[k]).real());
+            im.push_back((roots[k] - extrapolated[k]).imag());
           }
-          bounds.growth_rate.back() += group_re;
-          bounds.imaginary.back() += group_im;
+          growth_rate.add(effects.alternatives[g], re);
+          imaginary.add(effects.alternatives[g], im);
         }
+        bounds.growth_rate.push_back(growth_rate.bound());
+        bounds.imaginary.push_back(imaginary.bound());
       }
       return bounds;
     }
@@ -187,11 +188,20 @@ namespace squeal
   ErrorEffects::Effect correcting(const ErrorEffects &effects)
   {
     Effect sum = effects.f;
-    for (const std::vector<Effect> &group : effects.alternatives)
-      if (group.size() == 3)
+    for (const ErrorEffects::Alternatives &group : effects.alternatives)
+      if (group.with_likeliest)
         for (std::size_t k = 0; k < sum.size(); ++k)
-          sum[k] += group.back()[k];
+          sum[k] += group.effects.back()[k];
     return sum;
+  }
+
+  void UncertainChange::add(const ErrorEffects::Alternatives &alternatives,
+                            const std::vector<double> &changes)
+  {
+    double &sum = alternatives.with_likeliest ? both_sides : at_most, of_these = 0;
+    for (const double change : changes)
+      of_these = std::max(of_these, std::abs(change));
+    sum += of_these;
   }
 
   double whole_effect(const unsigned int degree)
@@ -246,11 +256,11 @@ namespace squeal
     result.f      = within(effects.f);
     for (const unsigned int j : members)
       result.growth_rate_parts.push_back(effects.growth_rate_parts[j]);
-    for (const std::vector<Effect> &group : effects.alternatives)
+    for (const ErrorEffects::Alternatives &group : effects.alternatives)
     {
-      result.alternatives.emplace_back();
-      for (const Effect &effect : group)
-        result.alternatives.back().push_back(within(effect));
+      result.alternatives.push_back({{}, group.with_likeliest});
+      for (const Effect &effect : group.effects)
+        result.alternatives.back().effects.push_back(within(effect));
     }
     return result;
   }

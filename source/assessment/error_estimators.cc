@@ -4,11 +4,13 @@
 #include <squeal/assessment/locking.h>
 #include <squeal/assessment/second_sides.h>
 #include <squeal/assessment/stability.h>
+#include <squeal/assessment/static_correction.h>
 #include <squeal/assessment/surface_vectors.h>
 #include <squeal/contact/contact_matrices.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 namespace squeal
@@ -45,9 +47,10 @@ namespace squeal
       std::vector<std::vector<Complex>> other_edges(EigenvalueErrors &errors) const;
       void add_state_correction(const DenseMatrix &functions, unsigned int number,
                                 const std::vector<int> &unknowns, const double *solution);
-      std::vector<Complex> other_pressure();
+      std::vector<Complex> effect_of_pressure();
       /// Multiplies what moves eigenvalues like a change of the stiffness: a column a mode.
       void add_answer_of_damping(std::vector<Complex> &effects) const;
+      std::vector<double> parts_by_kind(const EigenvalueErrors &errors) const;
       void find_corrections(EigenvalueErrors &errors);
 
       const BrakeModel<dim> &model;
@@ -291,23 +294,28 @@ namespace squeal
     }
 
     /// First-order changes of the eigenvalues, like F, by the steady pressure's own error:
-    ///     -2 z_i^H (dQ + l_j dP) x_j / (2 l_i),
-    /// dP and dQ the friction damping of what the local problems add to the pressure. The two is
-    /// for the answer of V_h to that, which is of the same size and would cost a factorisation.
+    ///     -z_i^H (dQ + l_j dP) x_j / (2 l_i),
+    /// dP and dQ the friction damping of what one degree more adds to the pressure.
     template <int dim>
-    std::vector<Complex> Estimator<dim>::other_pressure()
+    std::vector<Complex> Estimator<dim>::effect_of_pressure()
     {
-      MultiVector state = residuals.lifted.columns(m, 1);
+      // -B r_0 of the state's residual; functions of several cells have several values
+      MultiVector local(space.fine.rows, 1);
       state_correction[0].compress(VectorOperation::add);
       state_correction[1].compress(VectorOperation::add);
-      for (unsigned int i = 0; i < state.n_local(); ++i)
+      for (unsigned int i = 0; i < local.n_local(); ++i)
         if (const double count = state_correction[1].local_element(i); count > 0)
-          state.data()[i] += state_correction[0].local_element(i) / count;
-      const ContactPressure other = residuals.contact->pressure_of(state);
+          local.data()[i] = -state_correction[0].local_element(i) / count;
+      MultiVector state = residuals.lifted.columns(m, 1);
       const SurfaceVectors<dim> x_vectors(*residuals.contact, residuals.lifted, 0,
                                           2 * residuals.n_vectors),
           z_vectors(*residuals.contact, residuals.lifted, 2 * residuals.n_vectors,
                     2 * residuals.n_vectors);
+      // Surfaces are all that is needed from here on: room for factors.
+      residuals.values.clear();
+      residuals.lifted = MultiVector();
+      state += static_correction(model, residuals, std::move(local));
+      const ContactPressure other = residuals.contact->pressure_of(state);
       // [Re Z, Im Z]^T dP [Re X, Im X] and the same of dQ, by order
       std::array<DenseMatrix, 2> forms;
       for (DenseMatrix &form : forms)
@@ -341,7 +349,7 @@ namespace squeal
             const Complex product(
                 form(i, j) + form(residuals.n_vectors + i, residuals.n_vectors + j),
                 form(i, residuals.n_vectors + j) - form(residuals.n_vectors + i, j));
-            f[i + m * j] -= (order == 0 ? 1. : modes.lambda[j]) * product / modes.lambda[i];
+            f[i + m * j] -= (order == 0 ? 1. : modes.lambda[j]) * product / (2. * modes.lambda[i]);
           }
       }
       return f;
@@ -366,18 +374,53 @@ namespace squeal
           }
     }
 
+    /// The cells' parts of each mode's growth rate, summed over those that are alike, of the same
+    /// material and at the same boundaries: sum |sum Re|. Collective.
+    template <int dim>
+    std::vector<double> Estimator<dim>::parts_by_kind(const EigenvalueErrors &errors) const
+    {
+      using Kind = std::vector<unsigned int>;
+      std::map<Kind, std::vector<double>> here;
+      unsigned int number = 0;
+      for (const auto &cell : space.fine.nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          Kind kind;
+          for (const unsigned int face : cell->face_indices())
+            if (cell->face(face)->at_boundary())
+              kind.push_back(cell->face(face)->boundary_id());
+          std::sort(kind.begin(), kind.end());
+          kind.push_back(residuals.material_of(cell));
+          std::vector<double> &sums = here[kind];
+          sums.resize(m);
+          for (unsigned int j = 0; j < m; ++j)
+            sums[j] += errors.cells[number][j].real();
+          ++number;
+        }
+      std::map<Kind, std::vector<double>> all;
+      for (const auto &of_rank : Utilities::MPI::all_gather(space.fine.comm, here))
+        for (const auto &[kind, sums] : of_rank)
+        {
+          std::vector<double> &total = all[kind];
+          total.resize(m);
+          for (unsigned int j = 0; j < m; ++j)
+            total[j] += sums[j];
+        }
+      std::vector<double> parts(m);
+      for (const auto &[kind, sums] : all)
+        for (unsigned int j = 0; j < m; ++j)
+          parts[j] += std::abs(sums[j]);
+      return parts;
+    }
+
     /// Corrections and bounds out of T, summed over all ranks.
     template <int dim>
     void Estimator<dim>::find_corrections(EigenvalueErrors &errors)
     {
-      // T, what may come to it where V_h follows, then sum |Re| of the cells' parts of each mode
+      // T, and what may come to it where V_h follows
       std::vector<double> sums;
       for (const DenseMatrix *block : {&t_re, &t_im, &yielding_re, &yielding_im})
         sums.insert(sums.end(), block->values.begin(), block->values.end());
-      sums.resize(4 * m * m + m);
-      for (const auto &cell : errors.cells)
-        for (unsigned int j = 0; j < m; ++j)
-          sums[4 * m * m + j] += std::abs(cell[j].real());
       MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, space.fine.comm);
       std::vector<Complex> f(m * m), yielding_effect(m * m);
       for (unsigned int i = 0; i < m; ++i)
@@ -390,18 +433,23 @@ namespace squeal
           }
       add_answer_of_damping(f);
       add_answer_of_damping(yielding_effect);
+      if (residuals.with_state)
+      {
+        const std::vector<Complex> of_pressure = effect_of_pressure();
+        for (unsigned int k = 0; k < m * m; ++k)
+          f[k] += of_pressure[k];
+      }
+      ErrorEffects &effects = errors.effects;
+      effects               = {std::move(f), parts_by_kind(errors), space.base.fe.degree, {}};
       std::vector<std::vector<Complex>> edges = other_edges(errors);
       for (std::vector<Complex> &edge : edges)
         add_answer_of_damping(edge);
-      ErrorEffects &effects = errors.effects;
-      effects               = {
-                        std::move(f), {sums.end() - m, sums.end()}, space.base.fe.degree, {std::move(edges)}};
-      if (residuals.with_state)
-        effects.alternatives.push_back({other_pressure()});
+      if (!edges.empty())
+        effects.alternatives.push_back({std::move(edges), true});
       // The same on all ranks, whichever has such cells
       if (std::any_of(yielding_effect.begin(), yielding_effect.end(),
                       [](const Complex e) { return e != 0.; }))
-        effects.alternatives.push_back({yielding_effect});
+        effects.alternatives.push_back({{yielding_effect}, false});
       errors.bounds = bound_errors(modes.lambda, modes.parity, effects);
     }
 

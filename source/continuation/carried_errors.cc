@@ -154,8 +154,8 @@ namespace squeal
       ErrorEffects effects = of_modes(known, of);
       const unsigned int n = of.size();
       effects.f            = transformed(inverse, effects.f, c);
-      for (std::vector<Effect> &group : effects.alternatives)
-        for (Effect &effect : group)
+      for (ErrorEffects::Alternatives &group : effects.alternatives)
+        for (Effect &effect : group.effects)
           effect = transformed(inverse, effect, c);
       const std::vector<double> parts = effects.growth_rate_parts;
       for (unsigned int j = 0; j < n; ++j)
@@ -179,8 +179,8 @@ namespace squeal
             effect[i + n * j] *= before / after;
         };
         scale(effects.f);
-        for (std::vector<Effect> &group : effects.alternatives)
-          for (Effect &effect : group)
+        for (ErrorEffects::Alternatives &group : effects.alternatives)
+          for (Effect &effect : group.effects)
             scale(effect);
         effects.growth_rate_parts[i] *= std::abs(before / after);
       }
@@ -255,13 +255,13 @@ namespace squeal
     const auto add_share = [&](const KnownEffects &of, const std::vector<int> &places,
                                const std::vector<int> &of_others, const double weight)
     {
-      for (const std::vector<Effect> &group : of.effects.alternatives)
+      for (const ErrorEffects::Alternatives &group : of.effects.alternatives)
       {
-        std::vector<Effect> parts;
+        ErrorEffects::Alternatives parts{{}, group.with_likeliest};
         double largest = 0;
-        for (const Effect &effect : group)
+        for (const Effect &effect : group.effects)
         {
-          parts.emplace_back(n * n);
+          parts.effects.emplace_back(n * n);
           for (unsigned int j = 0; j < n; ++j)
             for (unsigned int i = 0; i < n; ++i)
               if (places[i] >= 0 && places[j] >= 0)
@@ -269,8 +269,8 @@ namespace squeal
                 const bool is_only_here = of_others[i] < 0 || of_others[j] < 0;
                 const Complex part =
                     (is_only_here ? 1 : weight) * effect[places[i] + of.modes.size() * places[j]];
-                parts.back()[i + n * j] = part;
-                largest                 = std::max(largest, std::abs(part));
+                parts.effects.back()[i + n * j] = part;
+                largest                         = std::max(largest, std::abs(part));
               }
         }
         if (largest > 0)
@@ -557,7 +557,7 @@ namespace squeal
     const Effect of_shapes = transformed(inverse, effects.f, basis);
 
     // As in bound_errors()
-    const double factor = whole_effect(effects.degree), unequal = 0.25;
+    const double factor = whole_effect(effects.degree);
     const auto multiple = [&](const Effect &f)
     {
       Effect result = f;
@@ -573,39 +573,38 @@ namespace squeal
     if (!seen || !corrected || !extrapolated)
       return std::nullopt;
     result.correction = *corrected * length;
-    double error      = std::max(std::abs(*seen), std::abs(*extrapolated));
+    UncertainChange change;
+    change.include(*seen);
+    change.include(*extrapolated);
     for (unsigned int varied = 0; varied < m && m > 1; ++varied)
       for (const bool seen_only : {true, false})
       {
         std::vector<double> t(m, seen_only ? 1. : factor);
-        t[varied] *= seen_only ? 1 + unequal : 1 - unequal;
+        t[varied] *= seen_only ? 1 + unequal_parts : 1 - unequal_parts;
         const std::optional<double> moved =
             problem.moved_by(transformed(basis, scaled(of_shapes, t), inverse));
         if (!moved)
           return std::nullopt;
-        error = std::max(error, std::abs(*moved));
+        change.include(*moved);
       }
-    for (const std::vector<Effect> &group : effects.alternatives)
+    for (const ErrorEffects::Alternatives &group : effects.alternatives)
     {
-      double largest_change = 0;
-      for (Effect sum : group)
+      std::vector<double> changes;
+      for (Effect sum : group.effects)
       {
         for (std::size_t k = 0; k < sum.size(); ++k)
           sum[k] += all[k];
         const std::optional<double> moved = problem.moved_by(sum);
         if (!moved)
           return std::nullopt;
-        largest_change = std::max(largest_change, std::abs(*moved - *extrapolated));
+        changes.push_back(*moved - *extrapolated);
       }
-      error += largest_change;
+      change.add(group, changes);
     }
-    if (other < 0)
-    {
-      const double gradient = std::abs(critical.slope * length);
-      if (gradient > 0)
-        error += 0.02 * factor * effects.growth_rate_parts[0] / gradient;
-    }
-    result.error = error * std::abs(length);
+    const double gradient = std::abs(critical.slope * length);
+    if (other < 0 && gradient > 0)
+      change.set_parts(unequal_parts * factor * effects.growth_rate_parts[0] / gradient);
+    result.error = change.bound() * std::abs(length);
     return result;
   }
 

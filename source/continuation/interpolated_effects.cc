@@ -58,10 +58,10 @@ namespace squeal
       add(known.effects.f, there.effects.f, effects.f);
       add(known.effects.growth_rate_parts, there.effects.growth_rate_parts,
           effects.growth_rate_parts);
-      const auto &groups = there.effects.alternatives;
-      for (std::size_t g = 0; g < groups.size() && g < effects.alternatives.size(); ++g)
-        for (std::size_t a = 0; a < groups[g].size() && a < effects.alternatives[g].size(); ++a)
-          add(known.effects.alternatives[g][a], groups[g][a], effects.alternatives[g][a]);
+      const auto &groups = there.effects.alternatives, &own = effects.alternatives;
+      for (std::size_t g = 0; g < groups.size() && g < own.size(); ++g)
+        for (std::size_t a = 0; a < groups[g].effects.size() && a < own[g].effects.size(); ++a)
+          add(known.effects.alternatives[g].effects[a], groups[g].effects[a], own[g].effects[a]);
     }
     for (double &part : known.effects.growth_rate_parts)
       part = std::max(part, 0.);
@@ -77,7 +77,7 @@ namespace squeal
       ErrorEffects::Effect bent(effects.f.size());
       for (std::size_t k = 0; k < bent.size(); ++k)
         bent[k] = weight * (there.effects.f[k] - effects.f[k]);
-      known.effects.alternatives.push_back({std::move(bent)});
+      known.effects.alternatives.push_back({{std::move(bent)}, false});
     }
     return known;
   }

@@ -515,6 +515,26 @@ namespace squeal
   }
 
   template <int dim>
+  MultiVector BrakeModel<dim>::static_response(const MultiVector &force) const
+  {
+    const bool with_friction = prm.terms().friction;
+    if (iterative)
+    {
+      constexpr double tolerance = 1e-3; // of what is an estimate
+      MultiVector response(spaces_.rows, 1);
+      iterative->solve(*steady.contact, steady.pressure, with_friction, force, tolerance, response);
+      return response;
+    }
+    std::vector<Term> terms;
+    std::copy_if(terms_.begin(), terms_.end(), std::back_inserter(terms),
+                 [](const Term &term)
+                 { return term.origin == Origin::elasticity || term.origin == Origin::joint; });
+    DirectStatics<dim> factors(spaces_.rows, terms, steady.contact->contact_model(), with_friction,
+                               sectors(), false, true);
+    return factors.solve(*steady.contact, steady.pressure, force);
+  }
+
+  template <int dim>
   FrictionWork BrakeModel<dim>::friction_work(const EigenPairs &modes,
                                               const unsigned int mode) const
   {

@@ -2,6 +2,7 @@
 
 #include <squeal/assessment/cell_residuals.h>
 #include <squeal/assessment/enriched_space.h>
+#include <squeal/contact/contact_products.h>
 #include <squeal/eigen/eigenpairs.h>
 #include <squeal/model/brake_model.h>
 
@@ -31,13 +32,25 @@ namespace squeal
       return space.base.geometry.parts[cell->material_id()].material;
     }
 
+    /// The terms of what joins the bodies, on V+.
+    const std::vector<Term> &joint_terms() const
+    {
+      return of_joints;
+    }
+    /// d tau/d p of the steady pressure at the contact's points; empty without friction.
+    ContactPressure friction_gradient() const;
+    /// N and mu T on a pair of faces; @p slopes is friction_gradient().
+    std::vector<ContactProduct> static_products(unsigned int interface,
+                                                const ContactKinematics<dim> &k,
+                                                const ContactPressure &slopes) const;
+
     const unsigned int n_modes;
     const bool with_state;
     const unsigned int n_vectors; ///< modes and state
     EnrichedSpace<dim> space;
     CellResiduals<dim> cells;
     const std::vector<Parameters::BodyMaterial> materials;
-    /// By material: the factors of its matrices at each eigenvalue.
+    /// By material: the factors of its matrices at each eigenvalue; the state's are the last.
     std::vector<std::vector<OperatorFactors>> factors;
     std::unique_ptr<Contact<dim>> contact;
     ContactPressure pressure;
@@ -64,6 +77,6 @@ namespace squeal
     const BrakeModel<dim> &model;
     const Parameters::All &prm;
     const EigenPairs &modes;
-    std::vector<Term> joint_terms, turning_terms;
+    std::vector<Term> of_joints, turning_terms;
   };
 } // namespace squeal

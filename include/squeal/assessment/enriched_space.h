@@ -5,6 +5,7 @@
 #include <squeal/mesh/cell_map.h>
 #include <squeal/mesh/finite_element_space.h>
 
+#include <functional>
 #include <vector>
 
 namespace squeal
@@ -24,6 +25,8 @@ namespace squeal
                    MultiVector &result) const;
     /// One column, interpolated. Collective.
     MultiVector interpolate(const MultiVector &column) const;
+    /// Forces on V+ as V_h sees them: the transpose of interpolate(). One column. Collective.
+    MultiVector restrict_forces(const MultiVector &forces) const;
     /// The rows of points and superelements, which belong to no cell and are the same in each
     /// space.
     void copy_rows_without_cells(const std::vector<Column> &columns, MultiVector &result) const;
@@ -34,5 +37,9 @@ namespace squeal
     const unsigned int n_fields;         ///< of a node
     const CellMap<dim> base_map, map;    ///< of V_h and V+
     const DenseMatrix lift;              ///< from the nodes of a cell to those of V+
+
+  private:
+    /// Calls visit(local row of V_h, the same of V+).
+    void for_rows_without_cells(const std::function<void(unsigned int, unsigned int)> &visit) const;
   };
 } // namespace squeal

@@ -2,6 +2,8 @@
 
 #include <squeal/eigen/eigenpairs.h>
 
+#include <algorithm>
+#include <cmath>
 #include <complex>
 #include <functional>
 #include <vector>
@@ -17,14 +19,21 @@ namespace squeal
   {
     using Effect = std::vector<std::complex<double>>;
 
+    /// What may be so or not: effects that exclude each other.
+    struct Alternatives
+    {
+      std::vector<Effect> effects;
+      /// Whether the last one is the likeliest and belongs to the correction; the others lie on
+      /// both sides of it. Else they are bounds of what may come to it.
+      bool with_likeliest = false;
+    };
+
     Effect f; ///< of one polynomial degree more
-    /// Sums of the moduli of the cells' parts of Re F_jj.
+    /// Sums over kinds of cells of the moduli of their parts of Re F_jj. Cells are of one kind if
+    /// they have the same material and lie at the same boundaries.
     std::vector<double> growth_rate_parts;
     unsigned int degree = 1;
-    /// Effects that may be so or not: of each group of them, which exclude each other, the larger
-    /// change is added. They belong to no correction, but for the third of a group of three: it is
-    /// the likeliest, and the others lie on both sides of it.
-    std::vector<std::vector<Effect>> alternatives;
+    std::vector<Alternatives> alternatives;
   };
 
   /// What corrects the eigenvalues: one degree more, and the likeliest of alternatives.
@@ -52,9 +61,16 @@ namespace squeal
   /// contact and clamps. So the bounds take the part that is seen for 1 - (p/(p+1))^2 of the whole,
   /// with a margin of one fifth. Modes that are close to each other may have different parts: each
   /// one's is varied between what is seen and the whole, the others' held at either; and where two
-  /// come closest as their effects grow together, the effects are taken as they are there. Parts of
-  /// a growth rate cancel over the mesh; a fiftieth of their moduli is added for those that are not
-  /// seen and may cancel less.
+  /// come closest as their effects grow together, the effects are taken as they are there. Call the
+  /// largest change e.
+  ///
+  /// Parts of a growth rate cancel over the mesh. Kinds of cells, in the middle of a body, at a
+  /// clamp, at the edge of a contact, may have different parts, too: by a quarter of the whole,
+  /// which is g = whole/4 sum |parts| together. Of alternatives the larger change counts. Where one
+  /// is the likeliest they are as much above as below: d, summed where there are several. Other
+  /// alternatives' changes, b, come to all that. So the bound is
+  ///     sqrt(e^2 + g^2 + d^2) + b,
+  /// as for uncertainties that are independent.
   ///
   /// Modes of different @p parity (one for each mode, or empty) cannot couple: each parity has its
   /// own small matrix. An eigenvalue of it belongs to the mode that its vector is nearest to.
@@ -63,4 +79,32 @@ namespace squeal
 
   /// The whole of an effect that one degree more sees, with a margin: a factor.
   double whole_effect(unsigned int degree);
+
+  /// By how much parts that are seen differ between modes, and between kinds of cells.
+  constexpr double unequal_parts = 0.25;
+
+  /// The bound of bound_errors() for one number that effects change.
+  class UncertainChange
+  {
+  public:
+    /// One of the changes of which the largest is e.
+    void include(const double change)
+    {
+      largest = std::max(largest, std::abs(change));
+    }
+    /// g
+    void set_parts(const double change)
+    {
+      of_parts = change;
+    }
+    /// The changes by some alternatives: part of d or b.
+    void add(const ErrorEffects::Alternatives &alternatives, const std::vector<double> &changes);
+    double bound() const
+    {
+      return std::sqrt(largest * largest + of_parts * of_parts + both_sides * both_sides) + at_most;
+    }
+
+  private:
+    double largest = 0, of_parts = 0, both_sides = 0, at_most = 0;
+  };
 } // namespace squeal

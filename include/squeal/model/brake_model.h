@@ -144,6 +144,10 @@ namespace squeal
                                            const Parameters::All &parameters);
     /// The gain of friction on the contact pressure; zero without friction.
     SelfLocking self_locking() const;
+    /// What a force changes in the static state while its contacts stay as they are: the tangent of
+    /// theory.md, section 3, is factorised anew, but where modes are found without factors. Only
+    /// once the model is linearised. Collective; throws SolverError.
+    MultiVector static_response(const MultiVector &force) const;
     /// Where friction feeds energy into a mode.
     FrictionWork friction_work(const EigenPairs &modes, unsigned int mode) const;
 

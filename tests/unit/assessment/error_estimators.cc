@@ -283,6 +283,32 @@ namespace squeal::tests::error_estimators_tests
     CHECK(apart.imaginary[0] < whole.imaginary[0]);
   }
 
+  TEST_CASE("error bounds: what is independent is added by squares, what may come to it as it is")
+  {
+    // One mode: the whole of degree 2 is 2.16 times what is seen.
+    const Complex j(0, 1);
+    const double whole                = whole_effect(2);
+    const std::vector<Complex> lambda = {1000. * j}, f = {3. + 20. * j};
+    const std::vector<double> parts = {8.};
+    using Alternatives              = ErrorEffects::Alternatives;
+    const Alternatives edge{{{-5. + 1. * j}, {7. - 2. * j}, {1. + 0.5 * j}}, true},
+        locking{{{4. + 30. * j}}, false};
+    const auto bounds = [&](const std::vector<Alternatives> &alternatives) {
+      return bound_errors(lambda, {}, {f, parts, 2, alternatives});
+    };
+    const double re = whole * 3, im = whole * 20, of_parts = 0.25 * whole * 8;
+    const ErrorBounds alone = bounds({}), both = bounds({edge, locking}),
+                      twice = bounds({edge, edge});
+    CHECK(alone.growth_rate[0] == doctest::Approx(std::hypot(re, of_parts)));
+    CHECK(alone.imaginary[0] == doctest::Approx(im));
+    CHECK(both.growth_rate[0] == doctest::Approx(std::hypot(re, of_parts, 7.) + 4));
+    CHECK(both.imaginary[0] == doctest::Approx(std::hypot(im, 2.) + 30));
+    CHECK(twice.growth_rate[0] == doctest::Approx(std::hypot(re, of_parts, 14.)));
+    // The likeliest edge is part of the correction.
+    CHECK(std::abs(alone.correction[0] - f[0]) <= 1e-9);
+    CHECK(std::abs(both.correction[0] - (f[0] + 1. + 0.5 * j)) <= 1e-9);
+  }
+
   TEST_CASE("error bounds: a pair that meets on the way of its effects flutters there")
   {
     // i [d, c; -c, -d] has +- i sqrt(d^2 - c^2): nothing grows but for |d| < c. The effects take d

@@ -218,7 +218,7 @@ namespace squeal::tests::carried_errors
     const auto known = [](const double size)
     {
       ErrorEffects effects = effects_of(unit(2));
-      effects.alternatives = {{{size, 0, 0, size}, {-size, 0, 0, -size}}};
+      effects.alternatives = {{{{size, 0, 0, size}, {-size, 0, 0, -size}}, false}};
       return all_known(effects);
     };
     const auto bar = [](const KnownEffects &of) {

@@ -86,8 +86,9 @@ namespace squeal::tests::contact_edge_tests
       std::vector<Complex> f(m * m);
       for (unsigned int k = 0; k < f.size(); ++k)
         f[k] = -(opens ? effects.opening[k] : effects.closing[k]) / (2. * modes.lambda[k % m]);
-      const ErrorBounds bounds = bound_errors(
-          modes.lambda, {}, {std::vector<Complex>(m * m), std::vector<double>(m), 2, {{f}}});
+      const ErrorBounds bounds =
+          bound_errors(modes.lambda, {},
+                       {std::vector<Complex>(m * m), std::vector<double>(m), 2, {{{f}, false}}});
       double largest = 0;
       for (unsigned int j = 0; j < m; ++j)
       {
