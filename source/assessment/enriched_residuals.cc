@@ -33,12 +33,20 @@ namespace squeal
       return {of(BodyTerm::Kind::M),      of(BodyTerm::Kind::K), of(BodyTerm::Kind::G),
               of(BodyTerm::Kind::M_star), has_stress ? 1. : 0.,  of(BodyTerm::Kind::V)};
     }
+    /// Whether eigenvalues depend on a pressure that is computed: by friction's damping.
+    template <int dim>
+    bool depend_on_pressure(const BrakeModel<dim> &model)
+    {
+      const std::vector<ContactInterface> &interfaces = model.spaces().geometry.interfaces;
+      return model.equilibrium() && model.parameters().terms().friction_damping &&
+             std::any_of(interfaces.begin(), interfaces.end(),
+                         [](const ContactInterface &interface) { return interface.slides(); });
+    }
   } // namespace
 
   template <int dim>
   EnrichedResiduals<dim>::EnrichedResiduals(const BrakeModel<dim> &model, const EigenPairs &modes)
-      : n_modes(modes.size()), with_state(model.equilibrium() && model.contact() &&
-                                          model.parameters().terms().friction_damping),
+      : n_modes(modes.size()), with_state(depend_on_pressure(model)),
         n_vectors(n_modes + with_state), space(model.spaces()), cells(space.base, space.fine),
         materials(model.parameters().materials()), lifted(space.fine.rows, 4 * n_vectors),
         values(space.map.zeros(4 * n_vectors)), model(model), prm(model.parameters()), modes(modes)

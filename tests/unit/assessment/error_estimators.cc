@@ -177,6 +177,21 @@ namespace squeal::tests::error_estimators_tests
     }
   }
 
+  TEST_CASE(
+      "error estimators: a static state without contact, in the stage with friction's damping")
+  {
+    Parameters::All prm;
+    prm.pads.arrangement               = Arrangement::none;
+    prm.operation.angular_velocity     = 300;
+    prm.prestress.centrifugal_load     = true;
+    prm.discretization.rotor_cells     = {{3, 20, 1}};
+    prm.eigenproblem.maximum_frequency = 1200;
+    const Solution<3> solution(make_brake(prm), prm, 2, {}, true);
+    CHECK(solution.modes.lambda.size() >= 3);
+    for (const double bar : solution.errors.bounds.imaginary)
+      CHECK(bar > 0);
+  }
+
   TEST_CASE("error estimators: no bars where there is no error, none of a conservative growth rate")
   {
     // Conservative: T is Hermitian up to the friction, so growth rates have no error at all.
