@@ -202,11 +202,17 @@ namespace squeal
     std::fill(fine_closed.data() + (space.fine.first_local_tie - space.fine.rows.begin),
               fine_closed.data() + space.fine.rows.n_local(), 1.);
     const std::vector<double> flags = replicate(fine_closed);
-    std::vector<unsigned int> released;
     for (unsigned int row = 0; row < flags.size(); ++row)
-      if (std::abs(flags[row] - 1) > 1e-9)
+      if (std::abs(flags[row] - 1) > 1e-9 && contact->is_closed(row))
         released.push_back(row);
     contact->set_closed(released, false);
+  }
+
+  template <int dim>
+  void EnrichedResiduals<dim>::close_at_edge()
+  {
+    contact->set_closed(released, true);
+    released.clear();
   }
 
   /// Contact on the enriched space, with the static state interpolated.

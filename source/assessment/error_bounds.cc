@@ -122,7 +122,7 @@ namespace squeal
     {
       const Effect &f      = effects.f;
       const unsigned int m = lambda.size();
-      const double whole = whole_effect(effects.degree), unequal = unequal_parts;
+      const double whole = whole_effect(effects.degree), unequal = 0.25;
       std::vector<unsigned int> all(m);
       std::iota(all.begin(), all.end(), 0u);
       const std::vector<Complex> corrected = coupled(lambda, correcting(effects), all,
@@ -166,7 +166,7 @@ namespace squeal
           if (const double t = j == k ? 0 : closest_approach(lambda, f, k, j);
               t >= 1 - unequal && t <= (1 + unequal) * whole)
             include(coupled(lambda, f, members, std::vector<double>(members.size(), t))[0]);
-        growth_rate.set_parts(unequal * whole * effects.growth_rate_parts[k]);
+        growth_rate.set_parts(unequal_parts * whole * effects.growth_rate_parts(k));
         for (unsigned int g = 0; g < shifted.size(); ++g)
         {
           std::vector<double> re, im;
@@ -184,6 +184,15 @@ namespace squeal
       return bounds;
     }
   } // namespace
+
+  double ErrorEffects::growth_rate_parts(const unsigned int mode) const
+  {
+    const std::size_t diagonal = mode * (std::size_t(n_modes()) + 1);
+    double sum                 = 0;
+    for (const Effect &effect : kinds)
+      sum += std::abs(effect[diagonal].real());
+    return sum;
+  }
 
   ErrorEffects::Effect correcting(const ErrorEffects &effects)
   {
@@ -242,7 +251,7 @@ namespace squeal
 
   ErrorEffects select(const ErrorEffects &effects, const std::vector<unsigned int> &members)
   {
-    const unsigned int m = effects.growth_rate_parts.size();
+    const unsigned int m = effects.n_modes();
     const auto within    = [&](const Effect &effect)
     {
       Effect part;
@@ -254,8 +263,8 @@ namespace squeal
     ErrorEffects result;
     result.degree = effects.degree;
     result.f      = within(effects.f);
-    for (const unsigned int j : members)
-      result.growth_rate_parts.push_back(effects.growth_rate_parts[j]);
+    for (const Effect &effect : effects.kinds)
+      result.kinds.push_back(within(effect));
     for (const ErrorEffects::Alternatives &group : effects.alternatives)
     {
       result.alternatives.push_back({{}, group.with_likeliest});

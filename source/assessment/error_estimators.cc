@@ -39,6 +39,8 @@ namespace squeal
       EigenvalueErrors run();
 
     private:
+      using CellIterator = typename DoFHandler<dim>::active_cell_iterator;
+      using Kind         = std::vector<unsigned int>;
       void share_faces();
       /// Adds Z^H Q+ X to T.
       void add_products();
@@ -47,10 +49,15 @@ namespace squeal
       std::vector<std::vector<Complex>> other_edges(EigenvalueErrors &errors) const;
       void add_state_correction(const DenseMatrix &functions, unsigned int number,
                                 const std::vector<int> &unknowns, const double *solution);
-      std::vector<Complex> effect_of_pressure();
+      void add_effect_of_pressure(ErrorEffects &effects);
+      double share_of_tension(const ContactPressure &pressure) const;
+      std::vector<Complex> effect_of_pressure(const ContactPressure &other,
+                                              const SurfaceVectors<dim> &x_vectors,
+                                              const SurfaceVectors<dim> &z_vectors) const;
       /// Multiplies what moves eigenvalues like a change of the stiffness: a column a mode.
       void add_answer_of_damping(std::vector<Complex> &effects) const;
-      std::vector<double> parts_by_kind(const EigenvalueErrors &errors) const;
+      Kind kind_of(const CellIterator &cell) const;
+      std::vector<std::vector<Complex>> parts_by_kind();
       void find_corrections(EigenvalueErrors &errors);
 
       const BrakeModel<dim> &model;
@@ -64,6 +71,7 @@ namespace squeal
       std::vector<double> proportions;              ///< by material, viscous_proportion()
       std::vector<std::vector<double>> shares;      ///< s_K of each cell's unknowns
       DenseMatrix t_re, t_im;                       ///< T
+      std::map<Kind, std::vector<Complex>> kinds;   ///< parts of F by kinds of cells, of this rank
       DenseMatrix yielding_re, yielding_im; ///< what T becomes more where V_h follows, at most
       std::vector<Column> state_correction; ///< sums and numbers of summands
     };
@@ -247,6 +255,8 @@ namespace squeal
                                         : solve(std::move(softer), right),
                       more_re, more_im);
         std::vector<std::complex<float>> parts;
+        std::vector<Complex> &of_kind = kinds[kind_of(cell)];
+        of_kind.resize(m * m);
         for (unsigned int j = 0; j < m; ++j)
           for (unsigned int i = 0; i < m; ++i)
           {
@@ -256,6 +266,7 @@ namespace squeal
             const Complex e          = Complex(e_re(i, j), e_im(i, j)) / stiffness;
             t_re(i, j) -= e.real();
             t_im(i, j) -= e.imag();
+            of_kind[i + m * j] += e / (2. * modes.lambda[i]);
             if (yields)
             {
               const Complex more = Complex(more_re(i, j), more_im(i, j)) / stiffness - e;
@@ -293,11 +304,13 @@ namespace squeal
         }
     }
 
-    /// First-order changes of the eigenvalues, like F, by the steady pressure's own error:
-    ///     -z_i^H (dQ + l_j dP) x_j / (2 l_i),
-    /// dP and dQ the friction damping of what one degree more adds to the pressure.
+    /// Adds the effect of the steady pressure's own error.
+    ///
+    /// Its error with the answer of V_h is found at the present contacts. Where that leaves tension
+    /// contacts would open, and it says nothing: then twice the effect of the local problems alone
+    /// is a bound, the two for the answer of V_h.
     template <int dim>
-    std::vector<Complex> Estimator<dim>::effect_of_pressure()
+    void Estimator<dim>::add_effect_of_pressure(ErrorEffects &effects)
     {
       // -B r_0 of the state's residual; functions of several cells have several values
       MultiVector local(space.fine.rows, 1);
@@ -306,16 +319,61 @@ namespace squeal
       for (unsigned int i = 0; i < local.n_local(); ++i)
         if (const double count = state_correction[1].local_element(i); count > 0)
           local.data()[i] = -state_correction[0].local_element(i) / count;
-      MultiVector state = residuals.lifted.columns(m, 1);
+      const MultiVector state = residuals.lifted.columns(m, 1);
       const SurfaceVectors<dim> x_vectors(*residuals.contact, residuals.lifted, 0,
                                           2 * residuals.n_vectors),
           z_vectors(*residuals.contact, residuals.lifted, 2 * residuals.n_vectors,
                     2 * residuals.n_vectors);
+      residuals.close_at_edge();
       // Surfaces are all that is needed from here on: room for factors.
       residuals.values.clear();
-      residuals.lifted = MultiVector();
-      state += static_correction(model, residuals, std::move(local));
-      const ContactPressure other = residuals.contact->pressure_of(state);
+      residuals.lifted         = MultiVector();
+      const auto pressure_with = [&](MultiVector change)
+      {
+        change += state;
+        return residuals.contact->pressure_of(change);
+      };
+      const ContactPressure with_answer = pressure_with(static_correction(model, residuals, local));
+      constexpr double most_tension     = 0.05; // of the normal force
+      if (share_of_tension(with_answer) <= most_tension)
+      {
+        const std::vector<Complex> effect = effect_of_pressure(with_answer, x_vectors, z_vectors);
+        for (unsigned int k = 0; k < m * m; ++k)
+          effects.f[k] += effect[k];
+        return;
+      }
+      local *= 2;
+      effects.alternatives.push_back(
+          {{effect_of_pressure(pressure_with(std::move(local)), x_vectors, z_vectors)}, false});
+    }
+
+    /// int max(-p, 0) by int |p| of the steady pressure, on all that slides.
+    template <int dim>
+    double Estimator<dim>::share_of_tension(const ContactPressure &pressure) const
+    {
+      double sums[2] = {0, 0};
+      residuals.contact->for_each_sliding_pair(
+          [&](const unsigned int i, const ContactKinematics<dim> &k)
+          {
+            for (unsigned int q = 0; q < k.n_points; ++q)
+            {
+              sums[0] += k.weights[q] * std::max(0., -pressure[i][k.first_point + q]);
+              sums[1] += k.weights[q] * std::abs(residuals.pressure[i][k.first_point + q]);
+            }
+          });
+      MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, space.fine.comm);
+      return sums[1] > 0 ? sums[0] / sums[1] : 0;
+    }
+
+    /// First-order changes of the eigenvalues, like F, by another steady pressure:
+    ///     -z_i^H (dQ + l_j dP) x_j / (2 l_i),
+    /// dP and dQ the friction damping of what it differs by.
+    template <int dim>
+    std::vector<Complex>
+    Estimator<dim>::effect_of_pressure(const ContactPressure &other,
+                                       const SurfaceVectors<dim> &x_vectors,
+                                       const SurfaceVectors<dim> &z_vectors) const
+    {
       // [Re Z, Im Z]^T dP [Re X, Im X] and the same of dQ, by order
       std::array<DenseMatrix, 2> forms;
       for (DenseMatrix &form : forms)
@@ -374,42 +432,38 @@ namespace squeal
           }
     }
 
-    /// The cells' parts of each mode's growth rate, summed over those that are alike, of the same
-    /// material and at the same boundaries: sum |sum Re|. Collective.
+    /// A cell's kind: the boundaries at which it lies, and its material.
     template <int dim>
-    std::vector<double> Estimator<dim>::parts_by_kind(const EigenvalueErrors &errors) const
+    typename Estimator<dim>::Kind Estimator<dim>::kind_of(const CellIterator &cell) const
     {
-      using Kind = std::vector<unsigned int>;
-      std::map<Kind, std::vector<double>> here;
-      unsigned int number = 0;
-      for (const auto &cell : space.fine.nodes.active_cell_iterators())
-        if (cell->is_locally_owned())
-        {
-          Kind kind;
-          for (const unsigned int face : cell->face_indices())
-            if (cell->face(face)->at_boundary())
-              kind.push_back(cell->face(face)->boundary_id());
-          std::sort(kind.begin(), kind.end());
-          kind.push_back(residuals.material_of(cell));
-          std::vector<double> &sums = here[kind];
-          sums.resize(m);
-          for (unsigned int j = 0; j < m; ++j)
-            sums[j] += errors.cells[number][j].real();
-          ++number;
-        }
-      std::map<Kind, std::vector<double>> all;
-      for (const auto &of_rank : Utilities::MPI::all_gather(space.fine.comm, here))
-        for (const auto &[kind, sums] : of_rank)
-        {
-          std::vector<double> &total = all[kind];
-          total.resize(m);
-          for (unsigned int j = 0; j < m; ++j)
-            total[j] += sums[j];
-        }
-      std::vector<double> parts(m);
-      for (const auto &[kind, sums] : all)
-        for (unsigned int j = 0; j < m; ++j)
-          parts[j] += std::abs(sums[j]);
+      Kind kind;
+      for (const unsigned int face : cell->face_indices())
+        if (cell->face(face)->at_boundary())
+          kind.push_back(cell->face(face)->boundary_id());
+      std::sort(kind.begin(), kind.end());
+      kind.push_back(residuals.material_of(cell));
+      return kind;
+    }
+
+    /// The parts of F by kinds of cells, of all ranks. Collective.
+    template <int dim>
+    std::vector<std::vector<Complex>> Estimator<dim>::parts_by_kind()
+    {
+      std::vector<Kind> here;
+      for (const auto &[kind, part] : kinds)
+        here.push_back(kind);
+      for (const std::vector<Kind> &of_rank : Utilities::MPI::all_gather(space.fine.comm, here))
+        for (const Kind &kind : of_rank)
+          kinds[kind].resize(m * m);
+      std::vector<std::vector<Complex>> parts;
+      for (auto &[kind, part] : kinds)
+      {
+        MPI_Allreduce(MPI_IN_PLACE, part.data(), m * m, MPI_CXX_DOUBLE_COMPLEX, MPI_SUM,
+                      space.fine.comm);
+        add_answer_of_damping(part);
+        parts.push_back(std::move(part));
+      }
+      kinds.clear();
       return parts;
     }
 
@@ -433,14 +487,10 @@ namespace squeal
           }
       add_answer_of_damping(f);
       add_answer_of_damping(yielding_effect);
-      if (residuals.with_state)
-      {
-        const std::vector<Complex> of_pressure = effect_of_pressure();
-        for (unsigned int k = 0; k < m * m; ++k)
-          f[k] += of_pressure[k];
-      }
       ErrorEffects &effects = errors.effects;
-      effects               = {std::move(f), parts_by_kind(errors), space.base.fe.degree, {}};
+      effects               = {std::move(f), parts_by_kind(), space.base.fe.degree, {}};
+      if (residuals.with_state)
+        add_effect_of_pressure(effects);
       std::vector<std::vector<Complex>> edges = other_edges(errors);
       for (std::vector<Complex> &edge : edges)
         add_answer_of_damping(edge);

@@ -48,7 +48,7 @@ namespace squeal
   KnownEffects all_known(ErrorEffects effects)
   {
     KnownEffects result;
-    result.modes.resize(effects.growth_rate_parts.size());
+    result.modes.resize(effects.n_modes());
     std::iota(result.modes.begin(), result.modes.end(), 0u);
     result.effects = std::move(effects);
     return result;
@@ -118,6 +118,17 @@ namespace squeal
       return product(product(a, middle), b).values;
     }
 
+    template <typename Visit>
+    void for_each(ErrorEffects &effects, const Visit &visit)
+    {
+      visit(effects.f);
+      for (Effect &effect : effects.kinds)
+        visit(effect);
+      for (ErrorEffects::Alternatives &group : effects.alternatives)
+        for (Effect &effect : group.effects)
+          visit(effect);
+    }
+
     /// Of the effects on some modes, whose numbers are @p modes, those on @p chosen, in this order.
     ErrorEffects of_modes(const KnownEffects &known, const std::vector<unsigned int> &chosen)
     {
@@ -141,7 +152,7 @@ namespace squeal
       return result;
     }
 
-    /// F' = C^{-1} F C. The moduli of parts of growth rates mix with the squares of the shares.
+    /// F' = C^{-1} F C.
     ///
     /// Where a mode begins or ceases to oscillate, l has passed zero and its vector's conjugate,
     /// which is none of the modes, has a part in the new one: what is carried then is the effect on
@@ -153,36 +164,18 @@ namespace squeal
     {
       ErrorEffects effects = of_modes(known, of);
       const unsigned int n = of.size();
-      effects.f            = transformed(inverse, effects.f, c);
-      for (ErrorEffects::Alternatives &group : effects.alternatives)
-        for (Effect &effect : group.effects)
-          effect = transformed(inverse, effect, c);
-      const std::vector<double> parts = effects.growth_rate_parts;
-      for (unsigned int j = 0; j < n; ++j)
-      {
-        double sum = 0, squares = 0;
-        for (unsigned int i = 0; i < n; ++i)
-        {
-          sum += std::norm(c(i, j)) * parts[i];
-          squares += std::norm(c(i, j));
-        }
-        effects.growth_rate_parts[j] = squares > 0 ? sum / squares : 0;
-      }
+      for_each(effects, [&](Effect &effect) { effect = transformed(inverse, effect, c); });
       for (unsigned int i = 0; i < n; ++i)
       {
         const Complex before = source.lambda[of[i]], after = target.lambda[to[i]];
         if ((before.imag() == 0) == (after.imag() == 0) || after == 0.)
           continue;
-        const auto scale = [&](Effect &effect)
-        {
-          for (unsigned int j = 0; j < n; ++j)
-            effect[i + n * j] *= before / after;
-        };
-        scale(effects.f);
-        for (ErrorEffects::Alternatives &group : effects.alternatives)
-          for (Effect &effect : group.effects)
-            scale(effect);
-        effects.growth_rate_parts[i] *= std::abs(before / after);
+        for_each(effects,
+                 [&](Effect &effect)
+                 {
+                   for (unsigned int j = 0; j < n; ++j)
+                     effect[i + n * j] *= before / after;
+                 });
       }
       return in_order(std::move(to), effects);
     }
@@ -223,34 +216,25 @@ namespace squeal
       return places;
     };
     const std::vector<int> in_a = places_in(a), in_b = places_in(b);
-    const auto mixed = [&](const auto &of_a, const auto &of_b, const unsigned int i,
-                           const unsigned int j, const bool is_matrix)
-    {
-      const bool has_a = in_a[i] >= 0 && in_a[j] >= 0, has_b = in_b[i] >= 0 && in_b[j] >= 0;
-      const auto at_a = [&]()
-      { return of_a[in_a[i] + (is_matrix ? a.modes.size() * in_a[j] : 0)]; };
-      const auto at_b = [&]()
-      { return of_b[in_b[i] + (is_matrix ? b.modes.size() * in_b[j] : 0)]; };
-      using Value = std::decay_t<decltype(of_a[0])>;
-      return has_a && has_b ? Value((1 - share) * at_a() + share * at_b())
-             : has_a        ? at_a()
-             : has_b        ? at_b()
-                            : Value();
-    };
-    const auto mixed_matrix = [&](const Effect &of_a, const Effect &of_b)
+    const auto mixed = [&](const Effect &of_a, const Effect &of_b)
     {
       Effect sum(n * n);
       for (unsigned int j = 0; j < n; ++j)
         for (unsigned int i = 0; i < n; ++i)
-          sum[i + n * j] = mixed(of_a, of_b, i, j, true);
+        {
+          const bool has_a = in_a[i] >= 0 && in_a[j] >= 0, has_b = in_b[i] >= 0 && in_b[j] >= 0;
+          const Complex at_a = has_a ? of_a[in_a[i] + a.modes.size() * in_a[j]] : 0.,
+                        at_b = has_b ? of_b[in_b[i] + b.modes.size() * in_b[j]] : 0.;
+          sum[i + n * j]     = has_a && has_b ? (1 - share) * at_a + share * at_b : at_a + at_b;
+        }
       return sum;
     };
     ErrorEffects &effects = result.effects;
     effects.degree        = a.effects.degree;
-    effects.f             = mixed_matrix(a.effects.f, b.effects.f);
-    for (unsigned int j = 0; j < n; ++j)
-      effects.growth_rate_parts.push_back(
-          mixed(a.effects.growth_rate_parts, b.effects.growth_rate_parts, j, j, false));
+    effects.f             = mixed(a.effects.f, b.effects.f);
+    // Kinds of cells of one mesh are the same.
+    for (unsigned int k = 0; k < std::min(a.effects.kinds.size(), b.effects.kinds.size()); ++k)
+      effects.kinds.push_back(mixed(a.effects.kinds[k], b.effects.kinds[k]));
     // What contact zones add to the bars adds up over groups: each end's own, by its share.
     const auto add_share = [&](const KnownEffects &of, const std::vector<int> &places,
                                const std::vector<int> &of_others, const double weight)
@@ -392,33 +376,6 @@ namespace squeal
         return order;
       }
     };
-
-    /// What modes would be without what feeds or drains energy, in their span: with G = X^H M X the
-    /// vectors of the Hermitian part of -j L in this metric,
-    ///     (G K + K^H G) / 2 u = theta G u, K = -j diag(l_i).
-    /// A pair that coalesces consists of two such shapes, equally strong, which are orthogonal.
-    ComplexDense shapes_of(const ComplexDense &lambda, const ComplexDense &gram)
-    {
-      const unsigned int n   = lambda.n_rows;
-      const ComplexDense g_k = product(gram, lambda);
-      ComplexDense hermitian(n, n);
-      for (unsigned int a = 0; a < n; ++a)
-        for (unsigned int b = 0; b < n; ++b)
-          hermitian(a, b) =
-              (Complex(0, -1) * g_k(a, b) + Complex(0, 1) * std::conj(g_k(b, a))) / 2.;
-      return general_eigen(ComplexFactors(gram).solve(std::move(hermitian))).right;
-    }
-
-    /// sqrt(t_i t_j) F_ij.
-    Effect scaled(const Effect &f, const std::vector<double> &t)
-    {
-      const unsigned int n = t.size();
-      Effect result        = f;
-      for (unsigned int j = 0; j < n; ++j)
-        for (unsigned int i = 0; i < n; ++i)
-          result[i + n * j] *= std::sqrt(t[i] * t[j]);
-      return result;
-    }
   } // namespace
 
   namespace
@@ -545,17 +502,6 @@ namespace squeal
     problem.is_pair            = other >= 0;
     const ErrorEffects effects = select(whole->effects, order);
 
-    // Effects on shapes are known to a quarter, not those on the nearly parallel vectors near a
-    // double root: parts are varied in the basis of the shapes.
-    ComplexDense gram(m, m);
-    for (unsigned int i = 0; i < m; ++i)
-      for (unsigned int j = 0; j < m; ++j)
-        gram(i, j) = critical.gram(modes[order[i]], modes[order[j]]);
-    const ComplexDense basis = shapes_of(problem.a[0], gram), inverse = inverse_of(basis);
-    if (!(largest_entry(basis) * largest_entry(inverse) < worst_condition))
-      return std::nullopt;
-    const Effect of_shapes = transformed(inverse, effects.f, basis);
-
     // As in bound_errors()
     const double factor = whole_effect(effects.degree);
     const auto multiple = [&](const Effect &f)
@@ -576,17 +522,23 @@ namespace squeal
     UncertainChange change;
     change.include(*seen);
     change.include(*extrapolated);
-    for (unsigned int varied = 0; varied < m && m > 1; ++varied)
-      for (const bool seen_only : {true, false})
+    double by_kinds = 0;
+    for (const Effect &kind : effects.kinds)
+    {
+      double largest_change = 0;
+      for (const double unequal : {unequal_parts, -unequal_parts})
       {
-        std::vector<double> t(m, seen_only ? 1. : factor);
-        t[varied] *= seen_only ? 1 + unequal_parts : 1 - unequal_parts;
-        const std::optional<double> moved =
-            problem.moved_by(transformed(basis, scaled(of_shapes, t), inverse));
+        Effect sum = all;
+        for (std::size_t k = 0; k < sum.size(); ++k)
+          sum[k] += unequal * factor * kind[k];
+        const std::optional<double> moved = problem.moved_by(sum);
         if (!moved)
           return std::nullopt;
-        change.include(*moved);
+        largest_change = std::max(largest_change, std::abs(*moved - *extrapolated));
       }
+      by_kinds += largest_change;
+    }
+    change.set_parts(by_kinds);
     for (const ErrorEffects::Alternatives &group : effects.alternatives)
     {
       std::vector<double> changes;
@@ -601,9 +553,6 @@ namespace squeal
       }
       change.add(group, changes);
     }
-    const double gradient = std::abs(critical.slope * length);
-    if (other < 0 && gradient > 0)
-      change.set_parts(unequal_parts * factor * effects.growth_rate_parts[0] / gradient);
     result.error = change.bound() * std::abs(length);
     return result;
   }

@@ -56,15 +56,13 @@ namespace squeal
           sum[k] += share[i] * (of_place[k] - of_centre[k]);
       };
       add(known.effects.f, there.effects.f, effects.f);
-      add(known.effects.growth_rate_parts, there.effects.growth_rate_parts,
-          effects.growth_rate_parts);
+      for (std::size_t k = 0; k < effects.kinds.size() && k < there.effects.kinds.size(); ++k)
+        add(known.effects.kinds[k], there.effects.kinds[k], effects.kinds[k]);
       const auto &groups = there.effects.alternatives, &own = effects.alternatives;
       for (std::size_t g = 0; g < groups.size() && g < own.size(); ++g)
         for (std::size_t a = 0; a < groups[g].effects.size() && a < own[g].effects.size(); ++a)
           add(known.effects.alternatives[g].effects[a], groups[g].effects[a], own[g].effects[a]);
     }
-    for (double &part : known.effects.growth_rate_parts)
-      part = std::max(part, 0.);
     // Between two places effects are as far from linear as a quarter of their difference, bent by
     // s (1 - s): where they cancel on the way the bar must not vanish.
     constexpr double bend = 0.25;

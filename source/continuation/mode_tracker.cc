@@ -147,14 +147,6 @@ namespace squeal
     return result;
   }
 
-  std::vector<std::complex<double>> ModeTracker::gram(const EigenPairs &modes) const
-  {
-    return is_whole(modes)
-               ? sesquilinear_form(modes.right, matrix_free_sum_of(whole_rows, model->terms(), 2),
-                                   modes.right)
-               : reduced.gram(modes);
-  }
-
   std::vector<std::complex<double>> ModeTracker::transition(const EigenPairs &before,
                                                             const EigenPairs &next) const
   {

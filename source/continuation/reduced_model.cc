@@ -502,12 +502,6 @@ namespace squeal
     return modes;
   }
 
-  std::vector<std::complex<double>> ReducedModel::gram(const EigenPairs &modes) const
-  {
-    const Matrix m = to_matrix(projection.operator_of(ReducedProjection::of_right, 2));
-    return sesquilinear_form(modes.right, m, modes.right);
-  }
-
   EigenPairs ReducedModel::expand(const EigenPairs &modes) const
   {
     EigenPairs result = pad(modes);

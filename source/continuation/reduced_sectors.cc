@@ -464,22 +464,6 @@ namespace squeal
     return result;
   }
 
-  std::vector<std::complex<double>> ReducedSectors::gram(const EigenPairs &modes) const
-  {
-    std::vector<std::complex<double>> result(std::size_t(modes.size()) * modes.size());
-    for_parts(
-        modes,
-        [&](const Part &part, const std::vector<unsigned int> &numbers, const EigenPairs &of_part)
-        {
-          const auto form = part.reduced.gram(of_part);
-          for (unsigned int j = 0; j < numbers.size(); ++j)
-            for (unsigned int i = 0; i < numbers.size(); ++i)
-              result[numbers[i] + std::size_t(numbers[j]) * modes.size()] =
-                  form[i + std::size_t(j) * numbers.size()];
-        });
-    return result;
-  }
-
   ReducedModel::RayleighForms ReducedSectors::rayleigh_forms(const EigenPairs &modes) const
   {
     ReducedModel::RayleighForms result;

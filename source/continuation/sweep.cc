@@ -545,10 +545,7 @@ namespace squeal
     between.mode           = index_of(from, critical.branch);
     if (critical.other >= 0)
       between.other = index_of(from, critical.other);
-    between.lambda      = critical.lambda;
-    between.slope       = critical.slope;
-    between.gram        = ComplexDense(from.modes.size(), from.modes.size());
-    between.gram.values = tracker.gram(from.modes);
+    between.lambda = critical.lambda;
   }
 
   void Sweep::find_critical_values(const BranchPoint &from, const BranchPoint &to)

@@ -184,4 +184,38 @@ namespace squeal
     SQUEAL_PETSC(MatMumpsGetInfog(mat, 22, &megabytes)); // memory used, sum over ranks, 10^6 bytes
     return megabytes * 1e6 / (1024. * 1024.);
   }
+
+  MultiVector solve_beside_held(const Matrix &A, std::vector<char> held, const MultiVector &b,
+                                const std::string &what)
+  {
+    const RowRange &rows = b.row_range();
+    const auto combine   = [&rows](std::vector<char> &flags)
+    { MPI_Allreduce(MPI_IN_PLACE, flags.data(), flags.size(), MPI_CHAR, MPI_MAX, rows.comm); };
+    combine(held);
+    std::vector<char> is_free(rows.size);
+    for_entries(A, [&](const PetscInt row, const PetscInt column, double)
+                { is_free[row] |= !held[row] && !held[column]; });
+    combine(is_free);
+    std::vector<PetscInt> kept;
+    for (unsigned int row = rows.begin; row < rows.end; ++row)
+      if (is_free[row])
+        kept.push_back(row);
+    RowRange part{rows.comm, 0, 0, unsigned(std::count(is_free.begin(), is_free.end(), 1))};
+    for (unsigned int row = 0; row < rows.begin; ++row)
+      part.begin += is_free[row];
+    part.end = part.begin + kept.size();
+    IS set   = nullptr;
+    SQUEAL_PETSC(ISCreateGeneral(rows.comm, kept.size(), kept.data(), PETSC_USE_POINTER, &set));
+    Mat submatrix = nullptr;
+    SQUEAL_PETSC(MatCreateSubMatrix(A, set, set, MAT_INITIAL_MATRIX, &submatrix));
+    SQUEAL_PETSC(ISDestroy(&set));
+    const Matrix of_part(submatrix);
+    MultiVector restricted(part, 1), x(rows, 1);
+    for (unsigned int i = 0; i < kept.size(); ++i)
+      restricted.data()[i] = b.data()[kept[i] - rows.begin];
+    restricted = Factorization(of_part, Factorization::Kind::lu, what).solve(restricted);
+    for (unsigned int i = 0; i < kept.size(); ++i)
+      x.data()[kept[i] - rows.begin] = restricted.data()[i];
+    return x;
+  }
 } // namespace squeal

@@ -525,13 +525,39 @@ namespace squeal
       iterative->solve(*steady.contact, steady.pressure, with_friction, force, tolerance, response);
       return response;
     }
+    // Without what is the rotor's alone
     std::vector<Term> terms;
-    std::copy_if(terms_.begin(), terms_.end(), std::back_inserter(terms),
-                 [](const Term &term)
-                 { return term.origin == Origin::elasticity || term.origin == Origin::joint; });
-    DirectStatics<dim> factors(spaces_.rows, terms, steady.contact->contact_model(), with_friction,
-                               sectors(), false, true);
-    return factors.solve(*steady.contact, steady.pressure, force);
+    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+    for (unsigned int m = 0; m < materials.size(); ++m)
+      if (!materials[m].of_rotor && !geometry.bodies_of(m).empty())
+        for (auto &[coefficient, matrix] : bodies[m].stiffness_of(materials[m].material))
+          terms.push_back({Origin::elasticity, 0, coefficient, std::move(matrix)});
+    for (Term &term : joint_terms(ties_, points_, superelements_))
+      terms.push_back(std::move(term));
+    return solve_beside_held(
+        sum_of_terms(spaces_.rows,
+                     static_terms(terms, *steady.contact, steady.pressure, with_friction)),
+        rows_of_rotor(), force, "the stiffness of the static equilibrium");
+  }
+
+  template <int dim>
+  std::vector<char> BrakeModel<dim>::rows_of_rotor() const
+  {
+    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+    std::vector<char> result(spaces_.rows.size);
+    std::vector<types::global_dof_index> cell_nodes(spaces_.fe.n_dofs_per_cell());
+    for (const auto &cell : spaces_.nodes.active_cell_iterators())
+      if (cell->is_locally_owned() &&
+          materials[geometry.parts[cell->material_id()].material].of_rotor)
+      {
+        cell->get_dof_indices(cell_nodes);
+        for (const auto node : cell_nodes)
+          for (unsigned int c = 0; c < dim; ++c)
+            if (const unsigned int row = spaces_.equation(node, c);
+                row != FiniteElementSpace<dim>::none)
+              result[row] = 1;
+      }
+    return result;
   }
 
   template <int dim>

@@ -44,6 +44,9 @@ namespace squeal
                                                 const ContactKinematics<dim> &k,
                                                 const ContactPressure &slopes) const;
 
+    /// Closes what was released at the edge of the contact zone for the local problems. Collective.
+    void close_at_edge();
+
     const unsigned int n_modes;
     const bool with_state;
     const unsigned int n_vectors; ///< modes and state
@@ -78,5 +81,6 @@ namespace squeal
     const Parameters::All &prm;
     const EigenPairs &modes;
     std::vector<Term> of_joints, turning_terms;
+    std::vector<unsigned int> released; ///< multipliers beside the edge of the contact zone
   };
 } // namespace squeal

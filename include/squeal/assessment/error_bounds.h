@@ -29,11 +29,18 @@ namespace squeal
     };
 
     Effect f; ///< of one polynomial degree more
-    /// Sums over kinds of cells of the moduli of their parts of Re F_jj. Cells are of one kind if
-    /// they have the same material and lie at the same boundaries.
-    std::vector<double> growth_rate_parts;
+    /// The parts of F by kinds of cells, which may be seen in different shares. Cells are of one
+    /// kind if they have the same material and lie at the same boundaries.
+    std::vector<Effect> kinds;
     unsigned int degree = 1;
     std::vector<Alternatives> alternatives;
+
+    unsigned int n_modes() const
+    {
+      return std::lround(std::sqrt(double(f.size())));
+    }
+    /// Sum over kinds of the moduli of their parts of Re F_jj.
+    double growth_rate_parts(unsigned int mode) const;
   };
 
   /// What corrects the eigenvalues: one degree more, and the likeliest of alternatives.
@@ -65,10 +72,10 @@ namespace squeal
   /// largest change e.
   ///
   /// Parts of a growth rate cancel over the mesh. Kinds of cells, in the middle of a body, at a
-  /// clamp, at the edge of a contact, may have different parts, too: by a quarter of the whole,
-  /// which is g = whole/4 sum |parts| together. Of alternatives the larger change counts. Where one
-  /// is the likeliest they are as much above as below: d, summed where there are several. Other
-  /// alternatives' changes, b, come to all that. So the bound is
+  /// clamp, at the edge of a contact, may have different parts, too: by three tenths of the
+  /// whole, which is g = 0.3 whole sum |Re F_kind| together. Of alternatives the larger change
+  /// counts. Where one is the likeliest they are as much above as below: d, summed where there are
+  /// several. Other alternatives' changes, b, come to all that. So the bound is
   ///     sqrt(e^2 + g^2 + d^2) + b,
   /// as for uncertainties that are independent.
   ///
@@ -80,8 +87,8 @@ namespace squeal
   /// The whole of an effect that one degree more sees, with a margin: a factor.
   double whole_effect(unsigned int degree);
 
-  /// By how much parts that are seen differ between modes, and between kinds of cells.
-  constexpr double unequal_parts = 0.25;
+  /// By how much of the whole parts that are seen differ between kinds of cells.
+  constexpr double unequal_parts = 0.3;
 
   /// The bound of bound_errors() for one number that effects change.
   class UncertainChange

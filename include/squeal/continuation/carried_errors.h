@@ -70,8 +70,6 @@ namespace squeal
     unsigned int mode = 0;       ///< its number at the first place
     int other         = -1;      ///< and that of the one it meets, or -1
     std::complex<double> lambda; ///< at the critical value
-    double slope = 0;            ///< d Re l/dp there, if it meets no other
-    ComplexDense gram;           ///< X^H M X of the modes of the first place
   };
 
   /// The bar of a critical value between two places. In the modes of the first one the problem is
@@ -80,7 +78,8 @@ namespace squeal
   /// nearly parallel. The bar is how far effects that are as large as in bound_errors() move the
   /// value at which A(p) is critical: where Re l = 0 or, of two modes, ((l_i - l_j)/2)^2 = 0. So
   /// near-coincident modes couple here as they do there, and onsets are not taken for linear where
-  /// they begin like a square root. Parts vary by shapes, the modes without what feeds energy.
+  /// they begin like a square root. Parts vary by kinds of cells alone, not by modes: two modes
+  /// that meet have shapes much alike, and what they have in common leaves them where they meet.
   ///
   /// Nothing if it cannot be known.
   std::optional<CriticalBar> bound_critical_value(const ModesOnCourse &from,

@@ -100,9 +100,6 @@ namespace squeal
     /// Nothing if the model cannot be differentiated by the parameter.
     std::vector<std::complex<double>> sensitivities(const std::string &parameter,
                                                     const EigenPairs &modes) const;
-    /// X^H M X, column-major, with the present M; zero between sectors. Of modes as in
-    /// transition().
-    std::vector<std::complex<double>> gram(const EigenPairs &modes) const;
     /// transition_of(), column-major. @p before may be older than the last expansion point only if
     /// it is whole.
     std::vector<std::complex<double>> transition(const EigenPairs &before,

@@ -92,8 +92,6 @@ namespace squeal
     {
       return projection.rayleigh_forms(modes);
     }
-    /// X^H M X of modes of the last solution.
-    std::vector<std::complex<double>> gram(const EigenPairs &modes) const;
     /// W^T A V of any other terms.
     std::vector<Term> project(const std::vector<Term> &terms) const
     {

@@ -73,8 +73,6 @@ namespace squeal
     /// Gives these modes in the new coordinates.
     EigenPairs restart(const EigenPairs &modes);
     ReducedModel::RayleighForms rayleigh_forms(const EigenPairs &modes) const;
-    /// X^H M X of modes of the last solution; zero between sectors.
-    std::vector<std::complex<double>> gram(const EigenPairs &modes) const;
     EigenPairs expand(const EigenPairs &modes) const;
     /// As the function of that name, of the projected problem; zero between sectors.
     std::vector<std::complex<double>> biorthogonality(const EigenPairs &of_left,

@@ -64,4 +64,11 @@ namespace squeal
     double predicted_mib = 0;
     PetscInt room        = 50; ///< for delayed pivots, percent of the prediction
   };
+
+  /// x of A x = b while some unknowns are held: x_i = 0 in place of their equations. So are those
+  /// that are coupled with held ones alone, as what ties them to each other. @p held has an entry
+  /// for each row of all ranks, set where it is known. One column; by new factors of what is not
+  /// held. Collective; throws SolverError.
+  MultiVector solve_beside_held(const Matrix &A, std::vector<char> held, const MultiVector &b,
+                                const std::string &what);
 } // namespace squeal

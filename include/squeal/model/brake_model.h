@@ -144,9 +144,10 @@ namespace squeal
                                            const Parameters::All &parameters);
     /// The gain of friction on the contact pressure; zero without friction.
     SelfLocking self_locking() const;
-    /// What a force changes in the static state while its contacts stay as they are: the tangent of
-    /// theory.md, section 3, is factorised anew, but where modes are found without factors. Only
-    /// once the model is linearised. Collective; throws SolverError.
+    /// What a force changes in the static state while its contacts stay as they are, and while the
+    /// rotor rests, which is stiff beside what presses on it: the tangent of theory.md, section 3,
+    /// of the other bodies is factorised, but where modes are found without factors. Only once the
+    /// model is linearised. Collective; throws SolverError.
     MultiVector static_response(const MultiVector &force) const;
     /// Where friction feeds energy into a mode.
     FrictionWork friction_work(const EigenPairs &modes, unsigned int mode) const;
@@ -202,6 +203,9 @@ namespace squeal
     /// What joins the bodies, assembled once a mesh.
     void add_joints(bool with_motion);
     double stiffness_of_joints();
+    /// Whether a row is a displacement of the rotor; those of all ranks, set where this one has
+    /// cells.
+    std::vector<char> rows_of_rotor() const;
     /// The terms of the bodies without matrices.
     void add_matrix_free_bodies();
     /// The terms of one order, those of the bodies in one pass over the cells.

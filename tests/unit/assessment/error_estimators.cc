@@ -286,13 +286,13 @@ namespace squeal::tests::error_estimators_tests
     const Complex j(0, 1);
     const std::vector<Complex> lambda = {1000. * j, 1001. * j},
                                f      = {5. * j, 1. * j, 1. * j, -5. * j};
-    const std::vector<double> parts(2);
+
     const double mean = 1000.5, half = std::hypot(4.5, 1.); // of [1005, 1; 1, 996]
-    const ErrorBounds whole = bound_errors(lambda, {}, {f, parts, 2, {}});
+    const ErrorBounds whole = bound_errors(lambda, {}, {f, {}, 2, {}});
     CHECK(std::abs(lambda[0] + whole.correction[0] - j * (mean + half)) <= 1e-9);
     CHECK(std::abs(lambda[1] + whole.correction[1] - j * (mean - half)) <= 1e-9);
     const ErrorBounds apart =
-        bound_errors(lambda, {Parity::symmetric, Parity::antisymmetric}, {f, parts, 2, {}});
+        bound_errors(lambda, {Parity::symmetric, Parity::antisymmetric}, {f, {}, 2, {}});
     CHECK(std::abs(apart.correction[0] - f[0]) <= 1e-9);
     CHECK(std::abs(apart.correction[1] - f[3]) <= 1e-9);
     CHECK(apart.imaginary[0] < whole.imaginary[0]);
@@ -304,14 +304,14 @@ namespace squeal::tests::error_estimators_tests
     const Complex j(0, 1);
     const double whole                = whole_effect(2);
     const std::vector<Complex> lambda = {1000. * j}, f = {3. + 20. * j};
-    const std::vector<double> parts = {8.};
-    using Alternatives              = ErrorEffects::Alternatives;
+    const std::vector<std::vector<Complex>> parts = {{5. + 30. * j}, {-3. + 10. * j}};
+    using Alternatives                            = ErrorEffects::Alternatives;
     const Alternatives edge{{{-5. + 1. * j}, {7. - 2. * j}, {1. + 0.5 * j}}, true},
         locking{{{4. + 30. * j}}, false};
     const auto bounds = [&](const std::vector<Alternatives> &alternatives) {
       return bound_errors(lambda, {}, {f, parts, 2, alternatives});
     };
-    const double re = whole * 3, im = whole * 20, of_parts = 0.25 * whole * 8;
+    const double re = whole * 3, im = whole * 20, of_parts = unequal_parts * whole * 8;
     const ErrorBounds alone = bounds({}), both = bounds({edge, locking}),
                       twice = bounds({edge, edge});
     CHECK(alone.growth_rate[0] == doctest::Approx(std::hypot(re, of_parts)));
@@ -337,7 +337,7 @@ namespace squeal::tests::error_estimators_tests
       // At t with d = 0 the coupling is c.
       const double coupling        = c / (distance / shift);
       const std::vector<Complex> f = {-shift * j, sign * coupling * j, coupling * j, shift * j};
-      return bound_errors(lambda, {}, {f, std::vector<double>(2), 2, {}});
+      return bound_errors(lambda, {}, {f, {}, 2, {}});
     };
     const ErrorBounds meeting = bars(-1), passing = bars(1);
     for (const unsigned int k : {0, 1})

@@ -88,7 +88,7 @@ namespace squeal::tests::contact_edge_tests
         f[k] = -(opens ? effects.opening[k] : effects.closing[k]) / (2. * modes.lambda[k % m]);
       const ErrorBounds bounds =
           bound_errors(modes.lambda, {},
-                       {std::vector<Complex>(m * m), std::vector<double>(m), 2, {{{f}, false}}});
+                       {std::vector<Complex>(m * m), {}, 2, {{{f}, false}}});
       double largest = 0;
       for (unsigned int j = 0; j < m; ++j)
       {
