@@ -3,8 +3,9 @@
 
     scripts/root_locus.py [--program FILE] [--results DIR] [--images DIR] [--rerun]
 
-Runs each parameter file of prm/theory (a second each) unless its results in DIR (output/theory) are newer than the file
-and its matrices. Reads sweep.csv and critical.csv, writes PNG files to doc/images/theory.
+Runs each parameter file of prm/theory (a second each, maps longer) unless its results in DIR (output/theory) are newer than
+the file and its matrices. Reads sweep.csv and critical.csv, of maps what stability_map.py reads, writes PNG files to
+doc/images/theory.
 Captions: doc/theory_effects.md. Needs matplotlib (Debian: apt-get install python3-matplotlib).
 """
 
@@ -17,6 +18,7 @@ import pathlib
 import subprocess
 import sys
 
+import stability_map
 from plotting import load_pyplot
 
 PROJECT = pathlib.Path(__file__).resolve().parent.parent
@@ -87,10 +89,14 @@ def circular(_, l):
     return l.imag
 
 
+def is_map(file):
+    return "Second parameter" in file.read_text()
+
+
 def results(file, arguments):
     """The directory of results of a parameter file; runs the program where they are missing or old."""
     directory = arguments.results / file.stem
-    tables = [directory / name for name in ("sweep.csv", "critical.csv")]
+    tables = [directory / name for name in (("map.csv", "border.csv") if is_map(file) else ("sweep.csv", "critical.csv"))]
     inputs = [file, *THEORY.glob("*.mtx")]
     if (not arguments.rerun and all(table.is_file() for table in tables)
             and min(os.path.getmtime(table) for table in tables) >= max(os.path.getmtime(name) for name in inputs)):
@@ -217,7 +223,7 @@ def figure_5(plt, scenes):
 def figure_6(plt, scenes):
     scene = scenes["flutter"]
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.2, 4.6), layout="constrained")
-    square, last = lambda _, l: (l * l).real, max(p for p, _ in scene.branches["0"])
+    square, last = lambda _, l: (l * l).real, max(p for p, _ in next(iter(scene.branches.values())))
     square_imag = lambda _, l: (l * l).imag
     for points, colour, style, name in zip(scene.branches.values(), [BLUE, RED], ["-", "--"], "rs"):
         left.plot([square(*x) for x in points], [square_imag(*x) for x in points], style, color=colour,
@@ -374,10 +380,13 @@ def main():
     files = sorted(THEORY.glob("*.prm"))
     if not files:
         fail(f"there are no parameter files in {THEORY}")
-    scenes = {file.stem: Scene(results(file, arguments)) for file in files}
+    directories = {file: results(file, arguments) for file in files}
+    scenes = {file.stem: Scene(directory) for file, directory in directories.items() if not is_map(file)}
+    pictures = {**{name: lambda picture=picture: picture(plt, scenes) for name, picture in PICTURES.items()},
+                **{file.stem: lambda file=file: stability_map.draw(plt, directories[file]) for file in files if is_map(file)}}
     arguments.images.mkdir(parents=True, exist_ok=True)
-    for name, picture in PICTURES.items():
-        figure = picture(plt, scenes)
+    for name, picture in pictures.items():
+        figure = picture()
         path = arguments.images / f"{name}.png"
         save(figure, path)
         plt.close(figure)

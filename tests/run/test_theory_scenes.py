@@ -7,12 +7,15 @@ Im l >= 0. All systems but Ziegler's pendulum and commuting.prm have M = I and K
 import cmath
 import math
 import pathlib
+import re
+import subprocess
 import sys
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1] / "lib"), str(pathlib.Path(__file__).resolve().parents[2] / "scripts")]
 
 import squeal_testing as st  # noqa: E402
+from plotting import has_matplotlib  # noqa: E402
 
 THEORY = st.PROJECT / "prm/theory"
 ZIEGLER_BRAKE = THEORY / "ziegler_brake.prm"
@@ -241,6 +244,20 @@ class ZieglerBrake(st.TestCase):
             onsets.append(row["value"])
             bars.append(row["mesh_error"])
         self.assertGreater(onsets[0] - onsets[1], 2 * sum(bars))
+
+
+class Pictures(st.TestCase):
+    @unittest.skipUnless(has_matplotlib(), "needs matplotlib: scripts/install-dependencies.sh --pictures")
+    def test_all_are_made_anew(self):
+        """scripts/root_locus.py makes every picture of doc/theory_effects.md, maps included."""
+        images = self.directory / "images"
+        done = subprocess.run([sys.executable, st.PROJECT / "scripts/root_locus.py", "--program", st.SQUEAL, "--results",
+                               self.directory / "results", "--images", images], capture_output=True, text=True, timeout=300)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        text = (st.PROJECT / "doc/theory_effects.md").read_text()
+        named = set(re.findall(r"images/theory/(\w+\.png)", text))
+        self.assertGreater(len(named), 7)
+        self.assertEqual(named, {path.name for path in images.iterdir() if path.stat().st_size > 5000})
 
 
 if __name__ == "__main__":

@@ -87,8 +87,7 @@ namespace squeal::tests::contact_edge_tests
       for (unsigned int k = 0; k < f.size(); ++k)
         f[k] = -(opens ? effects.opening[k] : effects.closing[k]) / (2. * modes.lambda[k % m]);
       const ErrorBounds bounds =
-          bound_errors(modes.lambda, {},
-                       {std::vector<Complex>(m * m), {}, 2, {{{f}, false}}});
+          bound_errors(modes.lambda, {}, {std::vector<Complex>(m * m), {}, 2, {{{f}, false}}});
       double largest = 0;
       for (unsigned int j = 0; j < m; ++j)
       {
