@@ -6,6 +6,7 @@
 #include <squeal/assessment/stability.h>
 #include <squeal/assessment/static_correction.h>
 #include <squeal/assessment/surface_vectors.h>
+#include <squeal/base/errors.h>
 #include <squeal/contact/contact_matrices.h>
 
 #include <algorithm>
@@ -333,14 +334,22 @@ namespace squeal
         change += state;
         return residuals.contact->pressure_of(change);
       };
-      const ContactPressure with_answer = pressure_with(static_correction(model, residuals, local));
-      constexpr double most_tension     = 0.05; // of the normal force
-      if (share_of_tension(with_answer) <= most_tension)
+      try
       {
-        const std::vector<Complex> effect = effect_of_pressure(with_answer, x_vectors, z_vectors);
-        for (unsigned int k = 0; k < m * m; ++k)
-          effects.f[k] += effect[k];
-        return;
+        constexpr double most_tension = 0.05; // of the normal force
+        const ContactPressure with_answer =
+            pressure_with(static_correction(model, residuals, local));
+        if (share_of_tension(with_answer) <= most_tension)
+        {
+          const std::vector<Complex> effect = effect_of_pressure(with_answer, x_vectors, z_vectors);
+          for (unsigned int k = 0; k < m * m; ++k)
+            effects.f[k] += effect[k];
+          return;
+        }
+      }
+      catch (const SingularMatrix &)
+      {
+        // The contact holds what would move freely beside a rotor at rest: no answer either.
       }
       local *= 2;
       effects.alternatives.push_back(
