@@ -522,35 +522,35 @@ namespace squeal
     UncertainChange change;
     change.include(*seen);
     change.include(*extrapolated);
+    // How much further a multiple of another effect moves it
+    const auto further = [&](const Effect &effect, const double share)
+    {
+      Effect sum = all;
+      for (std::size_t k = 0; k < sum.size(); ++k)
+        sum[k] += share * effect[k];
+      std::optional<double> moved = problem.moved_by(sum);
+      if (moved)
+        *moved -= *extrapolated;
+      return moved;
+    };
     double by_kinds = 0;
     for (const Effect &kind : effects.kinds)
     {
-      double largest_change = 0;
-      for (const double unequal : {unequal_parts, -unequal_parts})
-      {
-        Effect sum = all;
-        for (std::size_t k = 0; k < sum.size(); ++k)
-          sum[k] += unequal * factor * kind[k];
-        const std::optional<double> moved = problem.moved_by(sum);
-        if (!moved)
-          return std::nullopt;
-        largest_change = std::max(largest_change, std::abs(*moved - *extrapolated));
-      }
-      by_kinds += largest_change;
+      const std::optional<double> more = further(kind, unequal_parts * factor),
+                                  less = further(kind, -unequal_parts * factor);
+      if (!more || !less)
+        return std::nullopt;
+      by_kinds += std::max(std::abs(*more), std::abs(*less));
     }
     change.set_parts(by_kinds);
     for (const ErrorEffects::Alternatives &group : effects.alternatives)
     {
       std::vector<double> changes;
-      for (Effect sum : group.effects)
-      {
-        for (std::size_t k = 0; k < sum.size(); ++k)
-          sum[k] += all[k];
-        const std::optional<double> moved = problem.moved_by(sum);
-        if (!moved)
+      for (const Effect &effect : group.effects)
+        if (const std::optional<double> moved = further(effect, 1))
+          changes.push_back(*moved);
+        else
           return std::nullopt;
-        changes.push_back(*moved - *extrapolated);
-      }
       change.add(group, changes);
     }
     result.error = change.bound() * std::abs(length);

@@ -534,30 +534,14 @@ namespace squeal
           terms.push_back({Origin::elasticity, 0, coefficient, std::move(matrix)});
     for (Term &term : joint_terms(ties_, points_, superelements_))
       terms.push_back(std::move(term));
+    std::vector<char> is_rotor(spaces_.rows.size);
+    const auto &[names, body_of_row] = bodies_of_rows();
+    for (unsigned int i = 0; i < body_of_row.size(); ++i)
+      is_rotor[spaces_.rows.begin + i] = names[body_of_row[i]] == "rotor";
     return solve_beside_held(
         sum_of_terms(spaces_.rows,
                      static_terms(terms, *steady.contact, steady.pressure, with_friction)),
-        rows_of_rotor(), force, "the stiffness of the static equilibrium");
-  }
-
-  template <int dim>
-  std::vector<char> BrakeModel<dim>::rows_of_rotor() const
-  {
-    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
-    std::vector<char> result(spaces_.rows.size);
-    std::vector<types::global_dof_index> cell_nodes(spaces_.fe.n_dofs_per_cell());
-    for (const auto &cell : spaces_.nodes.active_cell_iterators())
-      if (cell->is_locally_owned() &&
-          materials[geometry.parts[cell->material_id()].material].of_rotor)
-      {
-        cell->get_dof_indices(cell_nodes);
-        for (const auto node : cell_nodes)
-          for (unsigned int c = 0; c < dim; ++c)
-            if (const unsigned int row = spaces_.equation(node, c);
-                row != FiniteElementSpace<dim>::none)
-              result[row] = 1;
-      }
-    return result;
+        std::move(is_rotor), force, "the stiffness of the static equilibrium");
   }
 
   template <int dim>

@@ -11,7 +11,8 @@ namespace squeal
   /// interpolation. Without v the pressures of w would not be in equilibrium with the load: what
   /// they do to the modes is some hundred times too large then.
   ///
-  /// @p local is w. Factorises A (BrakeModel::static_response()). Collective; throws SolverError.
+  /// @p local is w. The rotor is held in A, whose rest is factorised
+  /// (BrakeModel::static_response()). Collective; throws SolverError.
   template <int dim>
   MultiVector static_correction(const BrakeModel<dim> &model,
                                 const EnrichedResiduals<dim> &residuals, MultiVector local);

@@ -203,9 +203,6 @@ namespace squeal
     /// What joins the bodies, assembled once a mesh.
     void add_joints(bool with_motion);
     double stiffness_of_joints();
-    /// Whether a row is a displacement of the rotor; those of all ranks, set where this one has
-    /// cells.
-    std::vector<char> rows_of_rotor() const;
     /// The terms of the bodies without matrices.
     void add_matrix_free_bodies();
     /// The terms of one order, those of the bodies in one pass over the cells.
