@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/mesh/curved_polygon.h>
 #include <squeal/mesh/mortar.h>
 
 #include <deal.II/base/quadrature_lib.h>
@@ -125,8 +126,6 @@ namespace squeal
 
   namespace
   {
-    using Polygon = std::vector<Point<2>>;
-
     template <int dim>
     struct FaceBox
     {
@@ -159,199 +158,152 @@ namespace squeal
       }
     };
 
-    /// Sutherland-Hodgman: the part of the polygon inside the unit square.
-    Polygon clip_to_unit_square(Polygon polygon)
+    /// A corner of an outline with the side that begins there: the image of an edge of the rotor's
+    /// face between two parameters, or (-1) a straight line.
+    struct Corner
     {
-      for (unsigned int side = 0; side < 4 && !polygon.empty(); ++side)
+      Point<2> x;
+      int edge    = -1;
+      double from = 0, to = 1; ///< of the edge
+    };
+    using Outline = std::vector<Corner>;
+
+    /// Where images of edges are further away from their polygon than this they jump: the point of
+    /// a face that is nearest is not unique far outside of it.
+    constexpr double jump = 1e-4;
+
+    /// Where a function vanishes that has values of both signs at the ends of [from, to].
+    /// M. Dowell, P. Jarratt, A modified regula falsi method, BIT 11 (1971) 168 (Illinois).
+    template <typename Function>
+    double zero_between(double from, double value_from, double to, double value_to,
+                        const Function &function)
+    {
+      for (unsigned int step = 0; step < 40; ++step)
+      {
+        const double x     = from + value_from / (value_from - value_to) * (to - from),
+                     value = function(x);
+        if (std::abs(value) < 1e-14)
+          return x;
+        if ((value > 0) == (value_to > 0))
+          value_from /= 2;
+        else
+        {
+          from       = to;
+          value_from = value_to;
+        }
+        to       = x;
+        value_to = value;
+      }
+      return to;
+    }
+
+    /// Sutherland-Hodgman: the part of the outline inside the unit square. Images of edges are cut
+    /// where they cross its sides, straight lines elsewhere.
+    template <typename Image>
+    Outline clip_to_unit_square(Outline outline, const Image &image)
+    {
+      for (unsigned int side = 0; side < 4 && !outline.empty(); ++side)
       {
         const unsigned int d = side / 2;
         const auto inside    = [&](const Point<2> &x) { return side % 2 == 0 ? x[d] : 1 - x[d]; };
-        Polygon result;
-        for (unsigned int i = 0; i < polygon.size(); ++i)
+        Outline result;
+        for (unsigned int i = 0; i < outline.size(); ++i)
         {
-          const Point<2> &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-          const double in_a = inside(a), in_b = inside(b);
+          const Corner &a   = outline[i];
+          const Point<2> &b = outline[(i + 1) % outline.size()].x;
+          const double in_a = inside(a.x), in_b = inside(b);
           if (in_a >= 0)
             result.push_back(a);
+          if (in_a == 0 && in_b < 0)
+            result.back().edge = -1; // along the side of the square
           if ((in_a > 0 && in_b < 0) || (in_a < 0 && in_b > 0))
           {
-            Point<2> cut = a + in_a / (in_a - in_b) * (b - a);
-            cut[d]       = side % 2 == 0 ? 0. : 1.;
+            const double part = in_a / (in_a - in_b);
+            Corner cut        = a;
+            cut.x             = a.x + part * (b - a.x);
+            cut.from          = a.from + part * (a.to - a.from);
+            if (a.edge >= 0)
+            {
+              const double s =
+                  zero_between(a.from, in_a, a.to, in_b,
+                               [&](const double at) { return inside(image(a.edge, at)); });
+              const Point<2> x = image(a.edge, s);
+              if (x.distance(cut.x) < jump)
+              {
+                cut.x    = x;
+                cut.from = s;
+              }
+            }
+            cut.x[d] = side % 2 == 0 ? 0. : 1.;
+            if (in_a > 0)
+            {
+              result.back().to = cut.from;
+              cut.edge         = -1;
+            }
             result.push_back(cut);
           }
         }
-        polygon = std::move(result);
+        outline = std::move(result);
       }
-      return polygon;
+      return outline;
     }
 
-    double signed_area(const Polygon &polygon)
+    /// The outline's sides: of each edge one curve as far as it goes; lines where its image jumps.
+    template <typename Image>
+    CurvedPolygon sides_of(Outline outline, const Image &image)
     {
-      double area = 0;
-      for (unsigned int i = 0; i < polygon.size(); ++i)
+      const unsigned int n = outline.size();
+      const auto goes_on   = [&](const unsigned int i)
       {
-        const Point<2> &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-        area += (a[0] * b[1] - a[1] * b[0]) / 2;
-      }
-      return area;
-    }
-
-    /// Removes repeated corners.
-    Polygon without_short_edges(const Polygon &polygon)
-    {
-      Polygon result;
-      for (unsigned int i = 0; i < polygon.size(); ++i)
-        if ((polygon[i] - polygon[(i + 1) % polygon.size()]).norm() > 1e-13)
-          result.push_back(polygon[i]);
-      return result;
-    }
-
-    bool is_convex_quadrilateral(const Polygon &polygon)
-    {
-      if (polygon.size() != 4)
-        return false;
-      double sign = 0;
-      for (unsigned int i = 0; i < 4; ++i)
-      {
-        const Tensor<1, 2> e = polygon[(i + 1) % 4] - polygon[i],
-                           f = polygon[(i + 2) % 4] - polygon[(i + 1) % 4];
-        const double turn    = (e[0] * f[1] - e[1] * f[0]) / (e.norm() * f.norm());
-        if (std::abs(turn) < 1e-3 || turn * sign < 0)
-          return false;
-        sign = turn;
-      }
-      return true;
-    }
-
-    /// Whether all edges run along the axes. Of a product of shape functions a rule of p + 2 points
-    /// per direction misses terms from the third power of the slope on, so that slopes of 1e-3 cost
-    /// less than rounding.
-    bool is_aligned(const Polygon &polygon)
-    {
-      for (unsigned int i = 0; i < polygon.size(); ++i)
-      {
-        const Tensor<1, 2> e = polygon[(i + 1) % polygon.size()] - polygon[i];
-        if (std::min(std::abs(e[0]), std::abs(e[1])) > 1e-3 * e.norm())
-          return false;
-      }
-      return true;
-    }
-
-    /// A polygon whose edges run along the axes, but for slopes of 1e-3, with further corners on
-    /// two opposite sides only, as curved edges have them: cut across there into quadrilaterals.
-    /// Empty if it is another one.
-    std::vector<Polygon> strips_of(const Polygon &polygon)
-    {
-      const unsigned int n = polygon.size();
-      if (n < 5 || !is_aligned(polygon))
-        return {};
-      for (unsigned int along = 0; along < 2; ++along)
-      {
-        // Edges across must be two: where the one ends a chain along the other axis begins.
-        const auto runs_across = [&](const unsigned int i)
-        {
-          const Tensor<1, 2> e = polygon[(i + 1) % n] - polygon[i];
-          return std::abs(e[1 - along]) > std::abs(e[along]);
-        };
-        std::vector<unsigned int> across;
-        for (unsigned int i = 0; i < n; ++i)
-          if (runs_across(i))
-            across.push_back(i);
-        if (across.size() != 2)
-          continue;
-        // Both chains in the same direction
-        const auto between = [&](const unsigned int begin, const unsigned int end)
-        {
-          Polygon chain;
-          for (unsigned int i = (begin + 1) % n; i != (end + 1) % n; i = (i + 1) % n)
-            chain.push_back(polygon[i]);
-          return chain;
-        };
-        Polygon first = between(across[0], across[1]), second = between(across[1], across[0]);
-        std::reverse(second.begin(), second.end());
-        if (first.size() < 2 || second.size() < 2)
-          continue;
-        // Parts of the way where either has a corner
-        const auto part_of = [along](const Polygon &chain, const unsigned int i) {
-          return (chain[i][along] - chain.front()[along]) /
-                 (chain.back()[along] - chain.front()[along]);
-        };
-        std::vector<double> parts = {0, 1};
-        for (const Polygon *chain : {&first, &second})
-          for (unsigned int i = 1; i + 1 < chain->size(); ++i)
-            parts.push_back(part_of(*chain, i));
-        std::sort(parts.begin(), parts.end());
-        const auto at = [&](const Polygon &chain, const double part)
-        {
-          unsigned int i = 1;
-          while (i + 1 < chain.size() && part_of(chain, i) < part)
-            ++i;
-          const double a = part_of(chain, i - 1), b = part_of(chain, i);
-          return chain[i - 1] + (part - a) / (b - a) * (chain[i] - chain[i - 1]);
-        };
-        std::vector<Polygon> strips;
-        for (unsigned int k = 0; k + 1 < parts.size(); ++k)
-          if (parts[k + 1] - parts[k] > 1e-13)
-            strips.push_back({at(first, parts[k]), at(first, parts[k + 1]),
-                              at(second, parts[k + 1]), at(second, parts[k])});
-        const auto is_good = [](const Polygon &strip)
-        { return is_convex_quadrilateral(strip) && is_aligned(strip); };
-        if (std::all_of(strips.begin(), strips.end(), is_good))
-          return strips;
-      }
-      return {};
-    }
-
-    /// A quadrature on a polygon: a product rule on convex quadrilaterals and on each of its
-    /// strips; if it has none, one on each triangle of a fan about the mean corner (collapsed
-    /// product rule). Signed weights, positive for the orientation of the polygon. Where the edges
-    /// are oblique, a product of two shape functions of degree @p p has the degree 4 p along them,
-    /// and the surface element adds one. One point more leaves of what is no polynomial, where
-    /// faces are no parallelograms, so little that eigenvalues do not depend on how the corners of
-    /// cells are numbered.
-    void quadrature_on_polygon(const Polygon &polygon, const unsigned int p,
-                               std::vector<std::pair<Point<2>, double>> &points)
-    {
-      if (const std::vector<Polygon> strips = strips_of(polygon); !strips.empty())
-      {
-        for (const Polygon &strip : strips)
-          quadrature_on_polygon(strip, p, points);
-        return;
-      }
-      const bool is_quadrilateral = is_convex_quadrilateral(polygon);
-      const QGauss<1> rule(is_quadrilateral && is_aligned(polygon) ? p + 2 : 2 * p + 2);
-      const auto add_quadrilateral = [&](const std::array<Point<2>, 4> &c)
-      {
-        for (unsigned int j = 0; j < rule.size(); ++j)
-          for (unsigned int i = 0; i < rule.size(); ++i)
-          {
-            const double s = rule.point(i)[0], t = rule.point(j)[0];
-            const Point<2> x((1 - s) * (1 - t) * c[0][0] + s * (1 - t) * c[1][0] + s * t * c[2][0] +
-                                 (1 - s) * t * c[3][0],
-                             (1 - s) * (1 - t) * c[0][1] + s * (1 - t) * c[1][1] + s * t * c[2][1] +
-                                 (1 - s) * t * c[3][1]);
-            const Tensor<1, 2> x_s = (1 - t) * (c[1] - c[0]) + t * (c[2] - c[3]);
-            const Tensor<1, 2> x_t = (1 - s) * (c[3] - c[0]) + s * (c[2] - c[1]);
-            points.emplace_back(x, rule.weight(i) * rule.weight(j) *
-                                       (x_s[0] * x_t[1] - x_s[1] * x_t[0]));
-          }
+        const Corner &before = outline[(i + n - 1) % n], &after = outline[i % n];
+        return after.edge >= 0 && before.edge == after.edge && before.to == after.from;
       };
-      if (is_quadrilateral)
+      unsigned int start = 0;
+      while (start + 1 < n && goes_on(start))
+        ++start;
+      std::rotate(outline.begin(), outline.begin() + start, outline.end());
+
+      // Closer to the edge than the polygon that was clipped
+      constexpr unsigned int n_points   = 8;
+      const std::vector<Point<1>> nodes = QGaussLobatto<1>(n_points).get_points();
+      CurvedPolygon sides;
+      for (unsigned int i = 0, next; i < n; i = next)
       {
-        add_quadrilateral({{polygon[0], polygon[1], polygon[2], polygon[3]}});
-        return;
+        next = i + 1;
+        while (next < n && goes_on(next))
+          ++next;
+        const Corner &first = outline[i];
+        const double range  = outline[next - 1].to - first.from;
+        const auto corner   = [&](const unsigned int k) { return outline[k % n].x; };
+        bool follows        = first.edge >= 0 && range > 0;
+        std::vector<Point<2>> points;
+        for (unsigned int k = 0, at = i; k < n_points && follows; ++k)
+        {
+          const double s = first.from + nodes[k][0] * range;
+          while (at + 1 < next && s > outline[at].to)
+            ++at;
+          const double part         = (s - outline[at].from) / (outline[at].to - outline[at].from);
+          const Point<2> of_outline = corner(at) + part * (corner(at + 1) - corner(at));
+          points.push_back(k == 0              ? first.x
+                           : k == n_points - 1 ? corner(next)
+                                               : image(first.edge, s));
+          follows = points.back().distance(of_outline) < jump;
+        }
+        if (follows)
+        {
+          const PlaneCurve curve(std::move(points));
+          for (unsigned int k = i + 1; k < next && follows; ++k)
+            follows = curve.at((outline[k].from - first.from) / range).distance(corner(k)) < jump;
+          if (follows)
+          {
+            sides.push_back(curve);
+            continue;
+          }
+        }
+        for (unsigned int k = i; k < next; ++k)
+          sides.push_back(PlaneCurve({corner(k), corner(k + 1)}));
       }
-      if (polygon.size() == 3)
-      {
-        add_quadrilateral({{polygon[0], polygon[1], polygon[2], polygon[2]}});
-        return;
-      }
-      Point<2> centre;
-      for (const Point<2> &corner : polygon)
-        centre += corner / double(polygon.size());
-      for (unsigned int i = 0; i < polygon.size(); ++i)
-        add_quadrilateral({{centre, polygon[i], polygon[(i + 1) % polygon.size()],
-                            polygon[(i + 1) % polygon.size()]}});
+      return sides;
     }
 
     /// Which edges of a face are two edges of finer neighbours (counter-clockwise from xi_2 = 0).
@@ -394,22 +346,54 @@ namespace squeal
       return std::vector<DividedEdges>(faces.size());
     }
 
-    /// The outline of a rotor face in the reference coordinates of a pad face, counter-clockwise in
-    /// the rotor face's own coordinates.
-    Polygon outline(const FaceElement<3> &element, const SurfaceFace<3> &rotor_face,
-                    const DividedEdges &divided, const SurfaceFace<3> &pad_face)
+    /// An edge of a rotor face, counter-clockwise in the face's own coordinates, or a half of one
+    /// where finer neighbours share it: its image in the reference coordinates of a pad face.
+    class EdgeImages
     {
-      // Where edges of both sides coincide, rounding must not decide whether the clipped polygon
-      // has a corner more, and so which quadrature it gets.
-      const auto to_pad = [&](const Point<2> &xi)
+    public:
+      EdgeImages(const FaceElement<3> &element, const SurfaceFace<3> &rotor_face,
+                 const DividedEdges &divided, const SurfaceFace<3> &pad_face)
+          : element(element), rotor_face(rotor_face), pad_face(pad_face)
       {
-        Point<2> image = element.project(pad_face, element.frame(rotor_face, xi).x);
+        for (unsigned int i = 0; i < 4; ++i)
+        {
+          const Point<2> a(corners[i][0], corners[i][1]), b(corners[i + 1][0], corners[i + 1][1]),
+              middle = a + 0.5 * (b - a);
+          if (divided[i])
+          {
+            ends.push_back({{a, middle}});
+            ends.push_back({{middle, b}});
+          }
+          else
+            ends.push_back({{a, b}});
+        }
+      }
+      unsigned int n_edges() const
+      {
+        return ends.size();
+      }
+      Point<2> operator()(const unsigned int edge, const double s) const
+      {
+        const Point<2> xi = ends[edge][0] + s * (ends[edge][1] - ends[edge][0]);
+        Point<2> image    = element.project(pad_face, element.frame(rotor_face, xi).x);
+        // Where edges of both sides coincide, rounding must not decide whether the clipped polygon
+        // has a corner more, and so which quadrature it gets.
         for (unsigned int d = 0; d < 2; ++d)
           for (const double end : {0., 1.})
             if (std::abs(image[d] - end) < 1e-12)
               image[d] = end;
         return image;
-      };
+      }
+
+    private:
+      const FaceElement<3> &element;
+      const SurfaceFace<3> &rotor_face, &pad_face;
+      std::vector<std::array<Point<2>, 2>> ends; ///< in the rotor face's coordinates
+    };
+
+    /// The outline of a rotor face as a polygon that follows its edges.
+    Outline outline_of(const EdgeImages &image)
+    {
       const auto far_from_square = [](const Point<2> &a, const Point<2> &b)
       {
         for (unsigned int d = 0; d < 2; ++d)
@@ -417,34 +401,31 @@ namespace squeal
             return true;
         return false;
       };
-      // A wrong place of the cut by delta costs about delta^2 in the integrals.
+      // It decides only which parts of an edge are inside of the square. What is missed, a bow
+      // across a side and back, costs about the square of that in the integrals.
       const double tolerance       = 1e-6;
-      const unsigned int max_depth = 6; // of edges that are not divided anyway
+      const unsigned int max_depth = 6; // of edges
 
-      Polygon polygon;
-
-      const auto add_edge = [&](const auto &self, const Point<2> &a, const Point<2> &b,
-                                const Point<2> &image_a, const Point<2> &image_b,
+      Outline outline;
+      const auto add_edge = [&](const auto &self, const unsigned int edge, const double from,
+                                const double to, const Point<2> &at_from, const Point<2> &at_to,
                                 const unsigned depth) -> void
       {
-        const Point<2> middle = a + 0.5 * (b - a), image = to_pad(middle);
-        const Point<2> chord = image_a + 0.5 * (image_b - image_a);
-        if (depth == 0 || (depth <= max_depth && (image - chord).norm() < tolerance) ||
-            (far_from_square(image_a, image) && far_from_square(image, image_b) &&
-             far_from_square(image_a, image_b)))
+        const double middle      = (from + to) / 2;
+        const Point<2> at_middle = image(edge, middle), chord = at_from + 0.5 * (at_to - at_from);
+        if (depth == 0 || (at_middle - chord).norm() < tolerance ||
+            (far_from_square(at_from, at_middle) && far_from_square(at_middle, at_to) &&
+             far_from_square(at_from, at_to)))
         {
-          polygon.push_back(image_a);
+          outline.push_back({at_from, int(edge), from, to});
           return;
         }
-        self(self, a, middle, image_a, image, depth - 1);
-        self(self, middle, b, image, image_b, depth - 1);
+        self(self, edge, from, middle, at_from, at_middle, depth - 1);
+        self(self, edge, middle, to, at_middle, at_to, depth - 1);
       };
-      for (unsigned int i = 0; i < 4; ++i)
-      {
-        const Point<2> a(corners[i][0], corners[i][1]), b(corners[i + 1][0], corners[i + 1][1]);
-        add_edge(add_edge, a, b, to_pad(a), to_pad(b), max_depth + divided[i]);
-      }
-      return polygon;
+      for (unsigned int edge = 0; edge < image.n_edges(); ++edge)
+        add_edge(add_edge, edge, 0., 1., image(edge, 0.), image(edge, 1.), max_depth);
+      return outline;
     }
 
     /// Quadrature on the common part of two faces, in the pad's reference coordinates.
@@ -453,18 +434,23 @@ namespace squeal
                                                                const DividedEdges &divided,
                                                                const SurfaceFace<3> &pad_face)
     {
-      std::vector<std::pair<Point<2>, double>> points;
-      Polygon polygon =
-          without_short_edges(clip_to_unit_square(outline(element, rotor_face, divided, pad_face)));
-      if (polygon.size() < 3)
-        return points;
+      const EdgeImages image(element, rotor_face, divided, pad_face);
+      const Outline outline = clip_to_unit_square(outline_of(image), image);
+      if (outline.size() < 2)
+        return {};
+      CurvedPolygon polygon = simplified(sides_of(outline, image));
+      if (polygon.size() < 2)
+        return {};
       const double area = signed_area(polygon);
-      if (area < 0)
-        std::reverse(polygon.begin(), polygon.end());
       if (std::abs(area) < 1e-14)
-        return points;
-      quadrature_on_polygon(polygon, element.degree(), points);
-      return points;
+        return {};
+      if (area < 0)
+      {
+        std::reverse(polygon.begin(), polygon.end());
+        for (PlaneCurve &side : polygon)
+          side = side.reversed();
+      }
+      return quadrature_on(polygon, element.degree());
     }
 
     std::vector<std::pair<Point<1>, double>> common_quadrature(const FaceElement<2> &element,
