@@ -91,6 +91,15 @@ namespace squeal
     return s;
   }
 
+  double PlaneCurve::bow() const
+  {
+    const Tensor<1, 2> chord = end() - begin();
+    double largest           = 0;
+    for (unsigned int i = 1; i < points->size() && !is_straight(); ++i)
+      largest = std::max(largest, std::abs(cross(chord, at(double(i) / points->size()) - begin())));
+    return largest > 0 ? largest / chord.norm() : 0;
+  }
+
   bool PlaneCurve::is_aligned() const
   {
     Point<2> before = begin();
@@ -130,13 +139,9 @@ namespace squeal
     for (const PlaneCurve &side : polygon)
     {
       const Point<2> a = side.begin(), b = side.end();
-      const Tensor<1, 2> chord = b - a;
-      if (chord.norm() <= 1e-13)
+      if (a.distance(b) <= 1e-13)
         continue;
-      bool is_straight = true;
-      for (unsigned int i = 1; i < 8 && is_straight && !side.is_straight(); ++i)
-        is_straight = std::abs(cross(chord, side.at(i / 8.) - a)) <= 1e-12 * chord.norm();
-      sides.push_back(is_straight ? line(a, b) : side);
+      sides.push_back(side.bow() <= 1e-12 ? line(a, b) : side);
     }
     const auto joins = [](const PlaneCurve &before, const PlaneCurve &after)
     {
@@ -174,14 +179,19 @@ namespace squeal
     /// S.A. Coons, Surfaces for computer-aided design of space forms, MIT MAC-TR-41, 1967.
     QuadraturePoints coons_patch(const std::array<PlaneCurve, 4> &sides, const unsigned int p)
     {
+      constexpr double small_bow = 1e-5; // of a pad's face: no rule sees it
       bool curved = false, aligned = true;
       for (const PlaneCurve &side : sides)
       {
-        curved |= !side.is_straight();
+        curved |= side.bow() > small_bow;
         // A point has no direction: triangles are oblique.
         aligned &= side.is_aligned() && side.begin() != side.end();
       }
-      const QGauss<1> rule((aligned ? p + 2 : 2 * p + 2) + curved);
+      // Slivers between edges that nearly match: what a rule leaves of them is less than rounding.
+      constexpr double small_area = 1e-6;
+      const bool is_sliver =
+          std::abs(signed_area({sides[0], sides[1], sides[2], sides[3]})) < small_area;
+      const QGauss<1> rule(is_sliver ? p + 2 : (aligned ? p + 2 : 2 * p + 2) + curved);
       const unsigned int n = rule.size();
       struct Place
       {

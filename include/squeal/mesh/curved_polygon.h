@@ -41,6 +41,8 @@ namespace squeal
     }
     /// Where the coordinate @p d, which grows or falls all along, has the value @p x.
     double parameter_at(unsigned int d, double x) const;
+    /// The largest distance from the straight line between its ends.
+    double bow() const;
     /// Whether it runs along an axis, but for slopes of 1e-3.
     bool is_aligned() const;
 
@@ -67,7 +69,7 @@ namespace squeal
   /// from the third power of the slope on, less than rounding. Where they are oblique, a product
   /// has the degree 4 p along them, and the surface element adds one; one point more leaves of what
   /// is no polynomial, where faces are no parallelograms, so little that eigenvalues do not depend
-  /// on how the corners of cells are numbered. Curved sides get one point more in either case.
+  /// on how the corners of cells are numbered. Sides with a bow get one point more in either case.
   std::vector<std::pair<dealii::Point<2>, double>> quadrature_on(const CurvedPolygon &polygon,
                                                                  unsigned int p);
 } // namespace squeal
