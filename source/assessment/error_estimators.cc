@@ -47,7 +47,7 @@ namespace squeal
       void add_products();
       void eliminate(EigenvalueErrors &errors);
       DenseMatrix soften(unsigned int number, unsigned int material, const LocalProblem &problem);
-      std::vector<std::vector<Complex>> other_edges(EigenvalueErrors &errors) const;
+      std::vector<ErrorEffects::Alternatives> other_edges(EigenvalueErrors &errors) const;
       void add_state_correction(const DenseMatrix &functions, unsigned int number,
                                 const std::vector<int> &unknowns, const double *solution);
       void add_effect_of_pressure(ErrorEffects &effects);
@@ -500,11 +500,12 @@ namespace squeal
       effects               = {std::move(f), parts_by_kind(), space.base.fe.degree, {}};
       if (residuals.with_state)
         add_effect_of_pressure(effects);
-      std::vector<std::vector<Complex>> edges = other_edges(errors);
-      for (std::vector<Complex> &edge : edges)
-        add_answer_of_damping(edge);
-      if (!edges.empty())
-        effects.alternatives.push_back({std::move(edges), true});
+      for (ErrorEffects::Alternatives &edges : other_edges(errors))
+      {
+        for (std::vector<Complex> &edge : edges.effects)
+          add_answer_of_damping(edge);
+        effects.alternatives.push_back(std::move(edges));
+      }
       // The same on all ranks, whichever has such cells
       if (std::any_of(yielding_effect.begin(), yielding_effect.end(),
                       [](const Complex e) { return e != 0.; }))
@@ -512,20 +513,28 @@ namespace squeal
       errors.bounds = bound_errors(modes.lambda, modes.parity, effects);
     }
 
-    /// First-order changes of the eigenvalues by another edge of the contact zone, like F. Their
-    /// parts go to the pads' cells that share the edge's nodes.
+    /// First-order changes of the eigenvalues by another edge of the contact zone, like F, level by
+    /// level of the pads' cells, so that what one says of another is little. Their parts go to the
+    /// pads' cells that share the edge's nodes.
     template <int dim>
-    std::vector<std::vector<Complex>> Estimator<dim>::other_edges(EigenvalueErrors &errors) const
+    std::vector<ErrorEffects::Alternatives>
+    Estimator<dim>::other_edges(EigenvalueErrors &errors) const
     {
       if (!model.equilibrium())
         return {};
       EdgeEffects effects = edge_effects(model.equilibrium()->edge, modes.right, modes.left);
       if (effects.rows.empty())
         return {};
-      for (unsigned int k = 0; k < m * m; ++k)
-        for (std::vector<Complex> *products :
-             {&effects.smaller, &effects.larger, &effects.likeliest})
-          (*products)[k] /= -2. * modes.lambda[k % m];
+      std::vector<ErrorEffects::Alternatives> alternatives;
+      for (EdgeEffects::Shifts &shifts : effects.by_level)
+      {
+        alternatives.push_back(
+            {{std::move(shifts.smaller), std::move(shifts.larger), std::move(shifts.likeliest)},
+             true});
+        for (std::vector<Complex> &products : alternatives.back().effects)
+          for (unsigned int k = 0; k < m * m; ++k)
+            products[k] /= -2. * modes.lambda[k % m];
+      }
 
       // By row: its number in the list plus one
       std::vector<Column> places = space.base_map.zeros(1);
@@ -538,7 +547,7 @@ namespace squeal
           if (const unsigned int place = places[0].local_element(entry.index); place > 0)
             for (unsigned int j = 0; j < m; ++j)
               errors.cells[cell][j] += effects.parts[place - 1][j] / (2. * modes.lambda[j]);
-      return {std::move(effects.smaller), std::move(effects.larger), std::move(effects.likeliest)};
+      return alternatives;
     }
 
     template <int dim>

@@ -263,6 +263,7 @@ namespace squeal
                         });
 
               ContactFace<dim> face;
+              face.level = cell->level();
               for (const unsigned int a : on_face)
               {
                 face.shape.nodes.push_back(
@@ -300,6 +301,7 @@ namespace squeal
       for (const ContactFace<dim> &face : own)
       {
         flat.push_back(face.shape.orientation);
+        flat.push_back(face.level);
         for (const Point<dim> &x : face.shape.nodes)
           for (unsigned int d = 0; d < dim; ++d)
             flat.push_back(x[d]);
@@ -319,6 +321,7 @@ namespace squeal
         {
           ContactFace<dim> face;
           face.shape.orientation = *number++;
+          face.level             = static_cast<unsigned int>(*number++);
           face.shape.nodes.resize(n_nodes);
           for (Point<dim> &x : face.shape.nodes)
             for (unsigned int d = 0; d < dim; ++d)

@@ -28,9 +28,20 @@ namespace squeal
         const int across = int(a % n_1d) - int(b % n_1d), along = int(a / n_1d) - int(b / n_1d);
         return std::abs(across) <= 1 && std::abs(along) <= 1;
       };
-      std::vector<unsigned int> marked(rows.size); // the interface's number plus one
-      for (unsigned int i = 0; i < contact.paired_interfaces().size(); ++i)
-        for (const ContactFace<dim> &face : contact.paired_interfaces()[i].pad_faces)
+      const auto &interfaces = contact.paired_interfaces();
+      unsigned int finest    = 0;
+      for (const PairedInterface<dim> &interface : interfaces)
+        for (const ContactFace<dim> &face : interface.pad_faces)
+          finest = std::max(finest, face.level);
+      MPI_Allreduce(MPI_IN_PLACE, &finest, 1, MPI_UNSIGNED, MPI_MAX, rows.comm);
+      for (unsigned int level = 0; level <= finest; ++level)
+        for (unsigned int i = 0; i < interfaces.size(); ++i)
+          edge.parts.push_back({i, level});
+
+      // The part's number plus one; of a node of several levels the finest one's
+      std::vector<unsigned int> marked(rows.size);
+      for (unsigned int i = 0; i < interfaces.size(); ++i)
+        for (const ContactFace<dim> &face : interfaces[i].pad_faces)
           for (unsigned int a = 0; a < face.nodes.size(); ++a)
             for (unsigned int b = 0; b < face.nodes.size(); ++b)
               for (unsigned int k = 0; adjacent(a, b) && k < face.nodes[a].size(); ++k)
@@ -39,7 +50,8 @@ namespace squeal
                   const int row = face.nodes[a][k].equations[dim], beside = other.equations[dim];
                   if (row >= 0 && beside >= 0 &&
                       contact.is_closed(row) != contact.is_closed(beside))
-                    marked[row] = i + 1;
+                    marked[row] =
+                        std::max<unsigned int>(marked[row], face.level * interfaces.size() + i + 1);
                 }
       MPI_Allreduce(MPI_IN_PLACE, marked.data(), marked.size(), MPI_UNSIGNED, MPI_MAX, rows.comm);
       for (unsigned int row = 0; row < rows.size; ++row)
@@ -52,18 +64,19 @@ namespace squeal
           }
     }
 
-    /// |sum a_i (A a)_i| / 2 of each interface that slides; zero of the others, by which the
-    /// position of the edge has not been measured.
+    /// |sum a_i (A a)_i| / 2 of each part of an interface that slides; zero of the others, by which
+    /// the position of the edge has not been measured.
     template <int dim>
     std::vector<double> energies(const Contact<dim> &contact, const DenseMatrix &A,
-                                 const DenseMatrix &a, const std::vector<unsigned int> &interfaces)
+                                 const DenseMatrix &a, const std::vector<ContactEdge::Part> &parts,
+                                 const std::vector<unsigned int> &part_of_row)
     {
       DenseMatrix answer(A.n_rows, 1);
       gemm(false, 1, A, a, 0, answer);
-      std::vector<double> result(contact.paired_interfaces().size());
-      for (unsigned int i = 0; i < interfaces.size(); ++i)
-        if (contact.slides(interfaces[i]))
-          result[interfaces[i]] += a(i, 0) * answer(i, 0) / 2;
+      std::vector<double> result(parts.size());
+      for (unsigned int i = 0; i < part_of_row.size(); ++i)
+        if (contact.slides(parts[part_of_row[i]].interface))
+          result[part_of_row[i]] += a(i, 0) * answer(i, 0) / 2;
       for (double &energy : result)
         energy = std::abs(energy);
       return result;
@@ -123,14 +136,14 @@ namespace squeal
       std::vector<std::vector<std::complex<double>>> parts;
     };
 
-    /// Where an interface's edge is: shifts of the present one towards the open nodes, in spacings.
+    /// Where a part of the edge is: shifts of the present one towards the open nodes, in spacings.
     struct EdgePosition
     {
       double smaller = -0.5, likeliest = 0, larger = 0.5;
     };
 
-    /// s of EdgeEffects. @p opening and @p closing: F_o and F_c of the interface.
-    EdgePosition position_of(const ContactEdge &edge, const unsigned int interface,
+    /// s of EdgeEffects. @p opening and @p closing: F_o and F_c of the part.
+    EdgePosition position_of(const ContactEdge &edge, const unsigned int part,
                              const EdgeEffects::Effect &opening, const EdgeEffects::Effect &closing,
                              const unsigned int n_modes)
     {
@@ -142,8 +155,8 @@ namespace squeal
           sum += std::abs(effect[j + n_modes * j]);
         return sum;
       };
-      const auto energy = [interface](const std::vector<double> &of_interfaces)
-      { return interface < of_interfaces.size() ? of_interfaces[interface] : 0; };
+      const auto energy = [part](const std::vector<double> &of_parts)
+      { return part < of_parts.size() ? of_parts[part] : 0; };
       const double released = energy(edge.release_energy) * of_modes(closing),
                    closed   = energy(edge.closing_energy) * of_modes(opening);
       if (!(closed <= largest_q * largest_q * released) || closed == 0)
@@ -166,9 +179,9 @@ namespace squeal
     {
       edge.slack =
           rows_of(solve(unit_columns(rows, edge.releasing), edge.releasing), edge.releasing);
-      edge.slack = inverse_of(std::move(edge.slack));
-      edge.release_energy =
-          energies(contact, edge.slack, rows_of(state, edge.releasing), edge.releasing_at);
+      edge.slack          = inverse_of(std::move(edge.slack));
+      edge.release_energy = energies(contact, edge.slack, rows_of(state, edge.releasing),
+                                     edge.parts, edge.releasing_at);
     }
     if (!edge.closing.empty())
     {
@@ -189,7 +202,7 @@ namespace squeal
           rows_of(contact_load(wider, pressure, with_friction), edge.closing);
       for (unsigned int i = 0; i < gaps.n_rows; ++i)
         gaps(i, 0) -= initial(i, 0);
-      edge.closing_energy = energies(contact, edge.pressure, gaps, edge.closing_at);
+      edge.closing_energy = energies(contact, edge.pressure, gaps, edge.parts, edge.closing_at);
     }
     return edge;
   }
@@ -202,56 +215,54 @@ namespace squeal
     const std::vector<unsigned int> &R = edge.releasing, &C = edge.closing;
     if (R.empty() && C.empty())
       return effects;
-    unsigned int n_interfaces = 0;
-    for (const std::vector<unsigned int> *numbers : {&edge.releasing_at, &edge.closing_at})
-      for (const unsigned int number : *numbers)
-        n_interfaces = std::max(n_interfaces, number + 1);
+    const unsigned int n_parts = edge.parts.size();
     const Form opening(rows_of(z.re, R), rows_of(z.im, R), edge.slack, rows_of(x.re, R),
-                       rows_of(x.im, R), edge.releasing_at, n_interfaces);
+                       rows_of(x.im, R), edge.releasing_at, n_parts);
     // Neither vector has a pressure in C: a^T z and b x are whole columns and rows of the matrix.
     Form closing(rows_of(multiply_transposed(edge.closed, z.re), C),
                  rows_of(multiply_transposed(edge.closed, z.im), C), edge.pressure,
                  rows_of(multiply(edge.closed, x.re), C), rows_of(multiply(edge.closed, x.im), C),
-                 edge.closing_at, n_interfaces);
+                 edge.closing_at, n_parts);
     for (Effect &effect : closing.by_group)
       for (std::complex<double> &entry : effect)
         entry = -entry;
 
     const unsigned int m = x.n_columns();
-    for (Effect *effect : {&effects.opening, &effects.closing, &effects.smaller, &effects.larger,
-                           &effects.likeliest})
-      effect->resize(std::size_t(m) * m);
+    const Effect none(std::size_t(m) * m);
+    effects.opening = effects.closing = none;
+    effects.by_level.assign(n_parts > 0 ? edge.parts.back().level + 1 : 0, {none, none, none});
     // F(s) = (s^2 - s)/2 F_o + (s^2 + s)/2 F_c
     const auto of_opening = [](const double s) { return (s * s - s) / 2; };
     const auto of_closing = [](const double s) { return (s * s + s) / 2; };
     std::vector<double> largest_of_opening, largest_of_closing;
-    for (unsigned int i = 0; i < n_interfaces; ++i)
+    for (unsigned int i = 0; i < n_parts; ++i)
     {
       const Effect &F_o = opening.by_group[i], &F_c = closing.by_group[i];
-      const EdgePosition at = position_of(edge, i, F_o, F_c, m);
+      const EdgePosition at       = position_of(edge, i, F_o, F_c, m);
+      EdgeEffects::Shifts &shifts = effects.by_level[edge.parts[i].level];
       for (std::size_t k = 0; k < F_o.size(); ++k)
       {
         const auto F = [&](const double s)
         { return of_opening(s) * F_o[k] + of_closing(s) * F_c[k]; };
         effects.opening[k] += F_o[k];
         effects.closing[k] += F_c[k];
-        effects.smaller[k] += F(at.smaller);
-        effects.likeliest[k] += F(at.likeliest);
-        effects.larger[k] += F(at.larger);
+        shifts.smaller[k] += F(at.smaller);
+        shifts.likeliest[k] += F(at.likeliest);
+        shifts.larger[k] += F(at.larger);
       }
       const auto largest = [&](const auto &weight)
       { return std::max(std::abs(weight(at.smaller)), std::abs(weight(at.larger))); };
       largest_of_opening.push_back(largest(of_opening));
       largest_of_closing.push_back(largest(of_closing));
     }
-    const auto add_parts = [&](const Form &form, const std::vector<unsigned int> &interfaces,
+    const auto add_parts = [&](const Form &form, const std::vector<unsigned int> &part_of_row,
                                const std::vector<double> &weights)
     {
       for (unsigned int i = 0; i < form.parts.size(); ++i)
       {
         effects.parts.push_back(form.parts[i]);
         for (std::complex<double> &part : effects.parts.back())
-          part *= weights[interfaces[i]];
+          part *= weights[part_of_row[i]];
       }
     };
     add_parts(opening, edge.releasing_at, largest_of_opening);

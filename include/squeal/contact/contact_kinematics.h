@@ -37,6 +37,8 @@ namespace squeal
   {
     SurfaceFace<dim> shape;
     std::vector<std::vector<FreeNode<dim>>> nodes;
+    unsigned int level =
+        0; ///< how often a cell of the coarse mesh was divided until it had the face
   };
 
   /// The direction in the surface with that normal that is nearest to @p along, which is not

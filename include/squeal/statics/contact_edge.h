@@ -24,9 +24,17 @@ namespace squeal
   /// in the pressure that is lost, for a contact that opens is no small perturbation.
   struct ContactEdge
   {
+    /// Of an interface what lies at faces of one level of refinement: between small cells the edge
+    /// is elsewhere, in spacings, than between large ones. The interfaces' parts of level k come
+    /// before those of level k + 1.
+    struct Part
+    {
+      unsigned int interface, level;
+    };
+    std::vector<Part> parts;                            ///< all there are on the mesh
     std::vector<unsigned int> releasing, closing;       ///< R, C: rows
-    std::vector<unsigned int> releasing_at, closing_at; ///< the interface of each
-    /// By interface: static energy that R releases, Lambda_R^T slack Lambda_R / 2, and that it
+    std::vector<unsigned int> releasing_at, closing_at; ///< the part of each
+    /// By part: static energy that R releases, Lambda_R^T slack Lambda_R / 2, and that it
     /// would take to close C, r_C^T pressure r_C / 2 with r_C = b x - g_C; J, without their signs.
     /// Zero of interfaces that do not slide.
     std::vector<double> release_energy, closing_energy;
@@ -63,14 +71,19 @@ namespace squeal
   ///     q = sqrt(e_c / (r e_o)),    s = (1 - q)/(1 + q)/2 - 1/5.
   /// This is measured: s that makes growth rates right on twelve meshes of three brakes
   /// (tests/benchmark/lift_off.py) lies within 0.15 of it. So the edge is there to a fifth of the
-  /// spacing. Where q is beyond those of the measurement, as at a chamfer's edge, and between
-  /// bodies that do not slide, it is anywhere within half a spacing.
+  /// spacing. Each part of the edge has its own s. Where q is beyond those of the measurement, as
+  /// at a chamfer's edge, and between bodies that do not slide, it is anywhere within half a
+  /// spacing.
   struct EdgeEffects
   {
     using Effect = std::vector<std::complex<double>>; ///< column-major
     Effect opening, closing;                          ///< F_o, F_c
-    Effect smaller, larger;                           ///< area in contact, at most
-    Effect likeliest; ///< F(s); zero for edges that are not known better than the spacing
+    struct Shifts
+    {
+      Effect smaller, larger; ///< area in contact, at most
+      Effect likeliest;       ///< F(s); zero for edges that are not known better than the spacing
+    };
+    std::vector<Shifts> by_level; ///< of the faces' refinement: what one says of another is little
     /// The multipliers beside the edge and their parts of z_j^H dQ x_j, one for each mode.
     std::vector<unsigned int> rows;
     std::vector<std::vector<std::complex<double>>> parts;

@@ -108,6 +108,7 @@ namespace squeal::tests::contact_edge_tests
     const EigenPairs modes   = solve(brake.model.problem(), brake.prm);
     const ContactEdge &known = brake.model.equilibrium()->edge;
     ContactEdge edge; // a copy, whose energies are given
+    edge.parts           = known.parts;
     edge.releasing       = known.releasing;
     edge.closing         = known.closing;
     edge.releasing_at    = known.releasing_at;
@@ -136,6 +137,8 @@ namespace squeal::tests::contact_edge_tests
       std::fill(edge.release_energy.begin(), edge.release_energy.end(), 1.);
       std::fill(edge.closing_energy.begin(), edge.closing_energy.end(), closing);
       const EdgeEffects effects = edge_effects(edge, modes.right, modes.left);
+      REQUIRE(effects.by_level.size() == 1);
+      const EdgeEffects::Shifts &shifts = effects.by_level.front();
       // sum |F_c| / sum |F_o| by pad; here they are images of each other
       double of_opening = 0, of_closing = 0;
       for (unsigned int j = 0; j < m; ++j)
@@ -148,18 +151,69 @@ namespace squeal::tests::contact_edge_tests
       if (closing == 0 || q > 1.2)
       {
         // Not known better than to half a spacing
-        CHECK(std::abs(effects.likeliest[0]) == 0);
-        CHECK(std::abs(shift_of(effects, effects.smaller) + 0.5) <= 1e-8);
-        CHECK(std::abs(shift_of(effects, effects.larger) - 0.5) <= 1e-8);
+        CHECK(std::abs(shifts.likeliest[0]) == 0);
+        CHECK(std::abs(shift_of(effects, shifts.smaller) + 0.5) <= 1e-8);
+        CHECK(std::abs(shift_of(effects, shifts.larger) - 0.5) <= 1e-8);
         continue;
       }
       const double s = (1 - q) / (1 + q) / 2 - 0.2;
       CHECK(q > q_before);
-      CHECK(std::abs(shift_of(effects, effects.likeliest) - s) <= 1e-8);
-      CHECK(std::abs(shift_of(effects, effects.smaller) - (s - 0.2)) <= 1e-8);
-      CHECK(std::abs(shift_of(effects, effects.larger) - (s + 0.2)) <= 1e-8);
+      CHECK(std::abs(shift_of(effects, shifts.likeliest) - s) <= 1e-8);
+      CHECK(std::abs(shift_of(effects, shifts.smaller) - (s - 0.2)) <= 1e-8);
+      CHECK(std::abs(shift_of(effects, shifts.larger) - (s + 0.2)) <= 1e-8);
       q_before = q;
     }
     CHECK(q_before > 0);
+  }
+
+  TEST_CASE("Each level of refinement has its own part of the edge of contact")
+  {
+    LiftedBrake brake;
+    const EigenPairs modes   = solve(brake.model.problem(), brake.prm);
+    const ContactEdge &known = brake.model.equilibrium()->edge;
+    const EdgeEffects whole  = edge_effects(known, modes.right, modes.left);
+    const unsigned int n     = known.parts.size(); // interfaces: all cells are of one level
+    for (const ContactEdge::Part &part : known.parts)
+      CHECK(part.level == 0);
+
+    // As if every other row lay at smaller cells, of which alone something is known
+    ContactEdge edge;
+    edge.parts     = known.parts;
+    edge.releasing = known.releasing;
+    edge.closing   = known.closing;
+    edge.slack     = known.slack;
+    edge.pressure  = known.pressure;
+    edge.closed    = sum_of(brake.model.spaces().rows, {{1., known.closed}});
+    for (unsigned int i = 0; i < n; ++i)
+      edge.parts.push_back({i, 1});
+    for (const bool opens : {true, false})
+      for (unsigned int k = 0; k < (opens ? known.releasing_at : known.closing_at).size(); ++k)
+        (opens ? edge.releasing_at : edge.closing_at)
+            .push_back((opens ? known.releasing_at : known.closing_at)[k] + n * (k % 2));
+    edge.release_energy.assign(2 * n, 0.);
+    edge.closing_energy.assign(2 * n, 0.);
+    const auto sum_at_half = [&](const EdgeEffects &effects, const std::size_t k)
+    {
+      Complex sum = 0;
+      for (const EdgeEffects::Shifts &shifts : effects.by_level)
+        sum += shifts.smaller[k];
+      return sum;
+    };
+    const EdgeEffects unknown = edge_effects(edge, modes.right, modes.left);
+    std::fill(edge.release_energy.begin() + n, edge.release_energy.end(), 1.);
+    std::fill(edge.closing_energy.begin() + n, edge.closing_energy.end(), 1e-3);
+    const EdgeEffects half_known = edge_effects(edge, modes.right, modes.left);
+    for (const EdgeEffects *effects : {&unknown, &half_known})
+    {
+      REQUIRE(effects->by_level.size() == 2);
+      CHECK(std::abs(effects->opening[0] - whole.opening[0]) <= 1e-12 * std::abs(whole.opening[0]));
+      CHECK(std::abs(effects->closing[0] - whole.closing[0]) <= 1e-12 * std::abs(whole.closing[0]));
+      CHECK(std::abs(effects->by_level[0].likeliest[0]) == 0);
+    }
+    const Complex half = 0.375 * whole.opening[0] - 0.125 * whole.closing[0];
+    CHECK(std::abs(sum_at_half(unknown, 0) - half) <= 1e-12 * std::abs(half));
+    CHECK(std::abs(unknown.by_level[1].likeliest[0]) == 0);
+    CHECK(std::abs(half_known.by_level[1].likeliest[0]) > 0);
+    CHECK(half_known.by_level[0].smaller[0] == unknown.by_level[0].smaller[0]);
   }
 } // namespace squeal::tests::contact_edge_tests
