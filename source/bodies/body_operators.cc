@@ -1,5 +1,6 @@
 #include <squeal/bodies/body_operators.h>
 #include <squeal/bodies/cell_operators.h>
+#include <squeal/linalg/compressed_rows.h>
 
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/dofs/dof_tools.h>
@@ -8,7 +9,10 @@
 #include <deal.II/lac/sparsity_tools.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
+#include <numeric>
 
 namespace squeal
 {
@@ -16,74 +20,119 @@ namespace squeal
 
   namespace
   {
-    /// Adds A(a, b) between component i of node a and component k of node b. DenseMatrix is
-    /// column-major and PETSc expects rows, hence the transposed roles; all callers state their own
-    /// symmetry.
-    template <int dim>
-    void add_block(const Matrix &matrix, const CellNodes<dim> &cell_nodes, const unsigned int i,
-                   const unsigned int k, const DenseMatrix &transposed)
-    {
-      const auto &rows = cell_nodes.equations[i], &columns = cell_nodes.equations[k];
-      SQUEAL_PETSC(MatSetValues(matrix, rows.size(), rows.data(), columns.size(), columns.data(),
-                                transposed.values.data(), ADD_VALUES));
-    }
-
-    /// Empty matrices with the exact pattern of the bodies' cells: all components coupled, or each
+    /// Where the blocks of a cell go in matrices of one pattern: all components coupled, or each
     /// component with itself only.
     template <int dim>
-    std::pair<std::vector<PetscInt>, std::vector<PetscInt>>
-    count_row_entries(const FiniteElementSpace<dim> &spaces, const DynamicSparsityPattern &graph,
-                      const bool coupled)
+    class CellPlaces
+    {
+    public:
+      explicit CellPlaces(const bool coupled) : coupled(coupled) {}
+
+      /// @p blocks of any of the matrices.
+      void reinit(const CellNodes<dim> &cell_nodes, const BlockAdder &blocks)
+      {
+        n        = cell_nodes.free.size();
+        unknowns = cell_nodes.equations;
+        for (unsigned int c = 1; c < dim && coupled; ++c)
+          unknowns[0].insert(unknowns[0].end(), unknowns[c].begin(), unknowns[c].end());
+        unknowns.resize(coupled ? 1 : dim);
+        places.clear();
+        for (const std::vector<PetscInt> &group : unknowns)
+          places.push_back(blocks.places(group));
+      }
+      /// Adds A(a, b) between component i of node a and component k of node b. DenseMatrix is
+      /// column-major and rows are expected, hence the transposed roles; all callers state their
+      /// own symmetry.
+      void add(const unsigned int i, const unsigned int k, const DenseMatrix &transposed,
+               BlockAdder &blocks) const
+      {
+        const unsigned int group = coupled ? 0 : i;
+        blocks.add(unknowns[group], places[group], coupled ? i * n : 0, coupled ? k * n : 0, n,
+                   transposed.values.data());
+      }
+
+    private:
+      const bool coupled;
+      unsigned int n = 0;
+      std::vector<std::vector<PetscInt>> unknowns, places; ///< by group of components
+    };
+
+    /// A matrix of zeros with the exact pattern of the bodies' cells: all components coupled, or
+    /// each component with itself only.
+    template <int dim>
+    Matrix zero_matrix(const FiniteElementSpace<dim> &spaces, const DynamicSparsityPattern &graph,
+                       const bool coupled)
     {
       const RowRange &rows = spaces.rows;
-      std::vector<PetscInt> diagonal(rows.n_local()), off_diagonal(rows.n_local());
-      for (const auto node : spaces.nodes.locally_owned_dofs())
+      // Looked up once: each node has some hundred neighbours.
+      std::vector<std::array<unsigned int, dim>> equations(spaces.nodes.n_dofs());
+      for (const auto node : spaces.relevant_nodes)
         for (unsigned int c = 0; c < dim; ++c)
-        {
-          const unsigned int row = spaces.equation(node, c);
-          if (row == FiniteElementSpace<dim>::none)
-            continue;
-          for (unsigned int k = 0; k < graph.row_length(node); ++k)
-            for (unsigned int d = 0; d < dim; ++d)
-              if (coupled || c == d)
-              {
-                const unsigned int column = spaces.equation(graph.column_number(node, k), d);
-                if (column != FiniteElementSpace<dim>::none)
-                  ++(rows.contains(column) ? diagonal : off_diagonal)[row - rows.begin];
-              }
-        }
-      return {diagonal, off_diagonal};
+          equations[node][c] = spaces.equation(node, c);
+      constexpr unsigned int none = FiniteElementSpace<dim>::none;
+
+      CompressedRows pattern;
+      pattern.begins.assign(rows.n_local() + 1, 0);
+      // Calls visit(row, column).
+      const auto for_entries = [&](const auto node, const auto &visit)
+      {
+        for (unsigned int k = 0; k < graph.row_length(node); ++k)
+          for (unsigned int d = 0; d < dim; ++d)
+            if (const unsigned int column = equations[graph.column_number(node, k)][d];
+                column != none)
+              for (unsigned int c = coupled ? 0 : d; c < (coupled ? dim : d + 1); ++c)
+                if (equations[node][c] != none)
+                  visit(equations[node][c] - rows.begin, column);
+      };
+      for (const auto node : spaces.nodes.locally_owned_dofs())
+        for_entries(node, [&](const unsigned int row, unsigned int) { ++pattern.begins[row + 1]; });
+      std::partial_sum(pattern.begins.begin(), pattern.begins.end(), pattern.begins.begin());
+      pattern.resize(pattern.begins.back());
+      std::fill(pattern.values.begin(), pattern.values.end(), 0.);
+      std::vector<PetscInt> ends(pattern.begins.begin(), pattern.begins.end() - 1);
+      for (const auto node : spaces.nodes.locally_owned_dofs())
+        for_entries(node, [&](const unsigned int row, const unsigned int column)
+                    { pattern.columns[ends[row]++] = column; });
+      for (unsigned int row = 0; row < rows.n_local(); ++row)
+      {
+        const auto first = pattern.columns.begin() + pattern.begins[row],
+                   last  = pattern.columns.begin() + pattern.begins[row + 1];
+        if (!std::is_sorted(first, last))
+          std::sort(first, last);
+      }
+      Matrix matrix = make_matrix(rows, std::move(pattern));
+      SQUEAL_PETSC(MatSetOption(matrix, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
+      return matrix;
     }
 
-    template <int dim>
-    Matrix empty_matrix(const FiniteElementSpace<dim> &spaces, const DynamicSparsityPattern &graph,
-                        const bool coupled)
+    Matrix zeros_like(const Matrix &other)
     {
-      const auto [diagonal, off_diagonal] = count_row_entries(spaces, graph, coupled);
-      return make_matrix(spaces.rows, diagonal, off_diagonal);
+      Mat mat = nullptr;
+      SQUEAL_PETSC(MatDuplicate(other, MAT_DO_NOT_COPY_VALUES, &mat));
+      return Matrix(mat);
     }
 
     /// Adds int B C B^T of a cell.
     template <int dim>
     void add_stiffness(const CellIntegrals<dim> &integrals, CellNodes<dim> &cell_nodes,
                        const std::array<double, dim * dim * dim * dim> &tensor,
-                       const Matrix &matrix)
+                       const CellPlaces<dim> &places, BlockAdder &blocks)
     {
       const unsigned int n = integrals.n;
       DenseMatrix block(n, n);
-      // The block (k, i) of the stiffness is the transpose of (i, k). PETSc reads rows, the block
-      // is stored by columns: what is filled here is the transpose of what is added.
+      // The block (k, i) of the stiffness is the transpose of (i, k): what is filled here is the
+      // transpose of what is added.
       for (unsigned int i = 0; i < dim; ++i)
         for (unsigned int k = i; k < dim; ++k)
         {
           stiffness_block(integrals, tensor, i, k, block);
-          add_block(matrix, cell_nodes, i, k, cell_nodes.condense(block));
+          places.add(i, k, cell_nodes.condense(block), blocks);
           if (i != k)
           {
             for (unsigned int a = 0; a < n; ++a)
               for (unsigned int b = 0; b < a; ++b)
                 std::swap(block(b, a), block(a, b));
-            add_block(matrix, cell_nodes, k, i, cell_nodes.condense(block));
+            places.add(k, i, cell_nodes.condense(block), blocks);
           }
         }
     }
@@ -149,51 +198,82 @@ namespace squeal
     if (!choice.M && !choice.K && !choice.G && !choice.M_star && !choice.V)
       return {};
     const DynamicSparsityPattern graph = node_graph(spaces, bodies);
-    const auto new_matrix              = [&](const bool wanted, const bool coupled)
-    { return wanted ? empty_matrix(spaces, graph, coupled) : Matrix(); };
-    Matrix K = new_matrix(choice.K, true), M = new_matrix(choice.M, false),
-           G = new_matrix(choice.G, false), M_star = new_matrix(choice.M_star, false),
-           V = new_matrix(choice.V, true);
-
-    const auto C     = elasticity_tensor<dim>(material);
+    const auto C                       = elasticity_tensor<dim>(material);
     const auto C_v   = elasticity_tensor(ElasticModuli<dim>(material.viscosity, material.axis));
     const double rho = material.density;
-    CellIntegrals<dim> integrals(spaces, choice.G || choice.M_star);
+    const bool with_transport = choice.G || choice.M_star;
+
+    // One pattern each for all that couples components and all that does not
+    Matrix K, V, M, G, M_star;
+    std::unique_ptr<BlockAdder> to_K, to_V, to_M, to_G, to_M_star;
+    const auto make = [&](Matrix &matrix, std::unique_ptr<BlockAdder> &blocks, const Matrix &other,
+                          const bool coupled)
+    {
+      matrix = other ? zeros_like(other) : zero_matrix(spaces, graph, coupled);
+      blocks = std::make_unique<BlockAdder>(matrix, spaces.rows);
+    };
+    if (choice.K)
+      make(K, to_K, {}, true);
+    if (choice.V)
+      make(V, to_V, K, true);
+    if (choice.M)
+      make(M, to_M, {}, false);
+    if (choice.G)
+      make(G, to_G, M, false);
+    if (choice.M_star)
+      make(M_star, to_M_star, M ? M : G, false);
+    const auto first_of = [](const auto &...blocks)
+    {
+      const BlockAdder *first = nullptr;
+      ((first = first ? first : blocks.get()), ...);
+      return first;
+    };
+    const BlockAdder *const coupled_blocks = first_of(to_K, to_V), *const own_blocks = first_of(
+                                                                       to_M, to_G, to_M_star);
+    CellPlaces<dim> coupled_places(true), own_places(false);
+
+    CellIntegrals<dim> integrals(spaces, with_transport);
     CellNodes<dim> cell_nodes(spaces);
     const unsigned int n = integrals.n;
     DenseMatrix block(n, n);
-
     const auto add_cell = [&]()
     {
-      if (K)
-        add_stiffness(integrals, cell_nodes, C, K);
-      if (V)
-        add_stiffness(integrals, cell_nodes, C_v, V);
+      if (coupled_blocks)
+        coupled_places.reinit(cell_nodes, *coupled_blocks);
+      if (own_blocks)
+        own_places.reinit(cell_nodes, *own_blocks);
+      if (to_K)
+        add_stiffness(integrals, cell_nodes, C, coupled_places, *to_K);
+      if (to_V)
+        add_stiffness(integrals, cell_nodes, C_v, coupled_places, *to_V);
 
       // The same for every component
-      const auto add_each_component = [&](const Matrix &matrix, const auto &entry)
+      const auto add_each_component =
+          [&](const std::unique_ptr<BlockAdder> &blocks, const auto &entry)
       {
-        if (!matrix)
+        if (!blocks)
           return;
         for (unsigned int a = 0; a < n; ++a)
           for (unsigned int b = 0; b < n; ++b)
             block(b, a) = rho * entry(a, b);
         const DenseMatrix &condensed = cell_nodes.condense(block);
         for (unsigned int c = 0; c < dim; ++c)
-          add_block(matrix, cell_nodes, c, c, condensed);
+          own_places.add(c, c, condensed, *blocks);
       };
       // M_ab = int rho N_a N_b
-      add_each_component(M, [&](const unsigned int a, const unsigned int b)
+      add_each_component(to_M, [&](const unsigned int a, const unsigned int b)
                          { return integrals.values(a, b); });
       // G_ab = 1/2 int rho (N_a d_phi N_b - d_phi N_a N_b)
       add_each_component(
-          G, [&](const unsigned int a, const unsigned int b)
+          to_G, [&](const unsigned int a, const unsigned int b)
           { return (integrals.value_transport(a, b) - integrals.value_transport(b, a)) / 2; });
       // M*_ab = int rho d_phi N_a d_phi N_b
-      add_each_component(M_star, [&](const unsigned int a, const unsigned int b)
+      add_each_component(to_M_star, [&](const unsigned int a, const unsigned int b)
                          { return integrals.transports(a, b); });
     };
     for_cells(spaces, bodies, integrals, cell_nodes, add_cell);
+    for (std::unique_ptr<BlockAdder> *blocks : {&to_K, &to_V, &to_M, &to_G, &to_M_star})
+      blocks->reset();
     return {shared_matrix(M), shared_matrix(K), shared_matrix(G), shared_matrix(M_star),
             shared_matrix(V)};
   }
@@ -208,17 +288,24 @@ namespace squeal
     std::vector<std::array<double, dim * dim * dim * dim>> tensors;
     for (const ElasticComponent<dim> &component : elastic_components<dim>(material))
     {
-      matrices.push_back(empty_matrix(spaces, graph, true));
+      matrices.push_back(matrices.empty() ? zero_matrix(spaces, graph, true)
+                                          : zeros_like(matrices.front()));
       tensors.push_back(elasticity_tensor(component.law));
     }
+    std::vector<std::unique_ptr<BlockAdder>> blocks;
+    for (const Matrix &matrix : matrices)
+      blocks.push_back(std::make_unique<BlockAdder>(matrix, spaces.rows));
+    CellPlaces<dim> places(true);
     CellIntegrals<dim> integrals(spaces, false);
     CellNodes<dim> cell_nodes(spaces);
     for_cells(spaces, bodies, integrals, cell_nodes,
               [&]()
               {
+                places.reinit(cell_nodes, *blocks.front());
                 for (unsigned int k = 0; k < matrices.size(); ++k)
-                  add_stiffness(integrals, cell_nodes, tensors[k], matrices[k]);
+                  add_stiffness(integrals, cell_nodes, tensors[k], places, *blocks[k]);
               });
+    blocks.clear();
     std::vector<std::shared_ptr<const Matrix>> result;
     for (Matrix &matrix : matrices)
       result.push_back(shared_matrix(matrix));

@@ -1,5 +1,6 @@
 #include <squeal/linalg/compressed_rows.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace squeal
@@ -49,6 +50,76 @@ namespace squeal
     if (parts.coupled)
       coupled = std::make_unique<const SequentialRows>(parts.coupled);
     coupled_columns = parts.coupled_columns;
+  }
+
+  BlockAdder::BlockAdder(const Matrix &matrix, const RowRange &range)
+      : matrix(matrix), begin(range.begin), end(range.end), own(parts_of(matrix).own)
+  {
+    PetscBool done = PETSC_FALSE;
+    SQUEAL_PETSC(MatGetRowIJ(own, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done));
+    SQUEAL_PETSC(MatSeqAIJGetArray(own, &values));
+  }
+
+  BlockAdder::~BlockAdder()
+  {
+    PetscBool done = PETSC_FALSE;
+    MatSeqAIJRestoreArray(own, &values);
+    MatRestoreRowIJ(own, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done);
+  }
+
+  std::vector<PetscInt> BlockAdder::places(const std::vector<PetscInt> &unknowns) const
+  {
+    const unsigned int n = unknowns.size();
+    std::vector<std::pair<PetscInt, unsigned int>> own_columns;
+    for (unsigned int i = 0; i < n; ++i)
+      if (begin <= unknowns[i] && unknowns[i] < end)
+        own_columns.emplace_back(unknowns[i] - begin, i);
+    std::sort(own_columns.begin(), own_columns.end());
+    std::vector<PetscInt> result(std::size_t(n) * n, -1);
+    for (const auto &[row, i] : own_columns)
+    {
+      // Both are ascending.
+      PetscInt place        = begins[row];
+      const PetscInt beyond = begins[row + 1];
+      for (const auto &[column, j] : own_columns)
+      {
+        while (place < beyond && columns[place] < column)
+          ++place;
+        if (place == beyond || columns[place] != column)
+          throw std::logic_error("A block is added where the matrix has no place.");
+        result[std::size_t(i) * n + j] = place;
+      }
+    }
+    return result;
+  }
+
+  void BlockAdder::add(const std::vector<PetscInt> &unknowns, const std::vector<PetscInt> &places,
+                       const unsigned int first_row, const unsigned int first_column,
+                       const unsigned int n, const PetscScalar *const block)
+  {
+    std::vector<PetscInt> elsewhere;
+    std::vector<PetscScalar> of_others;
+    for (unsigned int i = 0; i < n; ++i)
+    {
+      if (unknowns[first_row + i] < 0)
+        continue;
+      const PetscInt *const place =
+          &places[(first_row + i) * std::size_t(unknowns.size()) + first_column];
+      const PetscScalar *const row = block + std::size_t(i) * n;
+      elsewhere.clear();
+      of_others.clear();
+      for (unsigned int j = 0; j < n; ++j)
+        if (place[j] >= 0)
+          values[place[j]] += row[j];
+        else if (unknowns[first_column + j] >= 0)
+        {
+          elsewhere.push_back(unknowns[first_column + j]);
+          of_others.push_back(row[j]);
+        }
+      if (!elsewhere.empty())
+        SQUEAL_PETSC(MatSetValues(matrix, 1, &unknowns[first_row + i], elsewhere.size(),
+                                  elsewhere.data(), of_others.data(), ADD_VALUES));
+    }
   }
 
   Matrix make_matrix(const RowRange &range, CompressedRows rows)

@@ -218,6 +218,36 @@ namespace squeal
     const PetscInt *coupled_columns = nullptr;
   };
 
+  /// Adds small dense blocks to an assembled AIJ matrix that has all their places: where row and
+  /// column are this rank's, into its array, without a search for each of them. While it exists
+  /// nobody else may change the matrix, which is to be compressed afterwards.
+  class BlockAdder
+  {
+  public:
+    BlockAdder(const Matrix &matrix, const RowRange &range);
+    ~BlockAdder();
+    BlockAdder(const BlockAdder &)            = delete;
+    BlockAdder &operator=(const BlockAdder &) = delete;
+
+    /// Where the entries between some unknowns are in the array of a matrix, row by row; none (-1)
+    /// for those of other ranks and for numbers below zero. Matrices of one pattern have the same.
+    std::vector<PetscInt> places(const std::vector<PetscInt> &unknowns) const;
+
+    /// Adds a block of n x n entries, stored by rows, between the unknowns from @p first_row and
+    /// those from @p first_column on; places() tells where.
+    void add(const std::vector<PetscInt> &unknowns, const std::vector<PetscInt> &places,
+             unsigned int first_row, unsigned int first_column, unsigned int n,
+             const PetscScalar *block);
+
+  private:
+    const Matrix &matrix;
+    const PetscInt begin, end;
+    Mat own;
+    PetscInt n_rows        = 0;
+    const PetscInt *begins = nullptr, *columns = nullptr;
+    PetscScalar *values = nullptr;
+  };
+
   /// The matrix with these rows on this rank, columns numbered globally. On one rank it keeps the
   /// arrays and does not copy them. Collective.
   Matrix make_matrix(const RowRange &range, CompressedRows rows);

@@ -553,6 +553,51 @@ namespace squeal::tests::linear_algebra_tests
     CHECK(EntryList().make_matrix(rows).n_nonzeros() == 0);
   }
 
+  TEST_CASE("linear_algebra: blocks are added where the matrix has places, on any rank")
+  {
+    // Blocks of a chain of elements between unknowns k, k + 3 and k + 6, in any order, shared out
+    // among the ranks. Multiples of 1/2: sums are exact.
+    const unsigned int n = 14;
+    const RowRange rows  = even_rows(n);
+    int rank = 0, n_ranks = 0;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &n_ranks);
+    CompressedRows pattern;
+    for (unsigned int row = rows.begin; row < rows.end; ++row)
+    {
+      for (int column = row - 6; column <= int(row) + 6; column += 3)
+        if (column >= 0 && column < int(n))
+        {
+          pattern.columns.push_back(column);
+          pattern.values.push_back(0.);
+        }
+      pattern.end_row();
+    }
+    const Matrix matrix = make_matrix(rows, std::move(pattern));
+    DenseMatrix expected(n, n);
+    {
+      BlockAdder blocks(matrix, rows);
+      for (int k = 0; k + 6 < int(n); ++k)
+      {
+        const std::vector<PetscInt> unknowns = {k + 6, k, k % 4 == 1 ? -1 : k + 3};
+        std::vector<double> block(9);
+        for (int i = 0; i < 9; ++i)
+          block[i] = 0.5 * (i + 1) + k;
+        for (unsigned int i = 0; i < 3; ++i)
+          for (unsigned int j = 0; j < 3; ++j)
+            if (unknowns[i] >= 0 && unknowns[j] >= 0)
+              expected(unknowns[i], unknowns[j]) += block[3 * i + j];
+        if (k % n_ranks == rank)
+          blocks.add(unknowns, blocks.places(unknowns), 0, 0, 3, block.data());
+      }
+      if (rows.n_local() >= 2)
+        CHECK_THROWS_AS(blocks.places({PetscInt(rows.begin), PetscInt(rows.begin) + 1}),
+                        std::logic_error);
+    }
+    compress(matrix);
+    CHECK(largest_difference(replicated(rows, matrix), expected) == 0);
+  }
+
   TEST_CASE("linear_algebra: repeated entries are those of a list, each time anew")
   {
     const unsigned int n = 11;
