@@ -5,9 +5,12 @@
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/base/utilities.h>
 
+#include <boost/math/tools/toms748_solve.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace squeal
 {
@@ -172,31 +175,6 @@ namespace squeal
     /// a face that is nearest is not unique far outside of it.
     constexpr double jump = 1e-4;
 
-    /// Where a function vanishes that has values of both signs at the ends of [from, to].
-    /// M. Dowell, P. Jarratt, A modified regula falsi method, BIT 11 (1971) 168 (Illinois).
-    template <typename Function>
-    double zero_between(double from, double value_from, double to, double value_to,
-                        const Function &function)
-    {
-      for (unsigned int step = 0; step < 40; ++step)
-      {
-        const double x     = from + value_from / (value_from - value_to) * (to - from),
-                     value = function(x);
-        if (std::abs(value) < 1e-14)
-          return x;
-        if ((value > 0) == (value_to > 0))
-          value_from /= 2;
-        else
-        {
-          from       = to;
-          value_from = value_to;
-        }
-        to       = x;
-        value_to = value;
-      }
-      return to;
-    }
-
     /// Sutherland-Hodgman: the part of the outline inside the unit square. Images of edges are cut
     /// where they cross its sides, straight lines elsewhere.
     template <typename Image>
@@ -224,9 +202,11 @@ namespace squeal
             cut.from          = a.from + part * (a.to - a.from);
             if (a.edge >= 0)
             {
-              const double s =
-                  zero_between(a.from, in_a, a.to, in_b,
-                               [&](const double at) { return inside(image(a.edge, at)); });
+              std::uintmax_t most_steps = 40;
+              const auto [low, high]    = boost::math::tools::toms748_solve(
+                  [&](const double at) { return inside(image(a.edge, at)); }, a.from, a.to, in_a,
+                  in_b, boost::math::tools::eps_tolerance<double>(), most_steps);
+              const double s   = (low + high) / 2;
               const Point<2> x = image(a.edge, s);
               if (x.distance(cut.x) < jump)
               {
