@@ -222,14 +222,11 @@ namespace squeal
       make(G, to_G, M, false);
     if (choice.M_star)
       make(M_star, to_M_star, M ? M : G, false);
-    const auto first_of = [](const auto &...blocks)
-    {
-      const BlockAdder *first = nullptr;
-      ((first = first ? first : blocks.get()), ...);
-      return first;
-    };
-    const BlockAdder *const coupled_blocks = first_of(to_K, to_V), *const own_blocks = first_of(
-                                                                       to_M, to_G, to_M_star);
+    // Any of the matrices of one pattern tells the places.
+    const BlockAdder *const coupled_blocks    = to_K ? to_K.get() : to_V.get(),
+                            *const own_blocks = to_M   ? to_M.get()
+                                                : to_G ? to_G.get()
+                                                       : to_M_star.get();
     CellPlaces<dim> coupled_places(true), own_places(false);
 
     CellIntegrals<dim> integrals(spaces, with_transport);

@@ -53,18 +53,14 @@ namespace squeal
   }
 
   BlockAdder::BlockAdder(const Matrix &matrix, const RowRange &range)
-      : matrix(matrix), begin(range.begin), end(range.end), own(parts_of(matrix).own)
+      : matrix(matrix), begin(range.begin), end(range.end), own(parts_of(matrix).own), rows(own)
   {
-    PetscBool done = PETSC_FALSE;
-    SQUEAL_PETSC(MatGetRowIJ(own, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done));
     SQUEAL_PETSC(MatSeqAIJGetArray(own, &values));
   }
 
   BlockAdder::~BlockAdder()
   {
-    PetscBool done = PETSC_FALSE;
     MatSeqAIJRestoreArray(own, &values);
-    MatRestoreRowIJ(own, 0, PETSC_FALSE, PETSC_FALSE, &n_rows, &begins, &columns, &done);
   }
 
   std::vector<PetscInt> BlockAdder::places(const std::vector<PetscInt> &unknowns) const
@@ -79,13 +75,13 @@ namespace squeal
     for (const auto &[row, i] : own_columns)
     {
       // Both are ascending.
-      PetscInt place        = begins[row];
-      const PetscInt beyond = begins[row + 1];
+      PetscInt place        = rows.begins[row];
+      const PetscInt beyond = rows.begins[row + 1];
       for (const auto &[column, j] : own_columns)
       {
-        while (place < beyond && columns[place] < column)
+        while (place < beyond && rows.columns[place] < column)
           ++place;
-        if (place == beyond || columns[place] != column)
+        if (place == beyond || rows.columns[place] != column)
           throw std::logic_error("A block is added where the matrix has no place.");
         result[std::size_t(i) * n + j] = place;
       }

@@ -123,7 +123,7 @@ namespace squeal
         area += cross(side.begin(), side.end()) / 2;
       else
       {
-        const QGauss<1> rule(12); // beyond any degree that faces have
+        static const QGauss<1> rule(12); // beyond any degree that faces have
         for (unsigned int q = 0; q < rule.size(); ++q)
         {
           const double s = rule.point(q)[0];
@@ -259,12 +259,13 @@ namespace squeal
     class Chain
     {
     public:
-      Chain(CurvedPolygon sides, const unsigned int along) : sides(std::move(sides)), along(along)
+      Chain(const CurvedPolygon &sides, const unsigned int along)
+          : sides(sides), along(along), first(sides.front().begin()[along]),
+            last(sides.back().end()[along])
       {
       }
       double part_of(const Point<2> &x) const
       {
-        const double first = sides.front().begin()[along], last = sides.back().end()[along];
         return (x[along] - first) / (last - first);
       }
       const CurvedPolygon &all() const
@@ -277,7 +278,6 @@ namespace squeal
         unsigned int i = 0;
         while (i + 1 < sides.size() && part_of(sides[i].end()) <= (from + to) / 2)
           ++i;
-        const double first = sides.front().begin()[along], last = sides.back().end()[along];
         const auto parameter = [&](const double part)
         { return sides[i].parameter_at(along, first + part * (last - first)); };
         return sides[i].part(part_of(sides[i].begin()) == from ? 0 : parameter(from),
@@ -285,8 +285,9 @@ namespace squeal
       }
 
     private:
-      CurvedPolygon sides;
-      unsigned int along;
+      const CurvedPolygon sides;
+      const unsigned int along;
+      const double first, last; ///< coordinates of the ends
     };
 
     /// A polygon whose sides run along the axes with further corners on two opposite sides only:
@@ -348,17 +349,11 @@ namespace squeal
         QuadraturePoints points = on_patch(polygon, p);
         return is_positive(points) ? points : QuadraturePoints();
       }
-      std::vector<unsigned int> starts(n);
-      std::vector<double> lengths(n);
+      std::vector<std::pair<double, unsigned int>> cuts; // length, first side
       for (unsigned int i = 0; i < n; ++i)
-      {
-        starts[i]  = i;
-        lengths[i] = polygon[i].begin().distance(polygon[(i + 3) % n].begin());
-      }
-      std::sort(starts.begin(), starts.end(),
-                [&](const unsigned int a, const unsigned int b)
-                { return std::make_pair(lengths[a], a) < std::make_pair(lengths[b], b); });
-      for (const unsigned int start : starts)
+        cuts.emplace_back(polygon[i].begin().distance(polygon[(i + 3) % n].begin()), i);
+      std::sort(cuts.begin(), cuts.end());
+      for (const auto &[length, start] : cuts)
       {
         CurvedPolygon cut, rest;
         for (unsigned int i = 0; i < n; ++i)

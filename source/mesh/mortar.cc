@@ -244,8 +244,8 @@ namespace squeal
       std::rotate(outline.begin(), outline.begin() + start, outline.end());
 
       // Closer to the edge than the polygon that was clipped
-      constexpr unsigned int n_points   = 8;
-      const std::vector<Point<1>> nodes = QGaussLobatto<1>(n_points).get_points();
+      constexpr unsigned int n_points          = 8;
+      static const std::vector<Point<1>> nodes = QGaussLobatto<1>(n_points).get_points();
       CurvedPolygon sides;
       for (unsigned int i = 0, next; i < n; i = next)
       {

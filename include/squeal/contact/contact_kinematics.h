@@ -37,8 +37,8 @@ namespace squeal
   {
     SurfaceFace<dim> shape;
     std::vector<std::vector<FreeNode<dim>>> nodes;
-    unsigned int level =
-        0; ///< how often a cell of the coarse mesh was divided until it had the face
+    /// How often a cell of the coarse mesh was divided until it had the face.
+    unsigned int level = 0;
   };
 
   /// The direction in the surface with that normal that is nearest to @p along, which is not

@@ -243,8 +243,7 @@ namespace squeal
     const Matrix &matrix;
     const PetscInt begin, end;
     Mat own;
-    PetscInt n_rows        = 0;
-    const PetscInt *begins = nullptr, *columns = nullptr;
+    const SequentialRows rows; ///< of own
     PetscScalar *values = nullptr;
   };
 

@@ -41,6 +41,15 @@ namespace squeal::tests::contact_edge_tests
       BrakeModel<3> model;
     };
 
+    ContactEdge copy_of(const ContactEdge &edge, const BrakeModel<3> &model)
+    {
+      return {edge.parts,          edge.releasing,
+              edge.closing,        edge.releasing_at,
+              edge.closing_at,     edge.release_energy,
+              edge.closing_energy, edge.slack,
+              edge.pressure,       sum_of(model.spaces().rows, {{1., edge.closed}})};
+    }
+
     EigenPairs solve(const QuadraticEigenproblem &problem, const Parameters::All &prm)
     {
       EigensolverOptions options;
@@ -107,18 +116,8 @@ namespace squeal::tests::contact_edge_tests
     LiftedBrake brake;
     const EigenPairs modes   = solve(brake.model.problem(), brake.prm);
     const ContactEdge &known = brake.model.equilibrium()->edge;
-    ContactEdge edge; // a copy, whose energies are given
-    edge.parts           = known.parts;
-    edge.releasing       = known.releasing;
-    edge.closing         = known.closing;
-    edge.releasing_at    = known.releasing_at;
-    edge.closing_at      = known.closing_at;
-    edge.slack           = known.slack;
-    edge.pressure        = known.pressure;
-    edge.closed          = sum_of(brake.model.spaces().rows, {{1., known.closed}});
-    edge.release_energy  = known.release_energy;
-    edge.closing_energy  = known.closing_energy;
-    const unsigned int m = modes.size();
+    ContactEdge edge         = copy_of(known, brake.model); // whose energies are given
+    const unsigned int m     = modes.size();
     REQUIRE(edge.release_energy.size() == edge.closing_energy.size());
 
     // The shift s of the parabola (s^2 - s)/2 F_o + (s^2 + s)/2 F_c that gives an effect, for one
@@ -177,19 +176,12 @@ namespace squeal::tests::contact_edge_tests
       CHECK(part.level == 0);
 
     // As if every other row lay at smaller cells, of which alone something is known
-    ContactEdge edge;
-    edge.parts     = known.parts;
-    edge.releasing = known.releasing;
-    edge.closing   = known.closing;
-    edge.slack     = known.slack;
-    edge.pressure  = known.pressure;
-    edge.closed    = sum_of(brake.model.spaces().rows, {{1., known.closed}});
+    ContactEdge edge = copy_of(known, brake.model);
     for (unsigned int i = 0; i < n; ++i)
       edge.parts.push_back({i, 1});
-    for (const bool opens : {true, false})
-      for (unsigned int k = 0; k < (opens ? known.releasing_at : known.closing_at).size(); ++k)
-        (opens ? edge.releasing_at : edge.closing_at)
-            .push_back((opens ? known.releasing_at : known.closing_at)[k] + n * (k % 2));
+    for (std::vector<unsigned int> *part_of_row : {&edge.releasing_at, &edge.closing_at})
+      for (unsigned int k = 0; k < part_of_row->size(); ++k)
+        (*part_of_row)[k] += n * (k % 2);
     edge.release_energy.assign(2 * n, 0.);
     edge.closing_energy.assign(2 * n, 0.);
     const auto sum_at_half = [&](const EdgeEffects &effects, const std::size_t k)
