@@ -316,29 +316,29 @@ namespace squeal
         }
       }
       std::vector<ContactFace<dim>> faces;
-      for (const std::vector<double> &part : Utilities::MPI::all_gather(comm, flat))
-        for (auto number = part.begin(); number != part.end();)
+      gather(flat, MPI_DOUBLE, comm);
+      for (auto number = flat.cbegin(); number != flat.cend();)
+      {
+        ContactFace<dim> face;
+        face.shape.orientation = *number++;
+        face.level             = static_cast<unsigned int>(*number++);
+        face.shape.nodes.resize(n_nodes);
+        for (Point<dim> &x : face.shape.nodes)
+          for (unsigned int d = 0; d < dim; ++d)
+            x[d] = *number++;
+        face.nodes.resize(n_nodes);
+        for (std::vector<FreeNode<dim>> &node : face.nodes)
         {
-          ContactFace<dim> face;
-          face.shape.orientation = *number++;
-          face.level             = static_cast<unsigned int>(*number++);
-          face.shape.nodes.resize(n_nodes);
-          for (Point<dim> &x : face.shape.nodes)
-            for (unsigned int d = 0; d < dim; ++d)
-              x[d] = *number++;
-          face.nodes.resize(n_nodes);
-          for (std::vector<FreeNode<dim>> &node : face.nodes)
+          node.resize(static_cast<unsigned int>(*number++));
+          for (FreeNode<dim> &free_node : node)
           {
-            node.resize(static_cast<unsigned int>(*number++));
-            for (FreeNode<dim> &free_node : node)
-            {
-              free_node.weight = *number++;
-              for (int &equation : free_node.equations)
-                equation = static_cast<int>(*number++);
-            }
+            free_node.weight = *number++;
+            for (int &equation : free_node.equations)
+              equation = static_cast<int>(*number++);
           }
-          faces.push_back(std::move(face));
         }
+        faces.push_back(std::move(face));
+      }
       return faces;
     }
 

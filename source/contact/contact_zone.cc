@@ -78,27 +78,27 @@ namespace squeal
     const bool mortar            = contact.contact_model().mortar;
     const ActiveSet &set         = contact.active_set();
     const unsigned int n_numbers = 6; // interface, place, closed, x
-    std::vector<double> own;
-    for_each_point(
-        contact,
-        [&](const Point<dim> &x, const unsigned int i, const unsigned int place)
-        {
-          const bool closed = mortar ? set.by_row[place] : set.by_point[i][place];
-          const Point<3> y  = in_space(x);
-          own.insert(own.end(), {double(i), double(place), double(closed), y[0], y[1], y[2]});
-        });
+    std::vector<double> numbers;
+    for_each_point(contact,
+                   [&](const Point<dim> &x, const unsigned int i, const unsigned int place)
+                   {
+                     const bool closed = mortar ? set.by_row[place] : set.by_point[i][place];
+                     const Point<3> y  = in_space(x);
+                     numbers.insert(numbers.end(),
+                                    {double(i), double(place), double(closed), y[0], y[1], y[2]});
+                   });
     ContactZone zone;
     zone.interfaces.resize(contact.paired_interfaces().size());
     std::set<double> met; // equations
-    for (const std::vector<double> &part : Utilities::MPI::all_gather(contact.spaces().comm, own))
-      for (std::size_t k = 0; k < part.size(); k += n_numbers)
-      {
-        if (mortar && !met.insert(part[k + 1]).second)
-          continue;
-        ContactZone::Interface &interface = zone.interfaces[static_cast<unsigned int>(part[k])];
-        (part[k + 2] > 0 ? interface.closed : interface.open)
-            .push_back({{part[k + 3], part[k + 4], part[k + 5]}});
-      }
+    gather(numbers, MPI_DOUBLE, contact.spaces().comm);
+    for (std::size_t k = 0; k < numbers.size(); k += n_numbers)
+    {
+      if (mortar && !met.insert(numbers[k + 1]).second)
+        continue;
+      ContactZone::Interface &interface = zone.interfaces[static_cast<unsigned int>(numbers[k])];
+      (numbers[k + 2] > 0 ? interface.closed : interface.open)
+          .push_back({{numbers[k + 3], numbers[k + 4], numbers[k + 5]}});
+    }
     return zone;
   }
 
@@ -130,10 +130,9 @@ namespace squeal
     std::vector<unsigned int> equations;
     for (const auto &[interface, equation] : open)
       equations.push_back(equation);
-    for (const std::vector<unsigned int> &part :
-         Utilities::MPI::all_gather(contact.spaces().comm, equations))
-      for (const unsigned int pressure : part)
-        contact.set_closed(contact.with_tractions(pressure), false);
+    gather(equations, MPI_UNSIGNED, contact.spaces().comm);
+    for (const unsigned int pressure : equations)
+      contact.set_closed(contact.with_tractions(pressure), false);
   }
 
   template ContactZone zone_of(const Contact<2> &);

@@ -126,7 +126,7 @@ namespace squeal
         same->members.push_back(member);
       else
         parts.push_back(
-            {true, {member}, {{1., member.matrix.get()}}, longest_column(*member.matrix, rows)});
+            {true, {member}, {{1., member.matrix}}, longest_column(*member.matrix, rows)});
     }
     for (Part &sum : sums)
       if (!sum.members.empty())
@@ -134,7 +134,7 @@ namespace squeal
         std::vector<Summand> summands;
         for (const Member &member : sum.members)
         {
-          sum.summands.emplace_back(member.coefficient, member.matrix.get());
+          sum.summands.emplace_back(member.coefficient, member.matrix);
           summands.push_back({member.coefficient, *member.matrix});
         }
         sum.norm = longest_column(sum_of(rows, summands), rows);
@@ -175,7 +175,7 @@ namespace squeal
     Summands changing;
     for (const Member &member : now)
       if (!find(stay, member))
-        changing[member.order].emplace_back(member.coefficient, member.matrix.get());
+        changing[member.order].emplace_back(member.coefficient, member.matrix);
     return changing;
   }
 
@@ -220,12 +220,12 @@ namespace squeal
     std::set<const Matrix *> done;
     for (const Part &first : parts)
       for (const InterfaceTerms::Summand &summand : first.summands)
-        if (const Matrix *const matrix = summand.second; done.insert(matrix).second)
+        if (const Matrix *const matrix = summand.second.get(); done.insert(matrix).second)
         {
           const MultiVector product = squeal::multiply(*matrix, x);
           for (unsigned int i = 0; i < parts.size(); ++i)
             for (const auto &[coefficient, other] : parts[i].summands)
-              if (other == matrix)
+              if (other.get() == matrix)
                 result[i].add(coefficient, product);
         }
     return result;

@@ -30,43 +30,64 @@ namespace squeal
         rows_.push_back(row);
         is_constraint.push_back(constrained[row]);
       }
+    for (auto &of_order : changing) // they are numbered otherwise
+      of_order.clear();
+    origins_of_left = origins_of_right = {};
+  }
+
+  std::shared_ptr<const InterfaceTerms::Sorted>
+  InterfaceTerms::sorted(const std::shared_ptr<const Matrix> &matrix, int &known) const
+  {
+    for (const auto &of_order : changing)
+      for (const Changing &term : of_order)
+        if (term.sorted->matrix == matrix)
+          return term.sorted;
+    const auto result = std::make_shared<Sorted>();
+    result->matrix    = matrix;
+    for_entries(*matrix,
+                [&](const PetscInt row, const PetscInt column, const double value)
+                {
+                  const int r = number[row], c = number[column];
+                  if (r < 0 || c < 0)
+                    known = false;
+                  else
+                    (is_constraint[r]   ? result->of_constraints
+                     : is_constraint[c] ? result->of_pressures
+                                        : result->of_displacements)
+                        .add(r, c, value);
+                });
+    for (Entries *entries :
+         {&result->of_displacements, &result->of_pressures, &result->of_constraints})
+      entries->gather(whole.comm);
+    return result;
   }
 
   bool InterfaceTerms::set_terms(const std::array<std::vector<Summand>, 3> &summands)
   {
     int known = true;
+    std::array<std::vector<Changing>, 3> present;
     for (unsigned int order = 0; order < 3; ++order)
-    {
-      Entries &entries = changing[order];
-      entries          = {};
       for (const auto &[coefficient, matrix] : summands[order])
-        for_entries(
-            *matrix,
-            [&, factor = coefficient](const PetscInt row, const PetscInt column, const double value)
-            {
-              entries.rows.push_back(number[row]);
-              entries.columns.push_back(number[column]);
-              entries.values.push_back(factor * value);
-              known &= entries.rows.back() >= 0 && entries.columns.back() >= 0;
-            });
-      entries.gather(whole.comm);
-    }
+        present[order].push_back({coefficient, sorted(matrix, known)});
     MPI_Allreduce(MPI_IN_PLACE, &known, 1, MPI_INT, MPI_MIN, whole.comm);
-    if (known && is_constrained())
+    if (!known)
+      return false;
+    changing = std::move(present);
+    if (is_constrained())
     {
-      find_constraints(true, left);
-      n_changes_ += find_constraints(false, right);
+      find_constraints(true, left, origins_of_left);
+      n_changes_ += find_constraints(false, right, origins_of_right);
     }
-    return known;
+    return true;
   }
 
   std::vector<unsigned int> InterfaceTerms::open_contacts() const
   {
     std::vector<char> couples(n_rows());
-    const Entries &entries = changing[0];
-    for (std::size_t k = 0; k < entries.values.size(); ++k)
-      if (is_constraint[entries.rows[k]] && !is_constraint[entries.columns[k]])
-        couples[entries.rows[k]] = 1;
+    for (const Changing &term : changing[0])
+      for (std::size_t k = 0; k < term.sorted->of_constraints.values.size(); ++k)
+        if (!is_constraint[term.sorted->of_constraints.columns[k]])
+          couples[term.sorted->of_constraints.rows[k]] = 1;
     std::vector<unsigned int> open;
     for (unsigned int r = 0; r < n_rows(); ++r)
       if (is_constraint[r] && !couples[r])
@@ -74,20 +95,32 @@ namespace squeal
     return open;
   }
 
-  bool InterfaceTerms::find_constraints(const bool of_left, Constraints &constraints) const
+  bool InterfaceTerms::find_constraints(const bool of_left, Constraints &constraints,
+                                        Origins &origins) const
   {
+    Origins present;
+    for (const Changing &term : changing[0])
+      if (!(of_left ? term.sorted->of_pressures : term.sorted->of_constraints).values.empty())
+        present.emplace_back(term.sorted->matrix, term.coefficient);
+    if (present == origins)
+      return false;
+    origins = std::move(present);
     Constraints result;
     const unsigned int n_rows = rows_.size();
     std::vector<int> place(n_rows, -1);
-    const Entries &entries = changing[0];
-    const auto for_all     = [&](const auto &visit)
+    const auto for_all = [&](const auto &visit)
     {
-      for (std::size_t k = 0; k < entries.values.size(); ++k)
+      for (const Changing &term : changing[0])
       {
-        const int constraint = of_left ? entries.columns[k] : entries.rows[k],
-                  row        = of_left ? entries.rows[k] : entries.columns[k];
-        if (is_constraint[constraint] && !is_constraint[row] && entries.values[k] != 0)
-          visit(constraint, row, entries.values[k]);
+        const Entries &entries = of_left ? term.sorted->of_pressures : term.sorted->of_constraints;
+        for (std::size_t k = 0; k < entries.values.size(); ++k)
+        {
+          const int constraint = of_left ? entries.columns[k] : entries.rows[k],
+                    row        = of_left ? entries.rows[k] : entries.columns[k];
+          if (const double value = term.coefficient * entries.values[k];
+              !is_constraint[row] && value != 0)
+            visit(constraint, row, value);
+        }
       }
     };
     result.begins.assign(n_rows + 1, 0);
@@ -175,18 +208,30 @@ namespace squeal
       }
     const unsigned int n = constrained.size(), m = at_rows.n_rows;
     DenseMatrix compliance(n, n), gaps(n, m);
-    const Entries &entries = changing[0];
-    for (std::size_t k = 0; k < entries.values.size(); ++k)
+    for (const Changing &term : changing[0])
     {
-      const int row    = of_left ? entries.columns[k] : entries.rows[k],
-                column = of_left ? entries.rows[k] : entries.columns[k];
-      if (!is_constraint[row])
-        continue;
-      if (is_constraint[column])
-        compliance(place[row], place[column]) -= entries.values[k];
-      else
-        for (unsigned int j = 0; j < m; ++j)
-          gaps(place[row], j) += entries.values[k] * at_rows(j, column);
+      const auto take = [&](const int row, const int column, const double value)
+      {
+        if (is_constraint[column])
+          compliance(place[row], place[column]) -= value;
+        else
+          for (unsigned int j = 0; j < m; ++j)
+            gaps(place[row], j) += value * at_rows(j, column);
+      };
+      const Entries &of_pressures   = term.sorted->of_pressures,
+                    &of_constraints = term.sorted->of_constraints;
+      for (std::size_t k = 0; k < of_constraints.values.size(); ++k)
+      {
+        const int row = of_constraints.rows[k], column = of_constraints.columns[k];
+        const double value = term.coefficient * of_constraints.values[k];
+        if (!of_left)
+          take(row, column, value);
+        else if (is_constraint[column])
+          take(column, row, value);
+      }
+      for (std::size_t k = 0; of_left && k < of_pressures.values.size(); ++k)
+        take(of_pressures.columns[k], of_pressures.rows[k],
+             term.coefficient * of_pressures.values[k]);
     }
     const DenseMatrix pressures = squeal::solve(std::move(compliance), std::move(gaps));
     for (unsigned int k = 0; k < n; ++k)
@@ -195,29 +240,27 @@ namespace squeal
     return result;
   }
 
-  DenseMatrix InterfaceTerms::apply(const Entries &entries, const DenseMatrix &at_rows,
-                                    const bool of_pressures) const
+  void InterfaceTerms::apply(const double factor, const Entries &entries,
+                             const DenseMatrix &at_rows, DenseMatrix &result)
   {
-    if (entries.values.empty())
-      return {};
     const unsigned int m = at_rows.n_rows;
-    DenseMatrix result(m, n_rows());
+    if (result.values.empty())
+      result = DenseMatrix(m, at_rows.n_columns);
     for (std::size_t k = 0; k < entries.values.size(); ++k)
-    {
-      if (!of_pressures && is_constraint[entries.columns[k]])
-        continue;
-      add_multiple(entries.values[k], &at_rows.values[std::size_t(entries.columns[k]) * m], m,
-                   &result.values[std::size_t(entries.rows[k]) * m]);
-    }
-    return result;
+      add_multiple(factor * entries.values[k], &at_rows.values[std::size_t(entries.columns[k]) * m],
+                   m, &result.values[std::size_t(entries.rows[k]) * m]);
   }
 
   DenseMatrix InterfaceTerms::forces(const unsigned int order, const DenseMatrix &at_rows) const
   {
-    DenseMatrix result = apply(changing[order], at_rows, compliant);
-    for (unsigned int r = 0; r < n_rows() && compliant && !result.values.empty(); ++r)
-      if (is_constraint[r])
-        std::fill_n(&result.values[std::size_t(r) * result.n_rows], result.n_rows, 0.);
+    DenseMatrix result;
+    for (const Changing &term : changing[order])
+    {
+      if (!term.sorted->of_displacements.values.empty())
+        apply(term.coefficient, term.sorted->of_displacements, at_rows, result);
+      if (compliant && !term.sorted->of_pressures.values.empty())
+        apply(term.coefficient, term.sorted->of_pressures, at_rows, result);
+    }
     return result;
   }
 
@@ -229,14 +272,14 @@ namespace squeal
                 [&](const PetscInt row, const PetscInt column, const double value)
                 {
                   const int r = number[row], c = number[column];
-                  if (r < 0 || c < 0 || !is_constraint[c])
-                    return;
-                  entries.rows.push_back(r);
-                  entries.columns.push_back(c);
-                  entries.values.push_back(value);
+                  if (r >= 0 && c >= 0 && is_constraint[c])
+                    entries.add(r, c, value);
                 });
     entries.gather(whole.comm);
-    return apply(entries, pressures, true);
+    DenseMatrix result;
+    if (!entries.values.empty())
+      apply(1, entries, pressures, result);
+    return result;
   }
 
   /// Few forces are not zero.

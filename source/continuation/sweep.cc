@@ -301,16 +301,12 @@ namespace squeal
   std::optional<CriticalBar> Sweep::bar_of(const Critical &critical, const unsigned int stop,
                                            const std::vector<KnownEffects> &known) const
   {
+    if (critical.effects)
+      return bound_critical_value(critical.modes, *critical.effects, critical.mode, critical.slope);
     const ModesOnCourse &to = stops[stop].modes;
     if (stop == 0 || critical.is_at_end) // the slope at the place itself
       return bound_critical_value(to, known[stop], critical.mode, critical.slope);
     const ModesOnCourse &from = stops[stop - 1].modes;
-    if (critical.is_beside)
-    {
-      const bool is_ahead = critical.modes.value == to.value;
-      return bound_critical_value(is_ahead ? to : from, known[is_ahead ? stop : stop - 1],
-                                  critical.mode, critical.slope);
-    }
     if (auto bar = bound_critical_value(from, critical.modes, to, known[stop - 1], known[stop],
                                         critical.between))
       return bar;
@@ -651,12 +647,25 @@ namespace squeal
     result.iterations   = root->iterations;
     if (estimator)
     {
-      // Of l^2, which is smooth there, effect and derivative are in the same ratio.
-      const auto beside  = study.evaluate({divergent.value}, {divergent.modes.lambda[mode]});
-      result.modes.value = divergent.value;
-      result.mode        = mode;
-      result.is_beside   = true;
-      result.slope       = beside.derivatives[0].empty() ? 0 : beside.derivatives[0][0].real();
+      // Of l^2, which is smooth there, effect and derivative are in the same ratio: near the root,
+      // for l^2 bends, but where the two solutions +-l are told apart and known.
+      for (const double share : {0.02, 1.})
+      {
+        const double beside    = result.value + share * (divergent.value - result.value);
+        const Complex expected = std::sqrt(share) * divergent.modes.lambda[mode];
+        const auto at          = study.evaluate({beside}, {expected});
+        if (share < 1 && (at.derivatives[0].empty() ||
+                          !(std::abs(at.lambda[0] - expected) < 0.5 * std::abs(expected))))
+          continue;
+        result.modes.value  = beside;
+        result.modes.lambda = at.modes.lambda;
+        result.modes.parity = at.modes.parity;
+        result.mode         = at.numbers[0];
+        result.slope        = at.derivatives[0].empty() ? 0 : at.derivatives[0][0].real();
+        result.effects      = all_known(
+                 tracker.estimate_errors(estimator, study.parameters_at({beside}), at.modes, {}));
+        break;
+      }
     }
     report(result);
   }

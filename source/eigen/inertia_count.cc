@@ -131,12 +131,15 @@ namespace squeal
     return n;
   }
 
-  bool InertiaCount::is_opened_base(const std::vector<Term> &others, const Matrix &contact,
-                                    const std::vector<unsigned int> &open) const
+  bool InertiaCount::is_opened_base(const std::vector<Term> &others,
+                                    const std::shared_ptr<const Matrix> &contact,
+                                    const std::vector<unsigned int> &open)
   {
     if (!has_bodies_of_base(others) ||
         !std::includes(open.begin(), open.end(), base.open.begin(), base.open.end()))
       return false;
+    if (base.compared.contact == contact && base.compared.open == open)
+      return base.compared.is_left;
     // What is left of the base's contact is the present one.
     const auto is_open = [&](const PetscInt row)
     { return std::binary_search(open.begin(), open.end(), unsigned(row)); };
@@ -151,8 +154,9 @@ namespace squeal
                   });
       return entries;
     };
-    int is_left = entries_of(*base.contact) == entries_of(contact);
+    int is_left = entries_of(*base.contact) == entries_of(*contact);
     MPI_Allreduce(MPI_IN_PLACE, &is_left, 1, MPI_INT, MPI_MIN, rows.comm);
+    base.compared = {contact, open, bool(is_left)};
     return is_left;
   }
 
@@ -279,7 +283,7 @@ namespace squeal
         coupling.push_back(term.matrix.get());
     const std::vector<unsigned int> open = open_constraints(rows, n_local_constraints, coupling);
     const bool may_have_base             = contact && is_one;
-    if (may_have_base && has_bodies_of_base(others) && !is_opened_base(others, *contact, open))
+    if (may_have_base && has_bodies_of_base(others) && !is_opened_base(others, contact, open))
     {
       // Contacts close and open to and fro: what has been closed once stays so in the base.
       std::vector<unsigned int> of_both;
@@ -287,7 +291,7 @@ namespace squeal
                             std::back_inserter(of_both));
       make_base(others, closed_where_either_is(*contact, open), of_both);
     }
-    if (may_have_base && is_opened_base(others, *contact, open))
+    if (may_have_base && is_opened_base(others, contact, open))
     {
       std::vector<unsigned int> added;
       std::set_difference(open.begin(), open.end(), base.open.begin(), base.open.end(),

@@ -38,15 +38,15 @@ namespace squeal
 
   ComplexFactors::ComplexFactors(ComplexDense a) : factors(std::move(a)), pivots(factors.n_rows)
   {
-    double size = 0;
+    double square = 0; // of the largest entry
     for (const Complex &value : factors.values)
-      size = std::max(size, std::abs(value));
+      square = std::max(square, std::norm(value));
     const int n = factors.n_rows;
     int info    = 0;
     zgetrf_(&n, &n, factors.values.data(), &n, pivots.data(), &info);
     for (int i = 0; i < n; ++i)
       if (factors(i, i) == 0.)
-        factors(i, i) = std::numeric_limits<double>::epsilon() * size;
+        factors(i, i) = std::numeric_limits<double>::epsilon() * std::sqrt(square);
   }
 
   ComplexDense ComplexFactors::solve(ComplexDense b, const bool adjoint) const

@@ -129,15 +129,14 @@ namespace squeal
       space.projections = std::move(present);
     }
 
-    /// X^T A X of the contact's terms, which couple few rows.
-    DenseMatrix projected_contact(const MultiVector &X, const std::vector<Term> &in_contact)
+    /// X^T A X of a term of the contact, which couples few rows.
+    DenseMatrix projected_contact(const MultiVector &X, const Matrix &matrix)
     {
       const RowRange &range = X.row_range();
       const unsigned int n  = X.n_columns();
       std::vector<char> coupled(range.size);
-      for (const Term &term : in_contact)
-        for_entries(*term.matrix, [&](const PetscInt row, const PetscInt column, double)
-                    { coupled[row] = coupled[column] = 1; });
+      for_entries(matrix, [&](const PetscInt row, const PetscInt column, double)
+                  { coupled[row] = coupled[column] = 1; });
       MPI_Allreduce(MPI_IN_PLACE, coupled.data(), coupled.size(), MPI_CHAR, MPI_MAX, range.comm);
       std::vector<unsigned int> rows, number(range.size);
       for (unsigned int row = 0; row < range.size; ++row)
@@ -148,30 +147,49 @@ namespace squeal
         }
       const DenseMatrix of_x = gather_rows(X, rows); // a row of X a column
       DenseMatrix image(n, rows.size());
-      for (const Term &term : in_contact)
-        for_entries(*term.matrix,
-                    [&](const PetscInt row, const PetscInt column, const double value)
-                    {
-                      add_multiple(term.coefficient * value,
-                                   &of_x.values[std::size_t(number[column]) * n], n,
-                                   &image.values[std::size_t(number[row]) * n]);
-                    });
+      for_entries(matrix,
+                  [&](const PetscInt row, const PetscInt column, const double value)
+                  {
+                    add_multiple(value, &of_x.values[std::size_t(number[column]) * n], n,
+                                 &image.values[std::size_t(number[row]) * n]);
+                  });
       DenseMatrix result = outer_product(of_x, image);
       MPI_Allreduce(MPI_IN_PLACE, result.values.data(), n * n, MPI_DOUBLE, MPI_SUM, range.comm);
       return result;
     }
 
+    /// The same of those terms that are not known for all of X.
+    void project_contact(const std::vector<Term> &in_contact, StateSpace &space)
+    {
+      const MultiVector &X = space.basis.basis();
+      std::vector<StateSpace::Projection> present;
+      for (const Term &term : in_contact)
+      {
+        const auto known = std::find_if(space.of_contact.begin(), space.of_contact.end(),
+                                        [&](const StateSpace::Projection &other) {
+                                          return other.matrix.lock() == term.matrix &&
+                                                 other.of_basis.n_rows == X.n_columns();
+                                        });
+        present.push_back(
+            known != space.of_contact.end()
+                ? std::move(*known)
+                : StateSpace::Projection{term.matrix, projected_contact(X, *term.matrix)});
+      }
+      space.of_contact = std::move(present);
+    }
+
     /// x = X c with X^T (b - A x) = 0.
-    MultiVector best_combination(const StateSpace &space, const std::vector<Term> &of_bodies,
-                                 const std::vector<Term> &in_contact, const MultiVector &b)
+    MultiVector best_combination(const StateSpace &space, const std::vector<Term> &terms,
+                                 const MultiVector &b)
     {
       const MultiVector &X = space.basis.basis();
       const unsigned int n = X.n_columns();
-      DenseMatrix A        = projected_contact(X, in_contact);
-      for (const Term &term : of_bodies)
-        for (const StateSpace::Projection &projection : space.projections)
-          if (projection.matrix.lock() == term.matrix)
-            add(term.coefficient, projection.of_basis, A);
+      DenseMatrix A(n, n);
+      for (const auto *known : {&space.projections, &space.of_contact})
+        for (const StateSpace::Projection &projection : *known)
+          for (const Term &term : terms)
+            if (projection.matrix.lock() == term.matrix)
+              add(term.coefficient, projection.of_basis, A);
       const DenseMatrix c = squeal::solve(std::move(A), DenseMatrix(n, 1, inner_products(X, b)));
       return combine(X, c.values, 1);
     }
@@ -497,19 +515,21 @@ namespace squeal
     {
       MultiVector last  = space.basis.basis().columns(n - most_kept, most_kept);
       space.basis       = SearchSpace(std::move(last));
-      space.projections = {};
+      space.projections = space.of_contact = {};
     }
     constexpr Novelty any{1e-10};
-    space.basis.add(result.state, any);
+    // What the next state may lack anyway is not worth a vector.
+    space.basis.add(result.state, {std::max(any.shortest, problem.tolerance)});
     for (unsigned int correction = 0; correction < most_corrections; ++correction)
     {
       project(of_bodies, space);
       const std::vector<Term> in_contact =
           static_terms({}, contact, result.pressure, problem.with_friction);
+      project_contact(in_contact, space);
       const MultiVector b   = total_load(contact, result.pressure, problem);
-      result.state          = best_combination(space, of_bodies, in_contact, b);
       std::vector<Term> all = of_bodies;
       all.insert(all.end(), in_contact.begin(), in_contact.end());
+      result.state             = best_combination(space, all, b);
       const MultiVector change = nearby(difference(b, product_with(all)(result.state)));
       const double error       = length_of(change) / length_of(result.state);
       // What is left after it is a fraction of the change.

@@ -19,13 +19,15 @@ namespace squeal
   {
     /// Numbers of each item of a rank (a node, a cell), one after the other, of all ranks.
     template <std::size_t width>
-    std::vector<std::array<double, width>>
-    gather_all(const std::vector<std::array<double, width>> &own, const MPI_Comm comm)
+    std::vector<std::array<double, width>> gather_all(std::vector<std::array<double, width>> items,
+                                                      const MPI_Comm comm)
     {
-      std::vector<std::array<double, width>> all;
-      for (const auto &part : Utilities::MPI::all_gather(comm, own))
-        all.insert(all.end(), part.begin(), part.end());
-      return all;
+      MPI_Datatype item = MPI_DATATYPE_NULL;
+      MPI_Type_contiguous(width, MPI_DOUBLE, &item);
+      MPI_Type_commit(&item);
+      gather(items, item, comm);
+      MPI_Type_free(&item);
+      return items;
     }
 
     /// For each item, whose first numbers are its place and its kind (odd: of the rotor), the

@@ -118,6 +118,22 @@ class Sweeps(st.TestCase):
                 self.assertLess(abs(coarse["mesh_error"] - other["mesh_error"]), 0.2 * coarse["mesh_error"])
                 self.assertLess(abs(coarse["corrected_value"] - other["corrected_value"]), 0.1 * coarse["mesh_error"])
 
+    def test_bars_of_divergences(self):
+        """A fast disc between pads at rest: the bar is that of the value, wherever the steps of the sweep are. 2852.08 +- 0.29
+        is the corrected value of degree 4 on smaller cells (tests/benchmark/onsets.py, scene divergence)."""
+        rotor = {**st.SMALL_BRAKE, **st.PENALTY, "Stage": "transport", "Discretization/Degree": 3, "Contact/Friction/Coefficient": 0,
+                 "Contact/Steady pressure": "uniform", "Eigenproblem/Maximum frequency": 400,
+                 "Sweep/Parameter": "Operation/Angular velocity", "Sweep/Critical values": "true"}
+        bars = []
+        for values, kind in [("2845, 2900", "divergence_end"), ("2900, 2845", "divergence")]:
+            [row] = st.read_table(self.analyse({**rotor, "Sweep/Values": values}) / "critical.csv")
+            self.assertEqual(row["kind"], kind)
+            self.assertLess(abs(row["corrected_value"] - 2852.08), row["mesh_error"] + 0.29)
+            self.assertLess(abs(row["corrected_value"] - 2852.08), abs(row["value"] - 2852.08))
+            bars.append(row["mesh_error"])
+        self.assertLess(max(bars), 4)
+        self.assertLess(max(bars), 1.2 * min(bars))
+
     def test_without_bars(self):
         """Nothing is estimated: rows appear as values are reached, with the verdicts of the numbers alone."""
         settings = {**AT_REST, **st.PENALTY, "Eigenproblem/Error bars": "false", "Sweep/Parameter": FRICTION,

@@ -3,6 +3,7 @@
 #include <squeal/linalg/multi_vector.h>
 
 #include <array>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -77,7 +78,7 @@ namespace squeal
     }
 
     /// A matrix and its coefficient.
-    using Summand = std::pair<double, const Matrix *>;
+    using Summand = std::pair<double, std::shared_ptr<const Matrix>>;
     /// Replaces the terms, by their orders. False if they couple other rows than the interface.
     /// Collective.
     bool set_terms(const std::array<std::vector<Summand>, 3> &summands);
@@ -110,27 +111,54 @@ namespace squeal
     void add_products(const DenseMatrix &a, const DenseMatrix &b, DenseMatrix &sum) const;
 
   private:
-    /// Entries of matrices on all ranks, numbered within the interface.
+    /// A list of entries on all ranks, numbered within the interface.
     struct Entries
     {
       std::vector<int> rows, columns;
       std::vector<double> values;
+
+      void add(const int row, const int column, const double value)
+      {
+        rows.push_back(row);
+        columns.push_back(column);
+        values.push_back(value);
+      }
       /// Those of all ranks.
       void gather(MPI_Comm comm);
     };
+    /// The entries of a matrix, by what they couple.
+    struct Sorted
+    {
+      std::shared_ptr<const Matrix> matrix;
+      Entries of_displacements; ///< forces of displacements
+      Entries of_pressures;     ///< forces of pressures
+      Entries of_constraints;   ///< rows of constraints
+    };
+    /// A matrix that stays keeps its entries.
+    struct Changing
+    {
+      double coefficient;
+      std::shared_ptr<const Sorted> sorted;
+    };
+    std::shared_ptr<const Sorted> sorted(const std::shared_ptr<const Matrix> &matrix,
+                                         int &known) const;
+    /// Constraints as sums of terms.
+    using Origins = std::vector<std::pair<std::shared_ptr<const Matrix>, double>>;
     /// Returns whether they have changed.
-    bool find_constraints(bool of_left, Constraints &constraints) const;
-    /// Entries times vectors, with or without pressures.
-    DenseMatrix apply(const Entries &entries, const DenseMatrix &at_rows, bool of_pressures) const;
+    bool find_constraints(bool of_left, Constraints &constraints, Origins &origins) const;
+    /// result += factor times entries times vectors.
+    static void apply(double factor, const Entries &entries, const DenseMatrix &at_rows,
+                      DenseMatrix &result);
 
     RowRange whole;
     unsigned int n_local_constraints = 0;
     bool has_constraints = false, compliant = false;
     std::vector<unsigned int> rows_;
-    std::vector<int> number;         ///< by row of the whole; -1
-    std::vector<char> is_constraint; ///< by interface row
-    std::array<Entries, 3> changing; ///< by order
+    std::vector<int> number;                       ///< by row of the whole; -1
+    std::vector<char> is_constraint;               ///< by interface row
+    std::array<std::vector<Changing>, 3> changing; ///< by order
     Constraints left, right;
+    Origins origins_of_left, origins_of_right;
     unsigned int n_changes_ = 0;
   };
 } // namespace squeal

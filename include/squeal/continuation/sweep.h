@@ -56,7 +56,7 @@ namespace squeal
       double slope      = 0;
       CriticalModes between;  ///< of a step
       bool is_at_end = false; ///< it is at the end of a step itself, whose modes these are
-      bool is_beside = false; ///< the modes are those of an end of the step: the slope must serve
+      std::optional<KnownEffects> effects = {}; ///< on the modes, where none can be carried to them
 
       double accuracy() const
       {

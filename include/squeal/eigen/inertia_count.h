@@ -83,6 +83,13 @@ namespace squeal
       unsigned int negative = 0;
       std::vector<unsigned int> solved; ///< rows with a column of A^{-1}
       MultiVector columns;
+      /// The last contact that was compared with the base's: nearby problems have the same.
+      struct
+      {
+        std::shared_ptr<const Matrix> contact;
+        std::vector<unsigned int> open;
+        bool is_left = false;
+      } compared;
     };
     unsigned int n_constraints() const;
     bool has_bodies_of_base(const std::vector<Term> &others) const;
@@ -90,8 +97,9 @@ namespace squeal
     std::shared_ptr<const Matrix>
     closed_where_either_is(const Matrix &contact, const std::vector<unsigned int> &open) const;
     /// Whether these terms are the base's with more contacts open.
-    bool is_opened_base(const std::vector<Term> &others, const Matrix &contact,
-                        const std::vector<unsigned int> &open) const;
+    bool is_opened_base(const std::vector<Term> &others,
+                        const std::shared_ptr<const Matrix> &contact,
+                        const std::vector<unsigned int> &open);
     void make_base(const std::vector<Term> &others, std::shared_ptr<const Matrix> contact,
                    std::vector<unsigned int> open);
     /// negative((A^{-1})_RR), or -1 if rounding might decide.

@@ -33,7 +33,7 @@ namespace squeal
       std::weak_ptr<const Matrix> matrix;
       DenseMatrix of_basis; ///< X^T A_i X
     };
-    std::vector<Projection> projections;
+    std::vector<Projection> projections, of_contact; ///< the latter of the last terms
   };
 
   struct StaticEquilibrium

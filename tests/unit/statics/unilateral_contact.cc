@@ -251,6 +251,74 @@ namespace squeal::tests::unilateral_contact_tests
       }
   }
 
+  TEST_CASE(
+      "unilateral_contact: scattered states by factors nearby, in a space that has learnt them")
+  {
+    const Geometry<3> geometry = make_brake(brake("both", "1 + 25*y"));
+    FiniteElementSpace<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
+    spaces.distribute();
+    const BodyMatrices rotor = assemble_body(spaces, {rotor_body}, rotor_material, false);
+    const BodyMatrices pad   = assemble_body(spaces, pads_of(geometry), pad_material, false);
+    const double stiffness   = std::max(rotor.K->infinity_norm(), pad.K->infinity_norm());
+    const MultiVector load   = assemble_pressure_load(spaces);
+    const auto terms_at      = [&](const double of_pad)
+    {
+      return std::vector<Term>{{Origin::elasticity, 0, 1., rotor.K},
+                               {Origin::elasticity, 0, of_pad, pad.K}};
+    };
+    const auto model = [](const double mu)
+    {
+      ContactModel<3> result      = sliding<3>(true, 1e14);
+      result.friction.coefficient = mu;
+      return result;
+    };
+    constexpr double tolerance = 1e-8;
+    Contact<3> contact(spaces, model(0.3));
+    contact.scale_constraints(stiffness);
+    StaticEquilibrium state = solve_static_equilibrium({terms_at(1), true, load}, contact);
+    Contact<3> closed(spaces, model(0.3));
+    closed.scale_constraints(stiffness);
+    const Factorization factors(
+        sum_of_terms(spaces.rows, static_terms(terms_at(1), closed, state.pressure, true)),
+        Factorization::Kind::lu, "the middle's stiffness");
+    const LinearOperator nearby = [&factors](const MultiVector &b) { return factors.solve(b); };
+
+    constexpr unsigned int n_states = 100;
+    std::set<std::vector<unsigned int>> sets;
+    std::array<unsigned int, 2> n_added{}; // by the first and by the last quarter of them
+    for (unsigned int k = 1; k <= n_states; ++k)
+    {
+      // The golden ratio's multiples go to and fro
+      const auto share = [k](const double step) { return std::fmod(k * step, 1.); };
+      const double mu = 0.1 + 0.4 * share(0.6180339887), of_pad = 0.7 + 0.6 * share(0.7548776662);
+      contact.set_model(model(mu));
+      const StaticProblem problem{terms_at(of_pad), true, load, false, tolerance};
+      auto followed = follow_static_equilibrium(std::move(state), nearby, problem, contact);
+      REQUIRE(followed);
+      state = std::move(*followed);
+      sets.insert(contact.released_multipliers());
+      const unsigned int n = state.space.basis.n_columns();
+      if (k == n_states / 4)
+        n_added[0] = n;
+      else if (k == 3 * n_states / 4)
+        n_added[1] = n;
+      else if (k == n_states)
+        n_added[1] = n - n_added[1];
+      if (k % 25 != 0)
+        continue;
+      CAPTURE(k);
+      Contact<3> fresh(spaces, model(mu));
+      fresh.scale_constraints(stiffness);
+      const StaticEquilibrium alone =
+          solve_static_equilibrium({terms_at(of_pad), true, load}, fresh);
+      CHECK(contact.released_multipliers() == fresh.released_multipliers());
+      CHECK(length_of(difference(alone.state, state.state)) <=
+            10 * tolerance * length_of(alone.state));
+    }
+    CHECK(sets.size() > 2);
+    CHECK(3 * n_added[1] < n_added[0]);
+  }
+
   namespace
   {
     /// From the zone of a coarser mesh, from its own, and from one where all that touches is open
