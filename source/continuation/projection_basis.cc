@@ -14,38 +14,74 @@ namespace squeal
     return block;
   }
 
-  void ProjectionBasis::begin(MultiVector of_right, MultiVector of_left)
+  namespace
   {
-    space = SearchSpace(rows);
-    left  = MultiVector(rows, 0);
-    // Unit vectors
-    for (MultiVector *block : {&of_right, &of_left})
+    /// Modes, each Re and Im, become unit vectors.
+    void scale_modes(MultiVector &block)
     {
-      const std::vector<double> squares = inner_products(*block, *block);
-      const unsigned int n              = block->n_columns() / 2;
+      const std::vector<double> squares = inner_products(block, block);
+      const unsigned int n              = block.n_columns() / 2;
       std::vector<double> factors(2 * n);
       for (unsigned int j = 0; j < 2 * n; ++j)
       {
         const unsigned int re = j % n, im = re + n;
         factors[j] = 1 / std::sqrt(squares[re * (2 * n + 1)] + squares[im * (2 * n + 1)]);
       }
-      scale_columns(*block, factors);
+      scale_columns(block, factors);
     }
-    append(of_right, 0.3);
-    test_by(of_left);
-    append(std::move(of_right), smallest);
+
+    Novelty components(const double smallest)
+    {
+      return {smallest, 0, true};
+    }
+
+    /// The space of modes, Re and Im: first what is well apart, as many as it returns.
+    unsigned int begin_space(MultiVector modes, SearchSpace &space)
+    {
+      scale_modes(modes);
+      space.add(modes, components(0.3));
+      const unsigned int n_apart = space.n_columns();
+      space.add(std::move(modes), components(ProjectionBasis::smallest));
+      return n_apart;
+    }
+  } // namespace
+
+  void ProjectionBasis::begin(MultiVector of_right, MultiVector of_left)
+  {
+    space                      = SearchSpace(rows);
+    const unsigned int n_apart = begin_space(std::move(of_right), space);
+    scale_modes(of_left);
+    test_by(of_left, n_apart);
+  }
+
+  DenseMatrix ProjectionBasis::begin_within(DenseMatrix of_right, MultiVector of_left,
+                                            const std::vector<Within> &others)
+  {
+    const unsigned int m = dimension();
+    SearchSpace within(small_rows(m));
+    const unsigned int n_apart = begin_space(to_multi_vector(of_right), within);
+    for (const Within &other : others)
+      within.add(to_multi_vector(other.coordinates), components(other.smallest));
+    const MultiVector &basis = within.basis();
+    const DenseMatrix c(m, basis.n_columns(),
+                        {basis.data(), basis.data() + std::size_t(m) * basis.n_columns()});
+    space.turn(c);
+    scale_modes(of_left);
+    test_by(of_left, n_apart);
+    return c;
   }
 
   void ProjectionBasis::append(MultiVector added, const double smallest)
   {
-    space.add(std::move(added), {smallest, 0, true});
+    space.add(std::move(added), components(smallest));
   }
 
   /// W = Z G^T (G G^T)^{-1}, G = V^T Z, which makes V^T W = I, where that is well conditioned.
-  void ProjectionBasis::test_by(const MultiVector &left_vectors)
+  void ProjectionBasis::test_by(const MultiVector &left_vectors, const unsigned int n)
   {
-    const unsigned int n = dimension(), n_left = left_vectors.n_columns();
-    const DenseMatrix g(n, n_left, inner_products(right(), left_vectors));
+    const unsigned int n_left = left_vectors.n_columns();
+    left                      = MultiVector(rows, 0);
+    const DenseMatrix g(n, n_left, inner_products(right(), 0, n, left_vectors, 0, n_left));
     const DenseMatrix pseudo_inverse = squeal::solve(outer_product(g, g), g);
     std::vector<double> coefficients(std::size_t(n_left) * n);
     for (unsigned int j = 0; j < n; ++j)

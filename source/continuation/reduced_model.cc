@@ -137,20 +137,24 @@ namespace squeal
       restart_on_path();
     else
       restart_by_components();
-    predictor = {};
-    projection.forget_images();
+    predictor  = {};
     last_right = last_left = {};
   }
 
   void ReducedModel::restart_on_path()
   {
-    ProjectionBasis &basis = projection.basis;
-    std::vector<MultiVector> of_right;
+    std::vector<DenseMatrix> of_right;
     for (const auto &[x, y] : recent)
-      of_right.push_back(whole(x, false));
-    basis.begin(of_right.front(), whole(recent.front().second, true));
+    {
+      of_right.push_back(with_rows(x.re, dimension()));
+      append(of_right.back(), with_rows(x.im, dimension()));
+    }
+    std::vector<ProjectionBasis::Within> others;
     for (unsigned int k = 1; k < of_right.size(); ++k)
-      basis.append(std::move(of_right[k]), 1e-9);
+      others.push_back({std::move(of_right[k]), 1e-9});
+    MultiVector of_left = whole(recent.front().second, true);
+    projection.turn(
+        projection.basis.begin_within(std::move(of_right.front()), std::move(of_left), others));
     recent.clear();
     opened.clear();
     closed.clear();
@@ -169,13 +173,11 @@ namespace squeal
     unsigned int n_dropped            = 0;
     while (n_dropped < m && squares[n_dropped] < smallest * smallest * scattered.n_solutions)
       ++n_dropped;
-    const MultiVector before = basis.right();
-    basis.begin(scattered.first_right, scattered.first_left);
-    basis.append(
-        combine(before, {vectors.values.begin() + std::size_t(n_dropped) * m, vectors.values.end()},
-                m - n_dropped),
-        smallest);
-    const DenseMatrix change(m, dimension(), inner_products(before, basis.right()));
+    const unsigned int n_first = scattered.first_right.n_columns();
+    const DenseMatrix of_first(m, n_first, inner_products(basis.right(), scattered.first_right)),
+        components = some_columns(vectors, n_dropped, m - n_dropped),
+        change     = basis.begin_within(of_first, scattered.first_left, {{components, smallest}});
+    projection.turn(change);
     DenseMatrix image(m, dimension());
     gemm(false, 1, scattered.products, change, 0, image);
     scattered.products = DenseMatrix(dimension(), dimension());

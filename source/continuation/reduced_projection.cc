@@ -154,22 +154,70 @@ namespace squeal
       for (unsigned int c = 0; c < n_all; ++c)
         for (unsigned int r = 0; r < n_left; ++r)
           top(r, c) = c < n_imaged ? projected[petrov][i](r, c) : added_top(r, c - n_imaged);
-      projected[petrov][i] = with_top(projected[of_right][i], top);
-      // The left vectors' norms; M is symmetric.
-      if (terms.coefficient(2, i) != 0)
-      {
-        const DenseMatrix of_left_alone(n_left, n_left,
-                                        n_imaged == 0
-                                            ? inner_products(basis.left, terms.image(i, basis.left))
-                                            : top_corner(projected[of_left][i], n_left));
-        DenseMatrix whole = projected[petrov][i];
-        for (unsigned int c = 0; c < n_left; ++c)
-          for (unsigned int r = 0; r < n_all; ++r)
-            whole(r, c) = r < n_left ? of_left_alone(r, c) : projected[petrov][i](c, r);
-        projected[of_left][i] = std::move(whole);
-      }
+      set_tests(i, top);
     }
     n_imaged = n_all;
+  }
+
+  void ReducedProjection::set_tests(const unsigned int i, const DenseMatrix &of_left_vectors)
+  {
+    projected[petrov][i]      = with_top(projected[of_right][i], of_left_vectors);
+    const unsigned int n_left = of_left_vectors.n_rows, n_all = of_left_vectors.n_columns;
+    // The left vectors' norms; M is symmetric.
+    if (terms.coefficient(2, i) == 0)
+      return;
+    const DenseMatrix of_left_alone(n_left, n_left,
+                                    projected[of_left][i].values.empty()
+                                        ? inner_products(basis.left, terms.image(i, basis.left))
+                                        : top_corner(projected[of_left][i], n_left));
+    DenseMatrix whole = projected[petrov][i];
+    for (unsigned int c = 0; c < n_all; ++c)
+      for (unsigned int r = 0; r < n_left; ++r)
+      {
+        whole(c, r) = projected[petrov][i](r, c);
+        if (c < n_left)
+          whole(r, c) = of_left_alone(r, c);
+      }
+    projected[of_left][i] = std::move(whole);
+  }
+
+  /// V^T A V becomes C^T V^T A V C, A V becomes A V C.
+  void ReducedProjection::turn(const DenseMatrix &c)
+  {
+    if (n_imaged < c.n_rows)
+    {
+      forget_images();
+      return;
+    }
+    const auto turned_rows = [&c](const DenseMatrix &a)
+    {
+      DenseMatrix result(c.n_columns, a.n_columns);
+      gemm(true, 1, c, a, 0, result);
+      return result;
+    };
+    const auto turned_columns = [&c](const DenseMatrix &a)
+    {
+      DenseMatrix result(a.n_rows, c.n_columns);
+      gemm(false, 1, a, c, 0, result);
+      return result;
+    };
+    const DenseMatrix left_rows = gather_rows(basis.left, interface.rows());
+    right_rows                  = turned_rows(right_rows);
+    tests.rows                  = with_top(right_rows, left_rows);
+    right_change                = DenseMatrix();
+    n_imaged                    = c.n_columns;
+    for (unsigned int i = 0; i < terms.size(); ++i)
+    {
+      images[i]              = combine(images[i], c.values, n_imaged);
+      at_rows[i]             = turned_rows(at_rows[i]);
+      sketches[i]            = turned_columns(sketches[i]);
+      projected[of_right][i] = turned_rows(turned_columns(projected[of_right][i]));
+      projected[of_left][i]  = DenseMatrix();
+      DenseMatrix of_left_vectors(left_rows.n_rows, n_imaged,
+                                  inner_products(basis.left, images[i]));
+      add(1, outer_product(left_rows, at_rows[i]), of_left_vectors);
+      set_tests(i, of_left_vectors);
+    }
   }
 
   void ReducedProjection::satisfy_constraints(ReducedEigenproblem &small)

@@ -30,6 +30,16 @@ namespace squeal
     MultiVector displacements(MultiVector block) const;
     /// Makes V and W anew of modes' displacements, each Re and Im.
     void begin(MultiVector of_right, MultiVector of_left);
+    /// Columns of coordinates in V, and the size from which on their principal components matter.
+    struct Within
+    {
+      DenseMatrix coordinates;
+      double smallest;
+    };
+    /// Makes V anew in its span, of the displacements of modes in coordinates, Re and Im, and of
+    /// other columns, and W with left vectors. Returns C, V := V C.
+    DenseMatrix begin_within(DenseMatrix of_right, MultiVector of_left,
+                             const std::vector<Within> &others);
     /// Enlarges V by what the columns add to it, except for principal components of a size up to
     /// @p smallest.
     void append(MultiVector added, double smallest);
@@ -51,7 +61,7 @@ namespace squeal
     static constexpr double smallest = 2e-10;
 
   private:
-    /// Makes left vectors the test vectors in place of those that V has now.
-    void test_by(const MultiVector &left_vectors);
+    /// Makes left vectors the test vectors in place of the first @p n that V has.
+    void test_by(const MultiVector &left_vectors, unsigned int n);
   };
 } // namespace squeal

@@ -47,6 +47,8 @@ namespace squeal
     bool set_changing(const AffineTerms::Summands &changing);
     /// Must follow when vectors of the basis have become others, not when some are added.
     void forget_images();
+    /// In its place where V has become V C and W has other left vectors.
+    void turn(const DenseMatrix &c);
 
     /// Projects what the search for pairs needs, which @p small gets. Collective.
     void project(ReducedEigenproblem &small);
@@ -91,6 +93,8 @@ namespace squeal
 
     void clean(MultiVector &added) const;
     void add_images();
+    /// Of the constant matrix i, with the left vectors' products with A V.
+    void set_tests(unsigned int i, const DenseMatrix &of_left_vectors);
     void satisfy_constraints(ReducedEigenproblem &small);
     /// sum_order c_i,order l^order of the constant matrix i, by eigenvalue.
     std::vector<Complex> factors_of(unsigned int i, const std::vector<Complex> &lambda) const;
