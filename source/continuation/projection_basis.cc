@@ -54,7 +54,7 @@ namespace squeal
     test_by(of_left, n_apart);
   }
 
-  DenseMatrix ProjectionBasis::begin_within(DenseMatrix of_right, MultiVector of_left,
+  DenseMatrix ProjectionBasis::begin_within(const DenseMatrix &of_right, MultiVector of_left,
                                             const std::vector<Within> &others)
   {
     const unsigned int m = dimension();

@@ -143,18 +143,16 @@ namespace squeal
 
   void ReducedModel::restart_on_path()
   {
-    std::vector<DenseMatrix> of_right;
+    std::vector<ProjectionBasis::Within> solutions; // the last one first
     for (const auto &[x, y] : recent)
     {
-      of_right.push_back(with_rows(x.re, dimension()));
-      append(of_right.back(), with_rows(x.im, dimension()));
+      solutions.push_back({with_rows(x.re, dimension()), 1e-9});
+      append(solutions.back().coordinates, with_rows(x.im, dimension()));
     }
-    std::vector<ProjectionBasis::Within> others;
-    for (unsigned int k = 1; k < of_right.size(); ++k)
-      others.push_back({std::move(of_right[k]), 1e-9});
-    MultiVector of_left = whole(recent.front().second, true);
-    projection.turn(
-        projection.basis.begin_within(std::move(of_right.front()), std::move(of_left), others));
+    const ProjectionBasis::Within last = std::move(solutions.front());
+    solutions.erase(solutions.begin());
+    projection.turn(projection.basis.begin_within(last.coordinates,
+                                                  whole(recent.front().second, true), solutions));
     recent.clear();
     opened.clear();
     closed.clear();

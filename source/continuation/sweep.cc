@@ -303,6 +303,8 @@ namespace squeal
   {
     if (critical.effects)
       return bound_critical_value(critical.modes, *critical.effects, critical.mode, critical.slope);
+    if (critical.modes.lambda.empty() && !critical.is_at_end) // a divergence without them
+      return std::nullopt;
     const ModesOnCourse &to = stops[stop].modes;
     if (stop == 0 || critical.is_at_end) // the slope at the place itself
       return bound_critical_value(to, known[stop], critical.mode, critical.slope);
@@ -645,29 +647,38 @@ namespace squeal
     result.value        = root->value;
     result.search_error = root->accuracy;
     result.iterations   = root->iterations;
-    if (estimator)
-    {
-      // Of l^2, which is smooth there, effect and derivative are in the same ratio: near the root,
-      // for l^2 bends, but where the two solutions +-l are told apart and known.
-      for (const double share : {0.02, 1.})
-      {
-        const double beside    = result.value + share * (divergent.value - result.value);
-        const Complex expected = std::sqrt(share) * divergent.modes.lambda[mode];
-        const auto at          = study.evaluate({beside}, {expected});
-        if (share < 1 && (at.derivatives[0].empty() ||
-                          !(std::abs(at.lambda[0] - expected) < 0.5 * std::abs(expected))))
-          continue;
-        result.modes.value  = beside;
-        result.modes.lambda = at.modes.lambda;
-        result.modes.parity = at.modes.parity;
-        result.mode         = at.numbers[0];
-        result.slope        = at.derivatives[0].empty() ? 0 : at.derivatives[0][0].real();
-        result.effects      = all_known(
-                 tracker.estimate_errors(estimator, study.parameters_at({beside}), at.modes, {}));
-        break;
-      }
-    }
+    if (estimator && !find_effects(divergent.value, divergent.modes.lambda[mode], 0.02, result))
+      find_effects(divergent.value, divergent.modes.lambda[mode], 1, result);
     report(result);
+  }
+
+  /// Of l^2, which is smooth at a divergence, effect and derivative are in the same ratio: near the
+  /// root, for l^2 bends, but where the two solutions +-l are told apart and known.
+  bool Sweep::find_effects(const double value, const Complex lambda, const double share,
+                           Critical &divergence)
+  {
+    const double beside    = divergence.value + share * (value - divergence.value);
+    const Complex expected = std::sqrt(share) * lambda;
+    ParameterStudy::Evaluation at;
+    try
+    {
+      at = study.evaluate({beside}, {expected});
+    }
+    catch (const SolverError &) // no modes
+    {
+      return false;
+    }
+    if (at.derivatives[0].empty() ||
+        !(std::abs(at.lambda[0] - expected) < 0.5 * std::abs(expected)))
+      return false;
+    divergence.modes.value  = beside;
+    divergence.modes.lambda = at.modes.lambda;
+    divergence.modes.parity = at.modes.parity;
+    divergence.mode         = at.numbers[0];
+    divergence.slope        = at.derivatives[0][0].real();
+    divergence.effects =
+        all_known(tracker.estimate_errors(estimator, study.parameters_at({beside}), at.modes, {}));
+    return true;
   }
 
   Sweep::Critical Sweep::onset(const BranchPoint &from, const BranchPoint &to,

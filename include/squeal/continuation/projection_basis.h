@@ -38,7 +38,7 @@ namespace squeal
     };
     /// Makes V anew in its span, of the displacements of modes in coordinates, Re and Im, and of
     /// other columns, and W with left vectors. Returns C, V := V C.
-    DenseMatrix begin_within(DenseMatrix of_right, MultiVector of_left,
+    DenseMatrix begin_within(const DenseMatrix &of_right, MultiVector of_left,
                              const std::vector<Within> &others);
     /// Enlarges V by what the columns add to it, except for principal components of a size up to
     /// @p smallest.

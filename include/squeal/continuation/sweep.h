@@ -135,6 +135,10 @@ namespace squeal
                                  double direction);
     /// det Q = 0 where a real eigenvalue that grows comes or goes.
     void find_divergence(const BranchPoint &from, const BranchPoint &to);
+    /// The effects on it, by the real mode with this eigenvalue at a value nearby: at this share of
+    /// the way there. Returns whether the mode is known there.
+    bool find_effects(double value, std::complex<double> lambda, double share,
+                      Critical &divergence);
     /// Re l = 0 on a branch.
     Critical onset(const BranchPoint &from, const BranchPoint &to, unsigned int branch);
     /// ((l_i - l_j)/2)^2 = 0 by Newton's method: this is smooth where the eigenvalues themselves
