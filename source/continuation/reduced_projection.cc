@@ -171,13 +171,9 @@ namespace squeal
                                         ? inner_products(basis.left, terms.image(i, basis.left))
                                         : top_corner(projected[of_left][i], n_left));
     DenseMatrix whole = projected[petrov][i];
-    for (unsigned int c = 0; c < n_all; ++c)
-      for (unsigned int r = 0; r < n_left; ++r)
-      {
-        whole(c, r) = projected[petrov][i](r, c);
-        if (c < n_left)
-          whole(r, c) = of_left_alone(r, c);
-      }
+    for (unsigned int c = 0; c < n_left; ++c)
+      for (unsigned int r = 0; r < n_all; ++r)
+        whole(r, c) = r < n_left ? of_left_alone(r, c) : projected[petrov][i](c, r);
     projected[of_left][i] = std::move(whole);
   }
 
