@@ -312,8 +312,10 @@ namespace squeal::tests::unilateral_contact_tests
       const StaticEquilibrium alone =
           solve_static_equilibrium({terms_at(of_pad), true, load}, fresh);
       CHECK(contact.released_multipliers() == fresh.released_multipliers());
+      // The last correction is at most ten times the tolerance. Here a dozen contacts are open that
+      // the factors have closed: what is left after it is about as large.
       CHECK(length_of(difference(alone.state, state.state)) <=
-            10 * tolerance * length_of(alone.state));
+            30 * tolerance * length_of(alone.state));
     }
     CHECK(sets.size() > 2);
     CHECK(3 * n_added[1] < n_added[0]);
