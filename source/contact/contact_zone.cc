@@ -1,6 +1,5 @@
 #include <squeal/contact/contact_zone.h>
 
-#include <deal.II/base/mpi.h>
 #include <deal.II/numerics/rtree.h>
 
 #include <limits>

@@ -32,7 +32,7 @@ namespace squeal
       }
     for (auto &of_order : changing) // they are numbered otherwise
       of_order.clear();
-    origins_of_left = origins_of_right = {};
+    left = right = {};
   }
 
   std::shared_ptr<const InterfaceTerms::Sorted>
@@ -75,8 +75,8 @@ namespace squeal
     changing = std::move(present);
     if (is_constrained())
     {
-      find_constraints(true, left, origins_of_left);
-      n_changes_ += find_constraints(false, right, origins_of_right);
+      find_constraints(true, left);
+      n_changes_ += find_constraints(false, right);
     }
     return true;
   }
@@ -95,17 +95,14 @@ namespace squeal
     return open;
   }
 
-  bool InterfaceTerms::find_constraints(const bool of_left, Constraints &constraints,
-                                        Origins &origins) const
+  bool InterfaceTerms::find_constraints(const bool of_left, Constraints &constraints) const
   {
-    Origins present;
+    Constraints result;
     for (const Changing &term : changing[0])
       if (!(of_left ? term.sorted->of_pressures : term.sorted->of_constraints).values.empty())
-        present.emplace_back(term.sorted->matrix, term.coefficient);
-    if (present == origins)
+        result.terms.emplace_back(term.coefficient, term.sorted->matrix);
+    if (result.terms == constraints.terms && !constraints.begins.empty())
       return false;
-    origins = std::move(present);
-    Constraints result;
     const unsigned int n_rows = rows_.size();
     std::vector<int> place(n_rows, -1);
     const auto for_all = [&](const auto &visit)
@@ -143,7 +140,10 @@ namespace squeal
         });
     if (result.rows == constraints.rows && result.begins == constraints.begins &&
         result.entries == constraints.entries)
+    {
+      constraints.terms = std::move(result.terms);
       return false;
+    }
     DenseMatrix squares(result.rows.size(), result.rows.size());
     for (unsigned int row = 0; row < n_rows; ++row)
       result.for_entries(row,
@@ -209,30 +209,20 @@ namespace squeal
     const unsigned int n = constrained.size(), m = at_rows.n_rows;
     DenseMatrix compliance(n, n), gaps(n, m);
     for (const Changing &term : changing[0])
-    {
-      const auto take = [&](const int row, const int column, const double value)
-      {
-        if (is_constraint[column])
-          compliance(place[row], place[column]) -= value;
-        else
-          for (unsigned int j = 0; j < m; ++j)
-            gaps(place[row], j) += value * at_rows(j, column);
-      };
-      const Entries &of_pressures   = term.sorted->of_pressures,
-                    &of_constraints = term.sorted->of_constraints;
-      for (std::size_t k = 0; k < of_constraints.values.size(); ++k)
-      {
-        const int row = of_constraints.rows[k], column = of_constraints.columns[k];
-        const double value = term.coefficient * of_constraints.values[k];
-        if (!of_left)
-          take(row, column, value);
-        else if (is_constraint[column])
-          take(column, row, value);
-      }
-      for (std::size_t k = 0; of_left && k < of_pressures.values.size(); ++k)
-        take(of_pressures.columns[k], of_pressures.rows[k],
-             term.coefficient * of_pressures.values[k]);
-    }
+      for (const Entries *entries : {&term.sorted->of_constraints, &term.sorted->of_pressures})
+        for (std::size_t k = 0; k < entries->values.size(); ++k)
+        {
+          const int row      = of_left ? entries->columns[k] : entries->rows[k],
+                    column   = of_left ? entries->rows[k] : entries->columns[k];
+          const double value = term.coefficient * entries->values[k];
+          if (!is_constraint[row])
+            continue;
+          if (is_constraint[column])
+            compliance(place[row], place[column]) -= value;
+          else
+            for (unsigned int j = 0; j < m; ++j)
+              gaps(place[row], j) += value * at_rows(j, column);
+        }
     const DenseMatrix pressures = squeal::solve(std::move(compliance), std::move(gaps));
     for (unsigned int k = 0; k < n; ++k)
       for (unsigned int j = 0; j < m; ++j)

@@ -50,8 +50,7 @@ namespace squeal
   {
     space                      = SearchSpace(rows);
     const unsigned int n_apart = begin_space(std::move(of_right), space);
-    scale_modes(of_left);
-    test_by(of_left, n_apart);
+    test_by(std::move(of_left), n_apart);
   }
 
   DenseMatrix ProjectionBasis::begin_within(const DenseMatrix &of_right, MultiVector of_left,
@@ -66,8 +65,7 @@ namespace squeal
     const DenseMatrix c(m, basis.n_columns(),
                         {basis.data(), basis.data() + std::size_t(m) * basis.n_columns()});
     space.turn(c);
-    scale_modes(of_left);
-    test_by(of_left, n_apart);
+    test_by(std::move(of_left), n_apart);
     return c;
   }
 
@@ -77,8 +75,9 @@ namespace squeal
   }
 
   /// W = Z G^T (G G^T)^{-1}, G = V^T Z, which makes V^T W = I, where that is well conditioned.
-  void ProjectionBasis::test_by(const MultiVector &left_vectors, const unsigned int n)
+  void ProjectionBasis::test_by(MultiVector left_vectors, const unsigned int n)
   {
+    scale_modes(left_vectors);
     const unsigned int n_left = left_vectors.n_columns();
     left                      = MultiVector(rows, 0);
     const DenseMatrix g(n, n_left, inner_products(right(), 0, n, left_vectors, 0, n_left));

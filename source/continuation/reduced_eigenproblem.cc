@@ -153,12 +153,7 @@ namespace squeal
 
   DenseMatrix ReducedEigenproblem::in_kernel(const DenseMatrix &a) const
   {
-    if (kernel.values.empty() || a.values.empty())
-      return a;
-    DenseMatrix image(a.n_rows, kernel.n_columns), result(kernel.n_columns, kernel.n_columns);
-    gemm(false, 1, a, kernel, 0, image);
-    gemm(true, 1, kernel, image, 0, result);
-    return result;
+    return kernel.values.empty() || a.values.empty() ? a : congruent(a, kernel);
   }
 
   void ReducedEigenproblem::set_terms(const unsigned int order, const DenseMatrix &projected)

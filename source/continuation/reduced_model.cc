@@ -143,16 +143,17 @@ namespace squeal
 
   void ReducedModel::restart_on_path()
   {
-    std::vector<ProjectionBasis::Within> solutions; // the last one first
-    for (const auto &[x, y] : recent)
+    const auto coordinates = [this](const ReducedPairs &x)
     {
-      solutions.push_back({with_rows(x.re, dimension()), 1e-9});
-      append(solutions.back().coordinates, with_rows(x.im, dimension()));
-    }
-    const ProjectionBasis::Within last = std::move(solutions.front());
-    solutions.erase(solutions.begin());
-    projection.turn(projection.basis.begin_within(last.coordinates,
-                                                  whole(recent.front().second, true), solutions));
+      DenseMatrix both = with_rows(x.re, dimension());
+      append(both, with_rows(x.im, dimension()));
+      return both;
+    };
+    const auto &[x, y] = recent.front(); // the last one
+    std::vector<ProjectionBasis::Within> others;
+    for (unsigned int k = 1; k < recent.size(); ++k)
+      others.push_back({coordinates(recent[k].first), 1e-9});
+    projection.turn(projection.basis.begin_within(coordinates(x), whole(y, true), others));
     recent.clear();
     opened.clear();
     closed.clear();
@@ -176,10 +177,7 @@ namespace squeal
         components = some_columns(vectors, n_dropped, m - n_dropped),
         change     = basis.begin_within(of_first, scattered.first_left, {{components, smallest}});
     projection.turn(change);
-    DenseMatrix image(m, dimension());
-    gemm(false, 1, scattered.products, change, 0, image);
-    scattered.products = DenseMatrix(dimension(), dimension());
-    gemm(true, 1, change, image, 0, scattered.products);
+    scattered.products             = congruent(scattered.products, change);
     scattered.n_since_restart      = 0;
     scattered.dimension_at_restart = dimension();
   }

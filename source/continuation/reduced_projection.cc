@@ -191,12 +191,6 @@ namespace squeal
       gemm(true, 1, c, a, 0, result);
       return result;
     };
-    const auto turned_columns = [&c](const DenseMatrix &a)
-    {
-      DenseMatrix result(a.n_rows, c.n_columns);
-      gemm(false, 1, a, c, 0, result);
-      return result;
-    };
     const DenseMatrix left_rows = gather_rows(basis.left, interface.rows());
     right_rows                  = turned_rows(right_rows);
     tests.rows                  = with_top(right_rows, left_rows);
@@ -204,10 +198,12 @@ namespace squeal
     n_imaged                    = c.n_columns;
     for (unsigned int i = 0; i < terms.size(); ++i)
     {
-      images[i]              = combine(images[i], c.values, n_imaged);
-      at_rows[i]             = turned_rows(at_rows[i]);
-      sketches[i]            = turned_columns(sketches[i]);
-      projected[of_right][i] = turned_rows(turned_columns(projected[of_right][i]));
+      images[i]  = combine(images[i], c.values, n_imaged);
+      at_rows[i] = turned_rows(at_rows[i]);
+      DenseMatrix sketched(ResidualSketch::n_directions, n_imaged);
+      gemm(false, 1, sketches[i], c, 0, sketched);
+      sketches[i]            = std::move(sketched);
+      projected[of_right][i] = congruent(projected[of_right][i], c);
       projected[of_left][i]  = DenseMatrix();
       DenseMatrix of_left_vectors(left_rows.n_rows, n_imaged,
                                   inner_products(basis.left, images[i]));

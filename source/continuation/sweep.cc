@@ -642,13 +642,14 @@ namespace squeal
       return;
     }
     Critical result;
-    result.kind         = after.size() > before.size() ? "divergence" : "divergence_end";
-    result.branch       = divergent.branches[mode];
-    result.value        = root->value;
-    result.search_error = root->accuracy;
-    result.iterations   = root->iterations;
-    if (estimator && !find_effects(divergent.value, divergent.modes.lambda[mode], 0.02, result))
-      find_effects(divergent.value, divergent.modes.lambda[mode], 1, result);
+    result.kind           = after.size() > before.size() ? "divergence" : "divergence_end";
+    result.branch         = divergent.branches[mode];
+    result.value          = root->value;
+    result.search_error   = root->accuracy;
+    result.iterations     = root->iterations;
+    constexpr double near = 0.02, at_end = 1; // shares of the way
+    if (estimator && !find_effects(divergent.value, divergent.modes.lambda[mode], near, result))
+      find_effects(divergent.value, divergent.modes.lambda[mode], at_end, result);
     report(result);
   }
 

@@ -4,14 +4,6 @@
 
 namespace squeal
 {
-  DenseMatrix congruent(const DenseMatrix &a, const DenseMatrix &b)
-  {
-    DenseMatrix a_b(a.n_rows, b.n_columns), result(b.n_columns, b.n_columns);
-    gemm(false, 1, a, b, 0, a_b);
-    gemm(true, 1, b, a_b, 0, result);
-    return result;
-  }
-
   RealModes real_modes(const DenseMatrix &mass, const DenseMatrix &stiffness,
                        const unsigned int n_modes)
   {

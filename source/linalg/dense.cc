@@ -40,6 +40,14 @@ namespace squeal
     return c;
   }
 
+  DenseMatrix congruent(const DenseMatrix &a, const DenseMatrix &b)
+  {
+    DenseMatrix a_b(a.n_rows, b.n_columns), result(b.n_columns, b.n_columns);
+    gemm(false, 1, a, b, 0, a_b);
+    gemm(true, 1, b, a_b, 0, result);
+    return result;
+  }
+
   DenseMatrix transposed(const DenseMatrix &a)
   {
     DenseMatrix result(a.n_columns, a.n_rows);

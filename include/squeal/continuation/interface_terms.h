@@ -15,6 +15,9 @@ namespace squeal
   class InterfaceTerms
   {
   public:
+    /// A matrix and its coefficient.
+    using Summand = std::pair<double, std::shared_ptr<const Matrix>>;
+
     /// C, the constraints of displacements, in the interface.
     class Constraints
     {
@@ -44,7 +47,8 @@ namespace squeal
       /// (constraint, value), by interface row; where those of each begin, and the end
       std::vector<std::pair<unsigned int, double>> entries;
       std::vector<unsigned int> begins;
-      PositiveFactors squares; ///< of C C^T
+      PositiveFactors squares;    ///< of C C^T
+      std::vector<Summand> terms; ///< that C was found in
     };
 
     InterfaceTerms() = default;
@@ -77,8 +81,6 @@ namespace squeal
       return has_constraints && !compliant;
     }
 
-    /// A matrix and its coefficient.
-    using Summand = std::pair<double, std::shared_ptr<const Matrix>>;
     /// Replaces the terms, by their orders. False if they couple other rows than the interface.
     /// Collective.
     bool set_terms(const std::array<std::vector<Summand>, 3> &summands);
@@ -142,10 +144,8 @@ namespace squeal
     };
     std::shared_ptr<const Sorted> sorted(const std::shared_ptr<const Matrix> &matrix,
                                          int &known) const;
-    /// Constraints as sums of terms.
-    using Origins = std::vector<std::pair<std::shared_ptr<const Matrix>, double>>;
     /// Returns whether they have changed.
-    bool find_constraints(bool of_left, Constraints &constraints, Origins &origins) const;
+    bool find_constraints(bool of_left, Constraints &constraints) const;
     /// result += factor times entries times vectors.
     static void apply(double factor, const Entries &entries, const DenseMatrix &at_rows,
                       DenseMatrix &result);
@@ -158,7 +158,6 @@ namespace squeal
     std::vector<char> is_constraint;               ///< by interface row
     std::array<std::vector<Changing>, 3> changing; ///< by order
     Constraints left, right;
-    Origins origins_of_left, origins_of_right;
     unsigned int n_changes_ = 0;
   };
 } // namespace squeal

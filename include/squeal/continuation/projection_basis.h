@@ -61,7 +61,7 @@ namespace squeal
     static constexpr double smallest = 2e-10;
 
   private:
-    /// Makes left vectors the test vectors in place of the first @p n that V has.
-    void test_by(const MultiVector &left_vectors, unsigned int n);
+    /// Makes left vectors, each Re and Im, the test vectors in place of the first @p n that V has.
+    void test_by(MultiVector left_vectors, unsigned int n);
   };
 } // namespace squeal

@@ -17,7 +17,4 @@ namespace squeal
   /// lowest ones, at most @p n_modes. Directions of the span that are nothing but rounding, as
   /// imaginary parts of real vectors are, are left out.
   RealModes real_modes(const DenseMatrix &mass, const DenseMatrix &stiffness, unsigned int n_modes);
-
-  /// B^T A B.
-  DenseMatrix congruent(const DenseMatrix &a, const DenseMatrix &b);
 } // namespace squeal

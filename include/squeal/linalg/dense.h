@@ -43,6 +43,9 @@ namespace squeal
   /// A B^T.
   DenseMatrix outer_product(const DenseMatrix &a, const DenseMatrix &b);
 
+  /// B^T A B.
+  DenseMatrix congruent(const DenseMatrix &a, const DenseMatrix &b);
+
   /// A^T.
   DenseMatrix transposed(const DenseMatrix &a);
 

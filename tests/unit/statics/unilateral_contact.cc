@@ -178,6 +178,16 @@ namespace squeal::tests::unilateral_contact_tests
       check_partly_open(geometry, sliding<3>(mortar, 1e14), 2);
   }
 
+  namespace
+  {
+    ContactModel<3> model(const double mu)
+    {
+      ContactModel<3> result      = sliding<3>(true, 1e14);
+      result.friction.coefficient = mu;
+      return result;
+    }
+  } // namespace
+
   TEST_CASE("unilateral_contact: one factorisation serves other friction, loads and contacts")
   {
     const Geometry<3> geometry = make_brake(brake("both", "1 + 25*y"));
@@ -189,14 +199,8 @@ namespace squeal::tests::unilateral_contact_tests
                                      {Origin::elasticity, 0, 1., pad.K},
                                      {Origin::inertia, 2, 1., pad.M}};
     const double stiffness        = std::max(rotor.K->infinity_norm(), pad.K->infinity_norm());
-    const auto model              = [](const double mu)
-    {
-      ContactModel<3> result      = sliding<3>(true, 1e14);
-      result.friction.coefficient = mu;
-      return result;
-    };
-    const MultiVector load = assemble_pressure_load(spaces);
-    MultiVector uneven     = load; // no longer its own mirror image
+    const MultiVector load        = assemble_pressure_load(spaces);
+    MultiVector uneven            = load; // no longer its own mirror image
     for (unsigned int i = 0; i < uneven.n_local(); ++i)
       uneven.data()[i] *= 1 + 1e-3 * ((spaces.rows.begin + i) % 7);
 
@@ -265,12 +269,6 @@ namespace squeal::tests::unilateral_contact_tests
     {
       return std::vector<Term>{{Origin::elasticity, 0, 1., rotor.K},
                                {Origin::elasticity, 0, of_pad, pad.K}};
-    };
-    const auto model = [](const double mu)
-    {
-      ContactModel<3> result      = sliding<3>(true, 1e14);
-      result.friction.coefficient = mu;
-      return result;
     };
     constexpr double tolerance = 1e-8;
     Contact<3> contact(spaces, model(0.3));
