@@ -13,15 +13,33 @@ namespace squeal
     constexpr unsigned int width = 8;
     using Chunk                  = std::array<double, width>;
 
-    /// Columns first ... first + width of a block, row by row; zeros beyond the last.
-    std::vector<Chunk> gather_chunks(const double *data, const unsigned int n_rows,
-                                     const unsigned int n_columns, const unsigned int first)
+    /// Written before it is read: zeros at first would cost as much as a pass over a sparse matrix.
+    using Chunks = std::vector<Chunk, Unfilled<Chunk>>;
+
+    /// Columns first ... first + width of a block, row by row; zeros beyond the last. Row by row
+    /// because a pass for each column would touch all of the chunks each time.
+    void gather(const MultiVector &block, const unsigned int first, Chunks &rows)
     {
-      std::vector<Chunk> rows(n_rows, Chunk{});
-      for (unsigned int c = 0; c < width && first + c < n_columns; ++c)
+      const unsigned int n_rows = block.n_local(), n = std::min(width, block.n_columns() - first);
+      const double *const data = block.column(first);
+      if (n == width)
         for (unsigned int i = 0; i < n_rows; ++i)
-          rows[i][c] = data[std::size_t(first + c) * n_rows + i];
-      return rows;
+          for (unsigned int c = 0; c < width; ++c)
+            rows[i][c] = data[std::size_t(c) * n_rows + i];
+      else
+        for (unsigned int i = 0; i < n_rows; ++i)
+          for (unsigned int c = 0; c < width; ++c)
+            rows[i][c] = c < n ? data[std::size_t(c) * n_rows + i] : 0;
+    }
+
+    /// The way back.
+    void scatter(const Chunks &rows, const unsigned int first, MultiVector &block)
+    {
+      const unsigned int n_rows = block.n_local(), n = std::min(width, block.n_columns() - first);
+      double *const data = block.column(first);
+      for (unsigned int i = 0; i < n_rows; ++i)
+        for (unsigned int c = 0; c < n; ++c)
+          data[std::size_t(c) * n_rows + i] = rows[i][c];
     }
 
     /// A sequential AIJ matrix.
@@ -119,7 +137,7 @@ namespace squeal
                       n_sent.data(), offsets(n_sent).data(), MPIU_INT, rows.comm);
       }
 
-      std::vector<Chunk> operator()(const std::vector<Chunk> &own) const
+      std::vector<Chunk> operator()(const Chunks &own) const
       {
         std::vector<Chunk> outgoing,
             incoming(std::accumulate(n_received.begin(), n_received.end(), 0));
@@ -133,7 +151,7 @@ namespace squeal
       }
 
       /// The way back: adds to the owners' rows.
-      void add_back(const std::vector<Chunk> &ghosts, std::vector<Chunk> &own) const
+      void add_back(const std::vector<Chunk> &ghosts, Chunks &own) const
       {
         std::vector<Chunk> incoming(sent.size());
         const std::vector<int> send = numbers(n_received), receive = numbers(n_sent);
@@ -193,10 +211,11 @@ namespace squeal
       const std::unique_ptr<Csr> coupled = coupling ? std::make_unique<Csr>(coupling) : nullptr;
       const std::unique_ptr<GhostRows> ghost_rows =
           coupling ? std::make_unique<GhostRows>(block.row_range(), ghosts, n_ghosts) : nullptr;
+      Chunks x(n_rows), y(n_rows);
       for (unsigned int first = 0; first < n_columns; first += width)
       {
-        const std::vector<Chunk> x = gather_chunks(block.data(), n_rows, n_columns, first);
-        std::vector<Chunk> y(n_rows, Chunk{});
+        gather(block, first, x);
+        std::fill(y.begin(), y.end(), Chunk{});
         if (transposed)
         {
           own_rows.add_transposed_product(x.data(), y.data());
@@ -213,9 +232,7 @@ namespace squeal
           if (coupled)
             coupled->add_product((*ghost_rows)(x).data(), y.data());
         }
-        for (unsigned int c = 0; c < width && first + c < n_columns; ++c)
-          for (unsigned int i = 0; i < n_rows; ++i)
-            result.column(first + c)[i] = y[i][c];
+        scatter(y, first, result);
       }
       return result;
     }
