@@ -518,8 +518,10 @@ namespace squeal
       space.projections = space.of_contact = {};
     }
     constexpr Novelty any{1e-10};
-    // What the next state may lack anyway is not worth a vector.
-    space.basis.add(result.state, {std::max(any.shortest, problem.tolerance)});
+    // What the next state may lack anyway is not worth a vector, nor often a look.
+    const double shortest = std::max(any.shortest, problem.tolerance);
+    if (before.beyond_space > shortest || n == 0 || n >= most_vectors)
+      space.basis.add(result.state, {shortest});
     for (unsigned int correction = 0; correction < most_corrections; ++correction)
     {
       project(of_bodies, space);
@@ -538,7 +540,10 @@ namespace squeal
       {
         const bool settled = take_step(contact, result, rows.comm);
         if (settled && error <= 10 * problem.tolerance)
+        {
+          result.beyond_space = error;
           return result;
+        }
         if (!contact.lost_contacts().empty())
           return std::nullopt;
       }

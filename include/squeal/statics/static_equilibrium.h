@@ -8,6 +8,7 @@
 #include <squeal/symmetry/sector.h>
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -43,6 +44,8 @@ namespace squeal
     std::vector<std::vector<double>> pressure; ///< Contact::Pressure of the state
     ContactEdge edge;                          ///< on demand
     StateSpace space;                          ///< of those before it, if it followed them
+    /// Of the state relative to its length, how much at most is beyond that space.
+    double beyond_space = std::numeric_limits<double>::infinity();
   };
 
   /// What a static equilibrium is asked for.
