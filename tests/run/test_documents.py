@@ -1,9 +1,11 @@
 """What README and the tutorial print of runs is what these runs give, to the digits printed.
 
 The default brake: lines of modes in README's *A first result* and the tutorial's step 2. The realistic brake: the numbers of
-modes and of undecided ones in doc/mesh.md, the whole brake likewise in doc/joints.md; skipped where there is no Gmsh.
+modes and of undecided ones in doc/mesh.md, the whole brake likewise in doc/joints.md; skipped where there is no Gmsh. Scripts
+shown as commands can be started.
 """
 
+import os
 import pathlib
 import re
 import shutil
@@ -28,6 +30,17 @@ def seconds_of_bars_and_right_vectors(log):
     factorisation, right, bars = map(float, re.search(
         r"factorisation ([\d.]+), right vectors ([\d.]+), .*error bars ([\d.]+)", log).groups())
     return bars, factorisation + right
+
+
+class Commands(st.TestCase):
+    def test_can_be_started(self):
+        """In documents commands are indented by four spaces, in parameter files they stand in comments."""
+        texts = [st.PROJECT / "README.md", *(st.PROJECT / "doc").glob("*.md"), *(st.PROJECT / "prm").glob("**/*.prm")]
+        command_in = re.compile(r"^(?:    |# {3})(scripts/[\w.-]+)", re.M)
+        commands = {command for file in texts for command in command_in.findall(file.read_text())}
+        self.assertGreater(len(commands), 5)
+        for command in sorted(commands):
+            self.assertTrue(os.access(st.PROJECT / command, os.X_OK), command)
 
 
 class DefaultBrake(st.TestCase):
