@@ -574,19 +574,9 @@ class Report:
             own = [(float(row["parameter"]), float(row[FREQUENCY]), float(row[GROWTH]), float(row.get(GROWTH_ERROR) or 0)) for row in rows]
             return sorted(own + on_branch, key=lambda point: point[0])
 
-        def bars_along(at, bars):
-            """Critical points have no bar of a growth rate: that between their neighbours, as bands follow branches."""
-            known = [(x, bar) for x, bar in zip(at, bars) if bar is not None]
-
-            def between(x):
-                before = max((point for point in known if point[0] <= x), default=known[0])
-                after = min((point for point in known if point[0] >= x), default=known[-1])
-                share = (x - before[0]) / (after[0] - before[0]) if after[0] > before[0] else 0
-                return before[1] + share * (after[1] - before[1])
-
-            return [between(x) if bar is None else bar for x, bar in zip(at, bars)]
-
         def draw(pyplot):
+            import numpy  # matplotlib is there, and needs it
+
             pyplot.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
             figure, (upper, lower) = pyplot.subplots(2, 1, sharex=True, figsize=(9, 8), layout="constrained")
             for rows in branches.values():
@@ -597,7 +587,9 @@ class Report:
                 upper.plot(x, frequency, **look)
                 lower.plot(x, growth, **look)
                 if grows and any(bars):
-                    bars = bars_along(x, bars)
+                    # Critical points have no bar of their own: that between their neighbours, as bands follow branches.
+                    known = [(at, bar) for at, bar in zip(x, bars) if bar is not None]
+                    bars = numpy.interp(x, *zip(*known))
                     lower.fill_between(x, [g - b for g, b in zip(growth, bars)], [g + b for g, b in zip(growth, bars)],
                                        color=look["color"], alpha=0.2, linewidth=0, zorder=1)
             for row in critical:
