@@ -1,3 +1,4 @@
+#include <squeal/base/text.h>
 #include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/eigen/ritz.h>
@@ -176,10 +177,9 @@ namespace squeal
 
   namespace
   {
-    /// Gives each mode its left vector out of the adjoint problem's pairs: Q(l)^T y = 0 with the
-    /// same l. Partners are the nearest eigenvalues.
-    void attach_nearest(const QuadraticEigenproblem &problem, const EigenPairs &adjoint_pairs,
-                        EigenPairs &modes)
+    /// Of the adjoint problem's pairs those with the eigenvalues nearest to the modes', in their
+    /// order: Q(l)^T y = 0 with the same l.
+    EigenPairs partners_of(const EigenPairs &modes, const EigenPairs &adjoint_pairs)
     {
       const unsigned int n = modes.size();
       if (adjoint_pairs.size() < n)
@@ -187,9 +187,7 @@ namespace squeal
                               " eigenvalues where the problem has " + std::to_string(n) +
                               ": left vectors are missing.",
                           {Failure::left_vectors_missing});
-      attach_left_vectors(
-          problem, adjoint_pairs.select(nearest_partners(modes.lambda, adjoint_pairs.lambda)),
-          modes);
+      return adjoint_pairs.select(nearest_partners(modes.lambda, adjoint_pairs.lambda));
     }
 
     /// Without modes there is nothing to do; the left vectors of a self-adjoint problem are the
@@ -225,7 +223,7 @@ namespace squeal
     const EigenSolution found = refine_eigenpairs(adjoint, transposed, std::move(start),
                                                   modes.lambda, radius, true, options);
     solution.cost.n_solves += found.cost.n_solves;
-    attach_nearest(problem, found.modes, modes);
+    attach_left_vectors(problem, partners_of(modes, found.modes), modes);
   }
 
   void search_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
@@ -238,8 +236,28 @@ namespace squeal
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
     EigenSolution found = block_krylov_search(adjoint, transposed, search, options.progress);
     solution.cost.n_solves += found.cost.n_solves;
-    found.modes.backward_error = BackwardError(adjoint)(found.modes);
-    attach_nearest(problem, found.modes, solution.modes);
+    EigenPairs partners     = partners_of(solution.modes, found.modes);
+    partners.backward_error = BackwardError(adjoint)(partners);
+    // Where the space was exhausted by rounding, vectors that have eigenvalues to the last digit
+    // may have contact pressures that are noise.
+    EigensolverOptions refinement = options;
+    refinement.tolerance          = std::max(options.tolerance, search.tolerance);
+    const double worst =
+        *std::max_element(partners.backward_error.begin(), partners.backward_error.end());
+    if (worst > refinement.tolerance)
+    {
+      if (!search.region.is_disc()) // the factors are those of another problem
+        throw SolverError(text_of("The left vectors of the modes of the window have backward "
+                                  "errors up to ",
+                                  worst, "."),
+                          {Failure::modes_inaccurate});
+      EigenSolution refined =
+          refine_eigenpairs(adjoint, transposed, partners.right.real_span(), solution.modes.lambda,
+                            search.region.radius, true, refinement);
+      solution.cost.n_solves += refined.cost.n_solves;
+      partners = std::move(refined.modes);
+    }
+    attach_left_vectors(problem, std::move(partners), solution.modes);
   }
 
   void complete_left_vectors(const QuadraticEigenproblem &problem, EigenPairs &modes)

@@ -96,6 +96,9 @@ namespace squeal
           clear_multipliers(problem, columns);
           added.append(space.add(std::move(columns), {1e-10}));
         }
+        /// Of the columns that were @p added last keeps as many combinations as @p others, of the
+        /// other side, has columns: those with the largest products with M and these.
+        void keep_what_is_seen(MultiVector &added, const MultiVector &others);
         /// One step of inverse iteration from coordinates in the space.
         void iterate(const std::vector<Complex> &lambda, const std::vector<Complex> &coordinates);
       };
@@ -130,6 +133,19 @@ namespace squeal
       MultiVector newest_right, newest_left;
     };
 
+    void Search::Side::keep_what_is_seen(MultiVector &added, const MultiVector &others)
+    {
+      const unsigned int n = added.n_columns(), n_kept = others.n_columns();
+      const DenseMatrix seen(n_kept, n, inner_products(others, multiply(problem.M, added)));
+      DenseMatrix combinations(n, n);
+      gemm(true, 1, seen, seen, 0, combinations);
+      symmetric_eigen(combinations); // ascending
+      added = combine(added, some_columns(combinations, n - n_kept, n_kept).values, n_kept);
+      MultiVector basis = space.basis().columns(0, space.n_columns() - n);
+      basis.append(added);
+      space = SearchSpace(std::move(basis));
+    }
+
     void Search::expand(MultiVector of_right, MultiVector of_left)
     {
       const RowRange &rows   = right.problem.rows;
@@ -161,11 +177,12 @@ namespace squeal
           fill(v, left, w);
         else
           fill(w, right, v);
-      if (v.n_columns() != w.n_columns())
-        throw SolverError(
-            "The left and right vectors of the problem with frozen moduli span spaces "
-            "of different dimensions.",
-            {Failure::left_vectors_missing});
+      // F^{-1} M damps what oscillates quickly: where the spaces are nearly all there is, partners
+      // may bring nothing new. Then what the shorter side sees least gives way.
+      if (v.n_columns() > w.n_columns())
+        right.keep_what_is_seen(v, w);
+      else if (w.n_columns() > v.n_columns())
+        left.keep_what_is_seen(w, v);
       const unsigned int n = v.n_columns(), size = old + n;
       if (n == 0)
         return;

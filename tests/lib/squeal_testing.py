@@ -133,11 +133,12 @@ class TestCase(unittest.TestCase):
         for word in words:
             self.assertIn(word, result.stderr)
 
-    def analyse(self, settings, ranks=1, executable=SQUEAL, timeout=300):
+    def analyse(self, settings, ranks=1, executable=SQUEAL, timeout=300, environment=ENVIRONMENT):
         """Runs an analysis that must succeed; returns the directory of its results."""
         n_runs = len(list(self.directory.glob("run*.prm")))
         file = self.write(f"run{n_runs}.prm", settings)
-        result = run(file.name, ranks=ranks, directory=self.directory, executable=executable, timeout=timeout)
+        result = run(file.name, ranks=ranks, directory=self.directory, executable=executable, timeout=timeout,
+                     environment=environment)
         self.assertEqual(result.returncode, 0, f"{settings}\n{result.stdout}{result.stderr}")
         return self.directory / "output" / file.stem
 

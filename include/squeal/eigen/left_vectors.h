@@ -11,7 +11,8 @@ namespace squeal
   void add_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
                         double radius, const EigensolverOptions &options, EigenSolution &solution);
 
-  /// The same by a block Krylov search of the transposed problem.
+  /// The same by a block Krylov search of the transposed problem; refined if its vectors are not
+  /// accurate.
   void search_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
                            const BlockSearchOptions &search, const EigensolverOptions &options,
                            EigenSolution &solution);
