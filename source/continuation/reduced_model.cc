@@ -352,7 +352,10 @@ namespace squeal
     MultiVector added         = projection.basis.displacements(factors->solve(residuals));
     DenseMatrix products(added.n_columns(), added.n_columns(), inner_products(added, added));
     const double largest = std::sqrt(std::max(0., symmetric_eigen(products).back()));
-    projection.basis.append(std::move(added), std::max(ProjectionBasis::smallest, 1e-2 * largest));
+    // Something is to come of what fails, however little it fails by.
+    projection.basis.append(
+        std::move(added),
+        std::min(0.1 * largest, std::max(ProjectionBasis::smallest, 1e-2 * largest)));
     return dimension() > before;
   }
 

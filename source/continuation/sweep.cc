@@ -29,10 +29,11 @@ namespace squeal
     }
 
     Fields sweep_fields(const double value, const unsigned int branch, const ModeRow &row,
-                        const double overlap)
+                        const double overlap, const double reduction_error)
     {
       return Fields{{"parameter", value}, {"branch", number_of(branch)}} + modes_fields(row) +
-             Fields{{"overlap", overlap > 0 ? number(overlap) : ""}};
+             Fields{{"overlap", overlap > 0 ? number(overlap) : ""},
+                    {"reduction_error_1_per_s", reduction_error}};
     }
   } // namespace
 
@@ -218,6 +219,7 @@ namespace squeal
         {on_course(point.value, point.modes, point.branches, std::move(from_before), n_before),
          point.overlaps,
          {},
+         {},
          false,
          std::move(located)});
     located.clear();
@@ -230,6 +232,9 @@ namespace squeal
     stop.overlaps       = point.overlaps;
     stop.rows           = point.rows;
     stop.is_value       = true;
+    stop.reduction_errors.clear();
+    for (unsigned int j = 0; j < point.rows.size(); ++j)
+      stop.reduction_errors.push_back(study.uncertainty(point.modes, j));
     if (!estimator)
       write_course({});
   }
@@ -287,8 +292,8 @@ namespace squeal
   {
     const std::vector<ModeRow> &rows = stop.rows;
     for (unsigned int j = 0; j < rows.size(); ++j)
-      sweep_csv->add(
-          sweep_fields(stop.modes.value, stop.modes.branches[j], rows[j], stop.overlaps[j]));
+      sweep_csv->add(sweep_fields(stop.modes.value, stop.modes.branches[j], rows[j],
+                                  stop.overlaps[j], stop.reduction_errors[j]));
     const GrowthSummary summary(rows);
     log.line(
         formatted("  %14.6g   %5zu   %8u   ", stop.modes.value, rows.size(), summary.n_unstable) +
@@ -419,8 +424,8 @@ namespace squeal
     BranchPoint last;
     unsigned int n_done = 0;
     const bool resumed  = resume(last, n_done);
-    sweep_csv = std::make_unique<Table>(study.directory + "/sweep.csv", sweep_fields(0, 0, {}, 0),
-                                        study.comm, resumed);
+    sweep_csv           = std::make_unique<Table>(study.directory + "/sweep.csv",
+                                        sweep_fields(0, 0, {}, 0, 0), study.comm, resumed);
     if (wants_critical_values && !keeps_mesh)
       log.line("\nCritical values are not located: " + parameter +
                " changes the mesh. The log says between which values a growth rate changes its "

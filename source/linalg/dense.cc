@@ -1,6 +1,8 @@
 #include <squeal/base/errors.h>
 #include <squeal/linalg/dense.h>
 
+#include <deal.II/base/exceptions.h>
+
 #include <petscsys.h>
 
 #include <petscblaslapack.h>
@@ -12,15 +14,34 @@
 
 namespace squeal
 {
+  void gemm(const bool transpose_a, const unsigned int n_rows, const unsigned int n_columns,
+            const double alpha, const double *a, const unsigned int n, const double *b,
+            const double beta, double *c)
+  {
+    const PetscBLASInt lda = n_rows, m = transpose_a ? n_columns : n_rows,
+                       k = transpose_a ? n_rows : n_columns, n_products = n, one = 1;
+    if (m == 0 || n == 0 || k == 0)
+      return;
+    if (n == 1)
+    {
+      const PetscBLASInt width = n_columns;
+      BLASgemv_(transpose_a ? "T" : "N", &lda, &width, &alpha, a, &lda, b, &one, &beta, c, &one);
+    }
+    else if (transpose_a && m == 1) // a row is the same as the column B^T a
+      BLASgemv_("T", &k, &n_products, &alpha, b, &k, a, &one, &beta, c, &one);
+    else
+      BLASgemm_(transpose_a ? "T" : "N", "N", &m, &n_products, &k, &alpha, a, &lda, b, &k, &beta, c,
+                &m);
+  }
+
   void gemm(const bool transpose_a, const double alpha, const DenseMatrix &a, const DenseMatrix &b,
             const double beta, DenseMatrix &c)
   {
-    const PetscBLASInt m = c.n_rows, n = c.n_columns, k = b.n_rows;
-    if (m == 0 || n == 0 || k == 0)
-      return;
-    const PetscBLASInt lda = a.n_rows, ldb = b.n_rows, ldc = c.n_rows;
-    BLASgemm_(transpose_a ? "T" : "N", "N", &m, &n, &k, &alpha, a.values.data(), &lda,
-              b.values.data(), &ldb, &beta, c.values.data(), &ldc);
+    Assert(c.n_rows == (transpose_a ? a.n_columns : a.n_rows) && c.n_columns == b.n_columns &&
+               b.n_rows == (transpose_a ? a.n_rows : a.n_columns),
+           dealii::StandardExceptions::ExcMessage("Matrices do not fit."));
+    gemm(transpose_a, a.n_rows, a.n_columns, alpha, a.values.data(), b.n_columns, b.values.data(),
+         beta, c.values.data());
   }
 
   void add_multiple(const double factor, const double *x, const unsigned int n, double *y)

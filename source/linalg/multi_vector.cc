@@ -43,23 +43,6 @@ namespace squeal
     {
       MPI_Allreduce(MPI_IN_PLACE, values.data(), values.size(), MPI_DOUBLE, MPI_SUM, comm);
     }
-
-    /// C := alpha A B + beta C or, @p transposed, alpha A^T B + beta C; A has n_rows x n_columns,
-    /// and n columns of B and C lie together. A single one by gemv: gemm would first copy all of A.
-    void add_product(const bool transposed, const PetscBLASInt n_rows, const PetscBLASInt n_columns,
-                     const double alpha, const double *a, const PetscBLASInt n, const double *b,
-                     const double beta, double *c)
-    {
-      const PetscBLASInt m = transposed ? n_columns : n_rows, k = transposed ? n_rows : n_columns;
-      if (m == 0 || k == 0 || n == 0)
-        return;
-      const char *const operation = transposed ? "T" : "N";
-      const PetscBLASInt one      = 1;
-      if (n == 1)
-        BLASgemv_(operation, &n_rows, &n_columns, &alpha, a, &n_rows, b, &one, &beta, c, &one);
-      else
-        BLASgemm_(operation, "N", &m, &n, &k, &alpha, a, &n_rows, b, &k, &beta, c, &m);
-    }
   } // namespace
 
   MultiVector sum_entries(const RowRange &rows, const std::vector<PetscInt> &entry_rows,
@@ -124,12 +107,7 @@ namespace squeal
                                      const unsigned int first_b, const unsigned int n_b)
   {
     std::vector<double> result(std::size_t(n_a) * n_b);
-    if (n_a == 1) // a row: the same as a column of B^T a
-      add_product(true, b.n_local(), n_b, 1, b.column(first_b), 1, a.column(first_a), 0,
-                  result.data());
-    else
-      add_product(true, a.n_local(), n_a, 1, a.column(first_a), n_b, b.column(first_b), 0,
-                  result.data());
+    gemm(true, a.n_local(), n_a, 1, a.column(first_a), n_b, b.column(first_b), 0, result.data());
     sum_over_ranks(a.row_range().comm, result);
     return result;
   }
@@ -138,16 +116,16 @@ namespace squeal
                       const unsigned int n_columns)
   {
     MultiVector result(a.row_range(), n_columns);
-    add_product(false, a.n_local(), a.n_columns(), 1, a.data(), n_columns, coefficients.data(), 0,
-                result.data());
+    gemm(false, a.n_local(), a.n_columns(), 1, a.data(), n_columns, coefficients.data(), 0,
+         result.data());
     return result;
   }
 
   void subtract_combination(MultiVector &b, const MultiVector &a,
                             const std::vector<double> &coefficients)
   {
-    add_product(false, a.n_local(), a.n_columns(), -1, a.data(), b.n_columns(), coefficients.data(),
-                1, b.data());
+    gemm(false, a.n_local(), a.n_columns(), -1, a.data(), b.n_columns(), coefficients.data(), 1,
+         b.data());
   }
 
   DenseMatrix gram_matrix(const MultiVector &block)

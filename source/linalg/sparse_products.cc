@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <type_traits>
 
 namespace squeal
 {
@@ -22,14 +23,19 @@ namespace squeal
     {
       const unsigned int n_rows = block.n_local(), n = std::min(width, block.n_columns() - first);
       const double *const data = block.column(first);
-      if (n == width)
+      const auto copy          = [&](const auto n_copied)
+      {
         for (unsigned int i = 0; i < n_rows; ++i)
-          for (unsigned int c = 0; c < width; ++c)
+          for (unsigned int c = 0; c < n_copied; ++c)
             rows[i][c] = data[std::size_t(c) * n_rows + i];
+      };
+      if (n == width)
+        copy(std::integral_constant<unsigned int, width>()); // unrolled
       else
-        for (unsigned int i = 0; i < n_rows; ++i)
-          for (unsigned int c = 0; c < width; ++c)
-            rows[i][c] = c < n ? data[std::size_t(c) * n_rows + i] : 0;
+      {
+        std::fill(rows.begin(), rows.end(), Chunk{});
+        copy(n);
+      }
     }
 
     /// The way back.

@@ -513,14 +513,16 @@ namespace squeal
       space.basis = SearchSpace(rows);
     else if (n >= most_vectors)
     {
-      MultiVector last  = space.basis.basis().columns(n - most_kept, most_kept);
-      space.basis       = SearchSpace(std::move(last));
+      MultiVector last    = space.basis.basis().columns(n - most_kept, most_kept);
+      space.basis         = SearchSpace(std::move(last));
+      before.beyond_space = std::numeric_limits<double>::infinity();
       space.projections = space.of_contact = {};
     }
     constexpr Novelty any{1e-10};
-    // What the next state may lack anyway is not worth a vector, nor often a look.
+    // What the next state may lack anyway is not worth a vector; a state that is known to lie in
+    // the space is not projected again.
     const double shortest = std::max(any.shortest, problem.tolerance);
-    if (before.beyond_space > shortest || n == 0 || n >= most_vectors)
+    if (before.beyond_space > shortest)
       space.basis.add(result.state, {shortest});
     for (unsigned int correction = 0; correction < most_corrections; ++correction)
     {

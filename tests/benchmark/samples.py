@@ -10,15 +10,10 @@ tolerance of 1e-9: all modes there, growth rates within the samples' reduction e
 import argparse
 import random
 import re
-import sys
 import tempfile
 from pathlib import Path
 
-from sweep import FRICTION, PROJECT, run
-
-sys.path.insert(0, str(PROJECT / "tests/lib"))
-
-import squeal_testing as st  # noqa: E402
+from sweep import FRICTION, PROJECT, run, st
 
 EIGHT = ("Contact/Friction/Coefficient uniform 0.3 0.6", "Pads/Pressure uniform 0.5e6 1.5e6",
          "Pads/Material/Young modulus uniform 8e9 12e9", "Pads/Material/Poisson ratio uniform 0.25 0.35",

@@ -70,6 +70,7 @@ namespace squeal
       ModesOnCourse modes;
       std::vector<double> overlaps;
       std::vector<ModeRow> rows;
+      std::vector<double> reduction_errors;   ///< of the rows' eigenvalues, 1/s
       bool is_value                  = false; ///< it has rows in the table
       std::vector<Critical> critical = {};    ///< on the way to it
     };

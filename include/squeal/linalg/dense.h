@@ -33,7 +33,12 @@ namespace squeal
     }
   };
 
-  /// C := alpha A B + beta C (with A transposed on demand). C must have its size.
+  /// C := alpha A B + beta C (with A transposed on demand). A has n_rows x n_columns; columns lie
+  /// together, n of them in B and C. A single column or row by BLAS 2: gemm would first copy all of
+  /// the matrix.
+  void gemm(bool transpose_a, unsigned int n_rows, unsigned int n_columns, double alpha,
+            const double *a, unsigned int n, const double *b, double beta, double *c);
+  /// The same of matrices. C must have its size.
   void gemm(bool transpose_a, double alpha, const DenseMatrix &a, const DenseMatrix &b, double beta,
             DenseMatrix &c);
 
