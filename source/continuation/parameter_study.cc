@@ -71,11 +71,8 @@ namespace squeal
 
   double ParameterStudy::uncertainty(const EigenPairs &modes, const unsigned int j) const
   {
-    // A projected eigenvalue is of the first order in what the basis lacks, which its backward
-    // error in the whole norm hardly shows: it is known to the tolerance.
-    const double relative = tracker.is_whole(modes)
-                                ? modes.backward_error[j]
-                                : std::max(modes.backward_error[j], options.tolerance);
+    const double relative =
+        modes.projection_error.empty() ? modes.backward_error[j] : modes.projection_error[j];
     return modes.condition[j] * relative * std::abs(modes.lambda[j]);
   }
 

@@ -335,6 +335,24 @@ namespace squeal
     }
   }
 
+  void ReducedModel::observe(const ReducedPairs &before, const ReducedPairs &after)
+  {
+    if (before.lambda.empty())
+      return;
+    constexpr double rounding = 1e-13, forgotten = 0.1;
+    double largest = 1;
+    for (unsigned int i = 0; i < before.lambda.size(); ++i)
+      if (const Complex l = before.lambda[i]; is_in_window(l) && before.errors[i] > rounding)
+      {
+        double change = HUGE_VAL;
+        for (const Complex next : after.lambda)
+          change = std::min(change, std::abs(next - l));
+        if (std::isfinite(change))
+          largest = std::max(largest, change / (std::abs(l) * before.errors[i]));
+      }
+    amplification = std::max(largest, (1 - forgotten) * amplification);
+  }
+
   /// The residuals of pairs that fail, with a margin, so that the next parameters need none.
   MultiVector ReducedModel::residuals_to_correct(const ReducedPairs &x) const
   {
@@ -427,7 +445,9 @@ namespace squeal
     double last = HUGE_VAL, before_last = HUGE_VAL; // errors
     for (unsigned int n_corrections = 0;; ++n_corrections)
     {
+      const ReducedPairs before = std::move(x);
       solve_projected(x, y);
+      observe(before, x);
       const std::vector<unsigned int> best    = best_pairs(x),
                                       lacking = failing(x, best, largest_error);
       double worst                            = 0;
@@ -489,6 +509,8 @@ namespace squeal
         numbers.push_back(which[k]);
         modes.lambda.push_back(lambda[k]);
         modes.backward_error.push_back(x.errors[which[k]]);
+        constexpr double safety = 2; // for how W goes on to fall behind until the next correction
+        modes.projection_error.push_back(safety * amplification * x.errors[which[k]]);
       }
     const auto vectors_of = [&](const ReducedPairs &solutions)
     {

@@ -21,6 +21,7 @@ namespace squeal
     pick(backward_error, result.backward_error);
     pick(left_backward_error, result.left_backward_error);
     pick(condition, result.condition);
+    pick(projection_error, result.projection_error);
     pick(parity, result.parity);
     result.right = right.columns(numbers);
     if (left.n_columns() > 0)
@@ -36,6 +37,7 @@ namespace squeal
     join(others.backward_error, backward_error);
     join(others.left_backward_error, left_backward_error);
     join(others.condition, condition);
+    join(others.projection_error, projection_error);
     join(others.parity, parity);
     right.append(others.right);
     left.append(others.left);

@@ -4,7 +4,7 @@ The solver `dense` computes all eigenvalues and knows nothing of neighbouring va
 or took for another shows as a difference in number or value. What may come or go on the way: modes that become overdamped
 or oscillate again, that grow without oscillating, that come into the search disc by its sides, contacts that open, friction
 that turns round. Sweeps know an eigenvalue to some hundred times the tolerance of its backward error (test_sweep.py,
-test_long): 1e-10 gives 1e-7 here, near coalescence the root of it.
+test_long): 1e-10 gives 1e-7 here, near coalescence the root of it. How far each may be off, reduction_error_1_per_s, must hold.
 """
 
 import pathlib
@@ -64,11 +64,14 @@ class AgainstSingleRuns(st.TestCase):
         rows = st.read_table(directory / "sweep.csv")
         singles = {}
         for value in values:
-            own = [st.eigenvalue(row) for row in rows if row["parameter"] == value]
+            own = {st.eigenvalue(row): row["reduction_error_1_per_s"] for row in rows if row["parameter"] == value}
             singles[value] = (known or {}).get(value) or self.eigenvalues({**settings, parameter: value,
                                                                            "Eigenproblem/Solver": "dense"})
             with self.subTest(parameter=parameter, value=value):
-                self.assertSameModes(own, singles[value], tolerance, rounding)
+                self.assertSameModes(list(own), singles[value], tolerance, rounding)
+                for ours, theirs in self.pairs(list(own), singles[value]):
+                    error = own[ours] + max(rounding, 1e-10 * abs(theirs))  # the second one is of both solvers
+                    self.assertLessEqual(abs(ours - theirs), error, (ours, theirs))
         return singles
 
     def matrices(self, files):

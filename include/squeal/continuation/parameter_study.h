@@ -84,8 +84,8 @@ namespace squeal
     std::vector<unsigned int> nearest(const EigenPairs &modes,
                                       const std::vector<std::complex<double>> &expected) const;
 
-    /// What the solver may have done to an eigenvalue: condition times |l| times the backward
-    /// error; of a projected one at least the tolerance.
+    /// What the solver may have done to an eigenvalue, 1/s: condition times |l| times the backward
+    /// error, or that of the projection.
     double uncertainty(const EigenPairs &modes, unsigned int j) const;
 
     /// Eigenvalues and, by parameter, their derivatives; none where the terms cannot be

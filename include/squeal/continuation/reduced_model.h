@@ -161,6 +161,8 @@ namespace squeal
     /// Enlarges V by the first summands of the responses to forces.
     void add_responses(MultiVector forces, unsigned int n_summands);
     void solve_projected(ReducedPairs &x, ReducedPairs &y);
+    /// Takes note of how far a correction has moved the eigenvalues of the window.
+    void observe(const ReducedPairs &before, const ReducedPairs &after);
     /// The pairs with the smallest errors, as many as the expansion point has in the disc.
     std::vector<unsigned int> best_pairs(const ReducedPairs &solutions) const;
     EigenPairs make_modes(const ReducedPairs &x, const ReducedPairs &y,
@@ -210,6 +212,11 @@ namespace squeal
       MultiVector residuals; ///< of what is going to fail, by how errors have grown
     };
     Predictor predictor;
+    /// How far corrections have moved eigenvalues, by |l| times their backward errors before. To
+    /// the first order a projection is off by y^H r / y^H Q'(l) x with the residual r and the true
+    /// left vector y, of which only what W lacks counts: it grows with the distance from the
+    /// expansion point, and no norm of r shows it.
+    double amplification  = 10;
     unsigned int n_steady = 0; ///< solutions accepted since contacts opened or closed
   };
 } // namespace squeal

@@ -37,6 +37,9 @@ namespace squeal
     /// perturbation dQ of the operator moves l by at most condition |dQ| / |2 l|, |dQ| in the norm
     /// of M, to first order.
     std::vector<double> condition;
+    /// Of projected pairs: what the projection may have moved l by, relative to |l| and to the
+    /// condition.
+    std::vector<double> projection_error;
     std::vector<Parity> parity;
 
     unsigned int size() const
