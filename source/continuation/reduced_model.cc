@@ -350,7 +350,7 @@ namespace squeal
         if (std::isfinite(change))
           largest = std::max(largest, change / (std::abs(l) * before.errors[i]));
       }
-    amplification = std::max(largest, (1 - forgotten) * amplification);
+    amplification_ = std::max(largest, (1 - forgotten) * amplification_);
   }
 
   /// The residuals of pairs that fail, with a margin, so that the next parameters need none.
@@ -509,8 +509,6 @@ namespace squeal
         numbers.push_back(which[k]);
         modes.lambda.push_back(lambda[k]);
         modes.backward_error.push_back(x.errors[which[k]]);
-        constexpr double safety = 2; // for how W goes on to fall behind until the next correction
-        modes.projection_error.push_back(safety * amplification * x.errors[which[k]]);
       }
     const auto vectors_of = [&](const ReducedPairs &solutions)
     {

@@ -358,6 +358,14 @@ namespace squeal
         return std::nullopt;
       found.push_back(std::move(*of_part));
     }
+    // One half may have none to correct for long. Vectors drift on until the next correction.
+    constexpr double safety = 4;
+    double amplification    = 0;
+    for (const Part &part : parts)
+      amplification = std::max(amplification, part.reduced.amplification());
+    for (EigenPairs &of_part : found)
+      for (const double error : of_part.backward_error)
+        of_part.projection_error.push_back(safety * amplification * error);
     if (parts.size() == 1)
       return std::move(found.front());
     EigenPairs modes;

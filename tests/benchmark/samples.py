@@ -38,7 +38,7 @@ def check(file, samples, n, common):
     keys = [key for key in samples[0] if "/" in key]
     drawn = sorted(random.Random(1).sample(samples, min(n, len(samples))), key=lambda row: row["sample"])
     worst_of_bar, largest, others, beyond = 0, 0, 0, []
-    for row in drawn:
+    for n_done, row in enumerate(drawn, 1):
         with tempfile.TemporaryDirectory() as directory:
             run(file, *(f"{key}={row[key]!r}" for key in keys), *common, directory=directory)
             alone = st.read_table(Path(directory, "modes.csv"))
@@ -54,6 +54,8 @@ def check(file, samples, n, common):
         if len(branches) == len(alone):
             rates = sorted(mode["growth_rate_1_per_s"] for mode in alone)
             largest = max(largest, max(abs(a - b) / max(1, abs(b)) for a, b in zip(branches, rates)))
+        if n_done % 20 == 0:
+            print(f"  {n_done} of {len(drawn)}: at most {worst_of_bar:.2g} of the reduction error", flush=True)
     print(f"{len(drawn)} samples by themselves: {others} with another number of modes; {len(beyond)} beyond the reduction error "
           f"{beyond}, at most {worst_of_bar:.2g} of it; largest change of any growth rate {largest:.2g} (in 1/s, above 1/s relative)")
 

@@ -98,6 +98,15 @@ namespace squeal
       return projection.project(terms);
     }
 
+    /// How far corrections have moved eigenvalues, by |l| times their backward errors before. To
+    /// the first order a projection is off by y^H r / y^H Q'(l) x with the residual r and the true
+    /// left vector y, of which only what W lacks counts: it grows with the distance from the
+    /// expansion point, and no norm of r shows it.
+    double amplification() const
+    {
+      return amplification_;
+    }
+
     /// Modes in coordinates of now or of before the last enrichment as whole vectors.
     EigenPairs expand(const EigenPairs &modes) const;
     /// Coordinates of whole vectors of the span, as of modes before restart().
@@ -212,11 +221,7 @@ namespace squeal
       MultiVector residuals; ///< of what is going to fail, by how errors have grown
     };
     Predictor predictor;
-    /// How far corrections have moved eigenvalues, by |l| times their backward errors before. To
-    /// the first order a projection is off by y^H r / y^H Q'(l) x with the residual r and the true
-    /// left vector y, of which only what W lacks counts: it grows with the distance from the
-    /// expansion point, and no norm of r shows it.
-    double amplification  = 10;
+    double amplification_ = 10;
     unsigned int n_steady = 0; ///< solutions accepted since contacts opened or closed
   };
 } // namespace squeal
