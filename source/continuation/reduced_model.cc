@@ -350,7 +350,7 @@ namespace squeal
         if (std::isfinite(change))
           largest = std::max(largest, change / (std::abs(l) * before.errors[i]));
       }
-    amplification_ = std::max(largest, (1 - forgotten) * amplification_);
+    observed = std::max(largest, (1 - forgotten) * observed.value_or(0));
   }
 
   /// The residuals of pairs that fail, with a margin, so that the next parameters need none.

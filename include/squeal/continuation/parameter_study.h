@@ -85,7 +85,7 @@ namespace squeal
                                       const std::vector<std::complex<double>> &expected) const;
 
     /// What the solver may have done to an eigenvalue, 1/s: condition times |l| times the backward
-    /// error, or that of the projection.
+    /// error, or that of the projection, which is at least the tolerance.
     double uncertainty(const EigenPairs &modes, unsigned int j) const;
 
     /// Eigenvalues and, by parameter, their derivatives; none where the terms cannot be
