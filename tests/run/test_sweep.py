@@ -37,7 +37,7 @@ class Sweeps(st.TestCase):
 
     def test_coalescence(self):
         directory = self.analyse({**AT_REST, **NO_BARS, **st.PENALTY, "Sweep/Parameter": FRICTION, "Sweep/Values": "0 : 0.4 : 5",
-                                  "Sweep/Critical values": "true"})
+                                  "Sweep/Critical values": "true", "Eigenproblem/Tolerance": 1e-10})
         critical = [row for row in st.read_table(directory / "critical.csv") if row["kind"] == "coalescence"]
         self.assertGreater(len(critical), 0)
         mu_c = critical[0]["value"]
