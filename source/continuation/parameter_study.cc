@@ -71,9 +71,8 @@ namespace squeal
 
   double ParameterStudy::uncertainty(const EigenPairs &modes, const unsigned int j) const
   {
-    const double relative = modes.projection_error.empty()
-                                ? modes.backward_error[j]
-                                : std::max(modes.projection_error[j], options.tolerance);
+    const double relative =
+        modes.projection_error.empty() ? modes.backward_error[j] : modes.projection_error[j];
     return modes.condition[j] * relative * std::abs(modes.lambda[j]);
   }
 

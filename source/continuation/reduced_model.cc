@@ -350,7 +350,7 @@ namespace squeal
         if (std::isfinite(change))
           largest = std::max(largest, change / (std::abs(l) * before.errors[i]));
       }
-    observed = std::max(largest, (1 - forgotten) * observed.value_or(0));
+    largest_move = std::max(largest, (1 - forgotten) * largest_move);
   }
 
   /// The residuals of pairs that fail, with a margin, so that the next parameters need none.

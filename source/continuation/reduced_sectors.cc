@@ -365,7 +365,8 @@ namespace squeal
       amplification = std::max(amplification, part.reduced.amplification());
     for (EigenPairs &of_part : found)
       for (const double error : of_part.backward_error)
-        of_part.projection_error.push_back(safety * amplification * error);
+        of_part.projection_error.push_back(
+            std::max(safety * amplification * error, options.tolerance));
     if (parts.size() == 1)
       return std::move(found.front());
     EigenPairs modes;

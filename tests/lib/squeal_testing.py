@@ -55,6 +55,12 @@ TINY_BRAKE = {
     "Output/Fields": "none",
 }
 
+# 44 unknowns, of which one or two modes lie in the window.
+COARSE_STRIP = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 12, 1",
+                "Discretization/Degree": 1, "Discretization/Pad cells": "1, 4, 1", "Contact/Friction/Law": "falling",
+                "Contact/Friction/Decay speed": 2, "Pads/Material/Stiffness proportional damping": 1e-7,
+                "Eigenproblem/Maximum frequency": 20000, "Output/Fields": "none"}
+
 # Of reference.md's tables of the brake; the stage is added by the test.
 REFERENCE_BRAKE = {
     "Operation/Angular velocity": 5,

@@ -22,13 +22,8 @@ class Solvers(st.TestCase):
     def test_exhausted_space(self):
         """A mesh so small that the search runs out of new directions. What is left over is rounding, and once gave left
         vectors whose contact pressures, and so error bars, were noise."""
-        strip = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 12, 1",
-                 "Discretization/Pad cells": "1, 4, 1", "Discretization/Degree": 1, "Contact/Friction/Law": "falling",
-                 "Contact/Friction/Coefficient": 0.5, "Contact/Friction/Decay speed": 2,
-                 "Pads/Material/Stiffness proportional damping": 1e-7, "Eigenproblem/Maximum frequency": 20000,
-                 "Output/Fields": "none"}
         for pressure in ["uniform", "computed"]:
-            case = {**strip, "Contact/Steady pressure": pressure}
+            case = {**st.COARSE_STRIP, "Contact/Friction/Coefficient": 0.5, "Contact/Steady pressure": pressure}
             expected = self.modes({**case, "Eigenproblem/Solver": "dense"})
             self.assertEqual(len(expected), 1)
             for solver in SOLVERS:

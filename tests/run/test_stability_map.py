@@ -19,12 +19,7 @@ import squeal_testing as st  # noqa: E402
 ZIEGLER_MAP = st.PROJECT / "prm/theory/ziegler_map.prm"
 LOAD, DAMPING, FRICTION, SPEED = ("Matrices/Circulatory factor", "Matrices/Velocity factor", "Contact/Friction/Coefficient",
                                   "Operation/Angular velocity")
-STRIP = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 12, 1",
-         "Discretization/Degree": 1,
-         "Discretization/Pad cells": "1, 4, 1", "Contact/Friction/Law": "falling", "Contact/Friction/Coefficient": 0.6,
-         "Contact/Friction/Decay speed": 2, "Contact/Steady pressure": "uniform",
-         "Pads/Material/Stiffness proportional damping": 1e-7, "Eigenproblem/Maximum frequency": 20000,
-         "Output/Fields": "none"}
+STRIP = {**st.COARSE_STRIP, "Contact/Friction/Coefficient": 0.6, "Contact/Steady pressure": "uniform"}
 STRIP_MAP = {**STRIP, "Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.3 : 0.7 : 3",
              "Sweep/Second parameter": "Operation/Angular velocity", "Sweep/Second values": "1 : 3 : 3"}
 

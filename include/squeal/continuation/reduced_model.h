@@ -101,10 +101,10 @@ namespace squeal
     /// How far corrections have moved eigenvalues, by |l| times their backward errors before. To
     /// the first order a projection is off by y^H r / y^H Q'(l) x with the residual r and the true
     /// left vector y, of which only what W lacks counts: it grows with the distance from the
-    /// expansion point, and no norm of r shows it. 2.5 before any has been seen.
+    /// expansion point, and no norm of r shows it. 0 before any has been seen.
     double amplification() const
     {
-      return observed.value_or(2.5);
+      return largest_move;
     }
 
     /// Modes in coordinates of now or of before the last enrichment as whole vectors.
@@ -221,7 +221,7 @@ namespace squeal
       MultiVector residuals; ///< of what is going to fail, by how errors have grown
     };
     Predictor predictor;
-    std::optional<double> observed; ///< amplification
-    unsigned int n_steady = 0;      ///< solutions accepted since contacts opened or closed
+    double largest_move   = 0; ///< amplification()
+    unsigned int n_steady = 0; ///< solutions accepted since contacts opened or closed
   };
 } // namespace squeal
