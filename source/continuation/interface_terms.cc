@@ -5,12 +5,57 @@
 
 namespace squeal
 {
-  void InterfaceTerms::Entries::gather(const MPI_Comm comm)
+  namespace
   {
-    squeal::gather(rows, MPI_INT, comm);
-    squeal::gather(columns, MPI_INT, comm);
-    squeal::gather(values, MPI_DOUBLE, comm);
-  }
+    /// Entries that come in any order, of this rank at first.
+    struct CoupledEntries
+    {
+      struct Entry
+      {
+        int row, column;
+        double value;
+      };
+      std::vector<Entry> entries;
+
+      void add(const int row, const int column, const double value)
+      {
+        entries.push_back({row, column, value});
+      }
+
+      /// Those of all ranks by rows. Collective.
+      CompressedRows gathered(const unsigned int n_rows, const MPI_Comm comm)
+      {
+        MPI_Datatype type = MPI_DATATYPE_NULL;
+        MPI_Type_contiguous(sizeof(Entry), MPI_BYTE, &type);
+        MPI_Type_commit(&type);
+        gather(entries, type, comm);
+        MPI_Type_free(&type);
+        CompressedRows result;
+        result.begins.assign(n_rows + 1, 0);
+        for (const Entry &entry : entries)
+          ++result.begins[entry.row + 1];
+        std::partial_sum(result.begins.begin(), result.begins.end(), result.begins.begin());
+        result.resize(entries.size());
+        std::vector<PetscInt> next = result.begins;
+        for (const Entry &entry : entries)
+        {
+          const PetscInt place  = next[entry.row]++;
+          result.columns[place] = entry.column;
+          result.values[place]  = entry.value;
+        }
+        return result;
+      }
+    };
+
+    /// Calls visit(row, column, value).
+    template <typename Visit>
+    void for_entries(const CompressedRows &rows, const Visit &visit)
+    {
+      for (unsigned int row = 0; row + 1 < rows.begins.size(); ++row)
+        for (PetscInt k = rows.begins[row]; k < rows.begins[row + 1]; ++k)
+          visit(row, rows.columns[k], rows.values[k]);
+    }
+  } // namespace
 
   void InterfaceTerms::set_rows(std::vector<char> touched)
   {
@@ -42,24 +87,23 @@ namespace squeal
       for (const Changing &term : of_order)
         if (term.sorted->matrix == matrix)
           return term.sorted;
-    const auto result = std::make_shared<Sorted>();
-    result->matrix    = matrix;
-    for_entries(*matrix,
-                [&](const PetscInt row, const PetscInt column, const double value)
-                {
-                  const int r = number[row], c = number[column];
-                  if (r < 0 || c < 0)
-                    known = false;
-                  else
-                    (is_constraint[r]   ? result->of_constraints
-                     : is_constraint[c] ? result->of_pressures
-                                        : result->of_displacements)
-                        .add(r, c, value);
-                });
-    for (Entries *entries :
-         {&result->of_displacements, &result->of_pressures, &result->of_constraints})
-      entries->gather(whole.comm);
-    return result;
+    CoupledEntries of_displacements, of_pressures, of_constraints;
+    squeal::for_entries(*matrix,
+                        [&](const PetscInt row, const PetscInt column, const double value)
+                        {
+                          const int r = number[row], c = number[column];
+                          if (r < 0 || c < 0)
+                            known = false;
+                          else
+                            (is_constraint[r]   ? of_constraints
+                             : is_constraint[c] ? of_pressures
+                                                : of_displacements)
+                                .add(r, c, value);
+                        });
+    const auto gathered = [&](CoupledEntries &entries)
+    { return entries.gathered(n_rows(), whole.comm); };
+    return std::make_shared<Sorted>(Sorted{matrix, gathered(of_displacements),
+                                           gathered(of_pressures), gathered(of_constraints)});
   }
 
   bool InterfaceTerms::set_terms(const std::array<std::vector<Summand>, 3> &summands)
@@ -85,9 +129,12 @@ namespace squeal
   {
     std::vector<char> couples(n_rows());
     for (const Changing &term : changing[0])
-      for (std::size_t k = 0; k < term.sorted->of_constraints.values.size(); ++k)
-        if (!is_constraint[term.sorted->of_constraints.columns[k]])
-          couples[term.sorted->of_constraints.rows[k]] = 1;
+      for_entries(term.sorted->of_constraints,
+                  [&](const unsigned int row, const unsigned int column, double)
+                  {
+                    if (!is_constraint[column])
+                      couples[row] = 1;
+                  });
     std::vector<unsigned int> open;
     for (unsigned int r = 0; r < n_rows(); ++r)
       if (is_constraint[r] && !couples[r])
@@ -101,57 +148,41 @@ namespace squeal
     for (const Changing &term : changing[0])
       if (!(of_left ? term.sorted->of_pressures : term.sorted->of_constraints).values.empty())
         result.terms.emplace_back(term.coefficient, term.sorted->matrix);
-    if (result.terms == constraints.terms && !constraints.begins.empty())
+    if (result.terms == constraints.terms && !constraints.rows.empty())
       return false;
-    const unsigned int n_rows = rows_.size();
-    std::vector<int> place(n_rows, -1);
-    const auto for_all = [&](const auto &visit)
-    {
-      for (const Changing &term : changing[0])
-      {
-        const Entries &entries = of_left ? term.sorted->of_pressures : term.sorted->of_constraints;
-        for (std::size_t k = 0; k < entries.values.size(); ++k)
-        {
-          const int constraint = of_left ? entries.columns[k] : entries.rows[k],
-                    row        = of_left ? entries.rows[k] : entries.columns[k];
-          if (const double value = term.coefficient * entries.values[k];
-              !is_constraint[row] && value != 0)
-            visit(constraint, row, value);
-        }
-      }
-    };
-    result.begins.assign(n_rows + 1, 0);
-    for_all(
-        [&](const int constraint, const int row, double)
-        {
-          ++result.begins[row + 1];
-          if (place[constraint] < 0)
-          {
-            place[constraint] = result.rows.size();
-            result.rows.push_back(constraint);
-          }
-        });
-    std::partial_sum(result.begins.begin(), result.begins.end(), result.begins.begin());
-    result.entries.resize(result.begins.back());
-    std::vector<unsigned int> next = result.begins;
-    for_all(
-        [&](const int constraint, const int row, const double value) {
-          result.entries[next[row]++] = {place[constraint], value};
-        });
-    if (result.rows == constraints.rows && result.begins == constraints.begins &&
-        result.entries == constraints.entries)
+    std::vector<int> place(n_rows(), -1);
+    CoupledEntries entries;
+    for (const Changing &term : changing[0])
+      for_entries(of_left ? term.sorted->of_pressures : term.sorted->of_constraints,
+                  [&](const unsigned int row, const unsigned int column, const double value)
+                  {
+                    const unsigned int constraint   = of_left ? column : row,
+                                       displacement = of_left ? row : column;
+                    if (is_constraint[displacement] || term.coefficient * value == 0)
+                      return;
+                    if (place[constraint] < 0)
+                    {
+                      place[constraint] = result.rows.size();
+                      result.rows.push_back(constraint);
+                    }
+                    entries.add(displacement, place[constraint], term.coefficient * value);
+                  });
+    result.transposed       = entries.gathered(n_rows(), MPI_COMM_SELF); // all ranks have all
+    const CompressedRows &c = result.transposed;
+    if (result.rows == constraints.rows && c.begins == constraints.transposed.begins &&
+        c.columns == constraints.transposed.columns && c.values == constraints.transposed.values)
     {
       constraints.terms = std::move(result.terms);
       return false;
     }
-    DenseMatrix squares(result.rows.size(), result.rows.size());
-    for (unsigned int row = 0; row < n_rows; ++row)
-      result.for_entries(row,
-                         [&](const unsigned int k, const double value)
-                         {
-                           result.for_entries(row, [&](const unsigned int i, const double other)
-                                              { squares(i, k) += value * other; });
-                         });
+    DenseMatrix squares(result.rows.size(), result.rows.size()); // the upper half
+    for (unsigned int row = 0; row < n_rows(); ++row)
+      for (PetscInt i = c.begins[row]; i < c.begins[row + 1]; ++i)
+        for (PetscInt k = i; k < c.begins[row + 1]; ++k)
+        {
+          const auto [first, last] = std::minmax(c.columns[i], c.columns[k]);
+          squares(first, last) += (first == last && i != k ? 2 : 1) * c.values[i] * c.values[k];
+        }
     result.squares =
         PositiveFactors(std::move(squares), "the product of the contact's constraints");
     constraints = std::move(result);
@@ -160,15 +191,8 @@ namespace squeal
 
   DenseMatrix InterfaceTerms::Constraints::violations(const DenseMatrix &at_rows) const
   {
-    const unsigned int m = at_rows.n_rows;
-    DenseMatrix result(m, rows.size());
-    for (unsigned int r = 0; r < begins.size() - 1; ++r)
-      for_entries(r,
-                  [&](const unsigned int k, const double value)
-                  {
-                    add_multiple(value, &at_rows.values[std::size_t(r) * m], m,
-                                 &result.values[std::size_t(k) * m]);
-                  });
+    DenseMatrix result(at_rows.n_rows, rows.size());
+    add_transposed_product(1, transposed, at_rows, result);
     return result;
   }
 
@@ -177,20 +201,13 @@ namespace squeal
     DenseMatrix violation = violations(at_rows);
     for (double &value : violation.values)
       value *= -1;
-    return transposed(squares.solve(transposed(violation)));
+    return squeal::transposed(squares.solve(squeal::transposed(violation)));
   }
 
   DenseMatrix InterfaceTerms::Constraints::forces_of(const DenseMatrix &pressures) const
   {
-    const unsigned int m = pressures.n_rows;
-    DenseMatrix result(m, begins.size() - 1);
-    for (unsigned int r = 0; r < begins.size() - 1; ++r)
-      for_entries(r,
-                  [&](const unsigned int k, const double value)
-                  {
-                    add_multiple(value, &pressures.values[std::size_t(k) * m], m,
-                                 &result.values[std::size_t(r) * m]);
-                  });
+    DenseMatrix result(pressures.n_rows, transposed.begins.size() - 1);
+    add_product(1, transposed, pressures, result);
     return result;
   }
 
@@ -209,20 +226,21 @@ namespace squeal
     const unsigned int n = constrained.size(), m = at_rows.n_rows;
     DenseMatrix compliance(n, n), gaps(n, m);
     for (const Changing &term : changing[0])
-      for (const Entries *entries : {&term.sorted->of_constraints, &term.sorted->of_pressures})
-        for (std::size_t k = 0; k < entries->values.size(); ++k)
-        {
-          const int row      = of_left ? entries->columns[k] : entries->rows[k],
-                    column   = of_left ? entries->rows[k] : entries->columns[k];
-          const double value = term.coefficient * entries->values[k];
-          if (!is_constraint[row])
-            continue;
-          if (is_constraint[column])
-            compliance(place[row], place[column]) -= value;
-          else
-            for (unsigned int j = 0; j < m; ++j)
-              gaps(place[row], j) += value * at_rows(j, column);
-        }
+      for (const CompressedRows *entries :
+           {&term.sorted->of_constraints, &term.sorted->of_pressures})
+        for_entries(*entries,
+                    [&](const unsigned int i, const unsigned int k, const double of_matrix)
+                    {
+                      const unsigned int row = of_left ? k : i, column = of_left ? i : k;
+                      const double value = term.coefficient * of_matrix;
+                      if (!is_constraint[row])
+                        return;
+                      if (is_constraint[column])
+                        compliance(place[row], place[column]) -= value;
+                      else
+                        for (unsigned int j = 0; j < m; ++j)
+                          gaps(place[row], j) += value * at_rows(j, column);
+                    });
     const DenseMatrix pressures = squeal::solve(std::move(compliance), std::move(gaps));
     for (unsigned int k = 0; k < n; ++k)
       for (unsigned int j = 0; j < m; ++j)
@@ -230,15 +248,12 @@ namespace squeal
     return result;
   }
 
-  void InterfaceTerms::apply(const double factor, const Entries &entries,
-                             const DenseMatrix &at_rows, DenseMatrix &result)
+  void InterfaceTerms::apply(const double factor, const CompressedRows &entries,
+                             const DenseMatrix &at_rows, DenseMatrix &result) const
   {
-    const unsigned int m = at_rows.n_rows;
     if (result.values.empty())
-      result = DenseMatrix(m, at_rows.n_columns);
-    for (std::size_t k = 0; k < entries.values.size(); ++k)
-      add_multiple(factor * entries.values[k], &at_rows.values[std::size_t(entries.columns[k]) * m],
-                   m, &result.values[std::size_t(entries.rows[k]) * m]);
+      result = DenseMatrix(at_rows.n_rows, n_rows());
+    add_product(factor, entries, at_rows, result);
   }
 
   DenseMatrix InterfaceTerms::forces(const unsigned int order, const DenseMatrix &at_rows) const
@@ -257,18 +272,18 @@ namespace squeal
   DenseMatrix InterfaceTerms::forces_of_pressures(const Matrix &matrix,
                                                   const DenseMatrix &pressures) const
   {
-    Entries entries;
-    for_entries(matrix,
-                [&](const PetscInt row, const PetscInt column, const double value)
-                {
-                  const int r = number[row], c = number[column];
-                  if (r >= 0 && c >= 0 && is_constraint[c])
-                    entries.add(r, c, value);
-                });
-    entries.gather(whole.comm);
+    CoupledEntries entries;
+    squeal::for_entries(matrix,
+                        [&](const PetscInt row, const PetscInt column, const double value)
+                        {
+                          const int r = number[row], c = number[column];
+                          if (r >= 0 && c >= 0 && is_constraint[c])
+                            entries.add(r, c, value);
+                        });
+    const CompressedRows gathered = entries.gathered(n_rows(), whole.comm);
     DenseMatrix result;
-    if (!entries.values.empty())
-      apply(1, entries, pressures, result);
+    if (!gathered.values.empty())
+      apply(1, gathered, pressures, result);
     return result;
   }
 

@@ -308,8 +308,8 @@ namespace squeal
                        });
   }
 
-  /// Where velocity terms only damp, more of them make Q(-R) less and Q(R) more definite: with the
-  /// least and with the most of them definite is definite with all between.
+  /// Where velocity terms only damp, more of them make Q(-R) less definite: definite with the most
+  /// of them is definite with less.
   bool ReducedSectors::survey(const Strengths &now, const unsigned int n_constraints)
   {
     if (!is_expansion_definite)
@@ -319,25 +319,38 @@ namespace squeal
       return false;
     const bool only_damps = std::none_of(parts.begin(), parts.end(),
                                          [](const Part &part) { return may_excite(part.terms); });
-    Surveyed ahead{now, now};
-    std::map<Origin, double> factors;
-    for (auto &[kind, size] : ahead.to)
-      if (only_damps && kind.second == 1)
-      {
-        const double at_first = size_in(surveyed.front().from, kind);
-        ahead.from[kind]      = at_first;
-        constexpr double far  = 30;
-        factors[kind.first]   = size > at_first ? far : size < at_first ? 1 / far : 1;
-        size *= factors[kind.first];
-      }
-    // Rather two or three symmetric factorisations than a full solution
-    if (!only_damps || !is_definite_on_rim(&Part::terms, n_constraints, factors))
+    double of_all         = 0;
+    for (const auto &[kind, size] : now)
+      if (kind.second == 1)
+        of_all += size;
+    // What has grown from little may go on to a tenth of the others.
+    constexpr double far = 30, of_others = 0.1;
+    for (const double least : {of_others * of_all, 0.})
     {
-      if (!is_definite_on_rim(&Part::terms, n_constraints, {}))
-        return false;
-      ahead.to = now;
+      if (!only_damps)
+        break;
+      Surveyed ahead{now, now};
+      std::map<Origin, double> factors;
+      for (auto &[kind, size] : ahead.to)
+        if (kind.second == 1)
+        {
+          const double at_first = size_in(surveyed.front().from, kind);
+          ahead.from[kind]      = at_first;
+          factors[kind.first]   = size > at_first   ? std::max(far, least / size)
+                                  : size < at_first ? 1 / far
+                                                    : 1;
+          size *= factors[kind.first];
+        }
+      if (is_definite_on_rim(&Part::terms, n_constraints, factors))
+      {
+        surveyed.push_back(std::move(ahead));
+        return true;
+      }
     }
-    surveyed.push_back(std::move(ahead));
+    // Rather a few symmetric factorisations than a full solution
+    if (!is_definite_on_rim(&Part::terms, n_constraints, {}))
+      return false;
+    surveyed.push_back({now, now});
     return true;
   }
 

@@ -21,8 +21,8 @@ namespace squeal
     public:
       explicit SymmetricParts(const QuadraticEigenproblem &problem)
           : rows(problem.rows), n_constraints(problem.n_constraints),
-            may_excite(problem.may_excite && problem.P), by_order{{{{1., problem.Q}},
-                                                                   {{1., problem.P}},
+            may_excite(problem.may_excite && problem.P), by_order{{{{1., problem.Q, true}},
+                                                                   {{1., problem.P, true}},
                                                                    {{1., problem.M}}}}
       {
       }
@@ -30,9 +30,17 @@ namespace squeal
                      const unsigned int n_constraints)
           : rows(rows), n_constraints(n_constraints), may_excite(squeal::may_excite(terms))
       {
+        const auto is_symmetric = [&](const Term &term)
+        {
+          return std::any_of(terms.begin(), terms.end(),
+                             [&](const Term &other) {
+                               return other.matrix == term.matrix && other.order != 1 &&
+                                      is_conservative(other.origin);
+                             });
+        };
         for (const Term &term : terms)
           if (term.matrix && *term.matrix && term.coefficient != 0)
-            by_order[term.order].push_back({term.coefficient, *term.matrix});
+            by_order[term.order].push_back({term.coefficient, *term.matrix, !is_symmetric(term)});
       }
 
       /// Negative eigenvalues of the symmetric part of Q(s), s real, beyond one per constraint.
@@ -51,11 +59,20 @@ namespace squeal
     private:
       unsigned int n_negative(const std::array<double, 3> &factors, const std::string &name) const
       {
-        std::vector<Summand> summands;
+        std::vector<Summand> summands; // one for each matrix
         for (unsigned int order = 0; order < 3; ++order)
           for (const Summand &summand : by_order[order])
-            if (factors[order] != 0)
-              summands.push_back({factors[order] * summand.coefficient / 2, summand.matrix, true});
+          {
+            const double coefficient =
+                factors[order] * summand.coefficient / (summand.transposed_too ? 2 : 1);
+            const auto same =
+                std::find_if(summands.begin(), summands.end(),
+                             [&](const Summand &other) { return other.matrix == summand.matrix; });
+            if (same != summands.end())
+              same->coefficient += coefficient;
+            else
+              summands.push_back({coefficient, summand.matrix, summand.transposed_too});
+          }
         return Factorization(sum_of(rows, summands), Factorization::Kind::ldlt, name)
             .inertia()
             .negative;
@@ -64,7 +81,7 @@ namespace squeal
       const RowRange rows;
       const unsigned int n_constraints;
       const bool may_excite;
-      std::array<std::vector<Summand>, 3> by_order;
+      std::array<std::vector<Summand>, 3> by_order; ///< with the transpose: those not symmetric
     };
 
     /// (m^2 M + m (P + 2 s M) + Q(s)) x = 0 with l = s + m.
@@ -213,8 +230,12 @@ namespace squeal
   {
     const double R = search_radius(max_imaginary);
     const SymmetricParts parts(rows, terms, n_constraints);
-    return parts.n_negative_at(-R) == 0 && parts.n_negative_at(R) == 0 &&
-           parts.n_exciting(std::sqrt(R * R - max_imaginary * max_imaginary)) == 0;
+    if (parts.n_negative_at(-R) > 0)
+      return false;
+    // What only damps makes the real parts larger at R than at -R.
+    return !may_excite(terms) ||
+           (parts.n_negative_at(R) == 0 &&
+            parts.n_exciting(std::sqrt(R * R - max_imaginary * max_imaginary)) == 0);
   }
 
   GrowthSigns signs_of_growth(const QuadraticEigenproblem &problem,

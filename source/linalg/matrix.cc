@@ -1,3 +1,4 @@
+#include <squeal/linalg/compressed_rows.h>
 #include <squeal/linalg/multi_vector.h>
 
 #include <petscsys.h>
@@ -187,14 +188,14 @@ namespace squeal
   {
     if (a.values.empty())
       return {};
-    Matrix matrix = make_matrix(small_rows(a.n_rows), std::vector<PetscInt>(a.n_rows, a.n_columns),
-                                std::vector<PetscInt>(a.n_rows, 0));
-    std::vector<PetscInt> numbers(a.n_rows);
-    std::iota(numbers.begin(), numbers.end(), 0);
-    const DenseMatrix by_row = transposed(a);
-    SQUEAL_PETSC(MatSetValues(matrix, a.n_rows, numbers.data(), a.n_columns, numbers.data(),
-                              by_row.values.data(), INSERT_VALUES));
-    compress(matrix);
-    return matrix;
+    CompressedRows rows;
+    rows.reserve(a.values.size());
+    for (unsigned int i = 0; i < a.n_rows; ++i)
+    {
+      for (unsigned int j = 0; j < a.n_columns; ++j)
+        rows.add(j, a(i, j));
+      rows.end_row();
+    }
+    return make_matrix(small_rows(a.n_rows), std::move(rows));
   }
 } // namespace squeal

@@ -48,20 +48,28 @@ namespace squeal
           data[std::size_t(c) * n_rows + i] = rows[i][c];
     }
 
-    /// A sequential AIJ matrix.
+    /// Rows one after the other, which somebody else keeps.
     class Csr
     {
     public:
-      explicit Csr(Mat mat) : rows(mat) {}
+      explicit Csr(const SequentialRows &rows)
+          : n_rows(rows.n_rows), begins(rows.begins), columns(rows.columns), values(rows.values)
+      {
+      }
+      explicit Csr(const CompressedRows &rows)
+          : n_rows(rows.begins.size() - 1), begins(rows.begins.data()),
+            columns(rows.columns.data()), values(rows.values.data())
+      {
+      }
 
       void add_product(const Chunk *x, Chunk *y) const
       {
-        add_product(rows.n_rows, rows.begins, rows.columns, rows.values, x, y);
+        add_product(n_rows, begins, columns, values, x, y);
       }
 
       void add_transposed_product(const Chunk *x, Chunk *y) const
       {
-        add_transposed_product(rows.n_rows, rows.begins, rows.columns, rows.values, x, y);
+        add_transposed_product(n_rows, begins, columns, values, x, y);
       }
 
     private:
@@ -75,7 +83,8 @@ namespace squeal
       add_transposed_product(PetscInt n_rows, const PetscInt *begins, const PetscInt *columns,
                              const PetscScalar *values, const Chunk *x, Chunk *y);
 
-      const SequentialRows rows;
+      const PetscInt n_rows, *const begins, *const columns;
+      const PetscScalar *const values;
     };
 
     void Csr::add_product(const PetscInt n_rows, const PetscInt *begins, const PetscInt *columns,
@@ -213,8 +222,10 @@ namespace squeal
         SQUEAL_PETSC(MatMPIAIJGetSeqAIJ(matrix.stored(), &own, &coupling, &ghosts));
         SQUEAL_PETSC(MatGetSize(coupling, nullptr, &n_ghosts));
       }
-      const Csr own_rows(own);
-      const std::unique_ptr<Csr> coupled = coupling ? std::make_unique<Csr>(coupling) : nullptr;
+      const SequentialRows of_own(own);
+      const auto of_coupling = coupling ? std::make_unique<SequentialRows>(coupling) : nullptr;
+      const Csr own_rows(of_own);
+      const auto coupled = coupling ? std::make_unique<Csr>(*of_coupling) : nullptr;
       const std::unique_ptr<GhostRows> ghost_rows =
           coupling ? std::make_unique<GhostRows>(block.row_range(), ghosts, n_ghosts) : nullptr;
       Chunks x(n_rows), y(n_rows);
@@ -243,6 +254,44 @@ namespace squeal
       return result;
     }
   } // namespace
+
+  namespace
+  {
+    void add_product_of_rows(const double c, const CompressedRows &a, const bool transposed,
+                             const DenseMatrix &x, DenseMatrix &y)
+    {
+      const unsigned int m = x.n_rows;
+      const Csr rows(a);
+      Chunks of_x(x.n_columns), of_y(y.n_columns);
+      for (unsigned int first = 0; first < m; first += width)
+      {
+        const unsigned int n = std::min(width, m - first);
+        if (n < width)
+          std::fill(of_x.begin(), of_x.end(), Chunk{});
+        for (unsigned int k = 0; k < x.n_columns; ++k)
+          std::copy_n(&x.values[first + std::size_t(k) * m], n, of_x[k].begin());
+        std::fill(of_y.begin(), of_y.end(), Chunk{});
+        if (transposed)
+          rows.add_transposed_product(of_x.data(), of_y.data());
+        else
+          rows.add_product(of_x.data(), of_y.data());
+        for (unsigned int k = 0; k < y.n_columns; ++k)
+          for (unsigned int i = 0; i < n; ++i)
+            y.values[first + i + std::size_t(k) * m] += c * of_y[k][i];
+      }
+    }
+  } // namespace
+
+  void add_product(const double c, const CompressedRows &a, const DenseMatrix &x, DenseMatrix &y)
+  {
+    add_product_of_rows(c, a, false, x, y);
+  }
+
+  void add_transposed_product(const double c, const CompressedRows &a, const DenseMatrix &x,
+                              DenseMatrix &y)
+  {
+    add_product_of_rows(c, a, true, x, y);
+  }
 
   MultiVector multiply(const Matrix &matrix, const MultiVector &block)
   {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/linalg/compressed_rows.h>
 #include <squeal/linalg/multi_vector.h>
 
 #include <array>
@@ -38,15 +39,7 @@ namespace squeal
 
     private:
       friend class InterfaceTerms;
-      template <typename Visit>
-      void for_entries(const unsigned int row, const Visit &visit) const
-      {
-        for (unsigned int e = begins[row]; e < begins[row + 1]; ++e)
-          visit(entries[e].first, entries[e].second);
-      }
-      /// (constraint, value), by interface row; where those of each begin, and the end
-      std::vector<std::pair<unsigned int, double>> entries;
-      std::vector<unsigned int> begins;
+      CompressedRows transposed;  ///< C^T
       PositiveFactors squares;    ///< of C C^T
       std::vector<Summand> terms; ///< that C was found in
     };
@@ -113,28 +106,13 @@ namespace squeal
     void add_products(const DenseMatrix &a, const DenseMatrix &b, DenseMatrix &sum) const;
 
   private:
-    /// A list of entries on all ranks, numbered within the interface.
-    struct Entries
-    {
-      std::vector<int> rows, columns;
-      std::vector<double> values;
-
-      void add(const int row, const int column, const double value)
-      {
-        rows.push_back(row);
-        columns.push_back(column);
-        values.push_back(value);
-      }
-      /// Those of all ranks.
-      void gather(MPI_Comm comm);
-    };
-    /// The entries of a matrix, by what they couple.
+    /// The entries of a matrix on all ranks, numbered within the interface, by what they couple.
     struct Sorted
     {
       std::shared_ptr<const Matrix> matrix;
-      Entries of_displacements; ///< forces of displacements
-      Entries of_pressures;     ///< forces of pressures
-      Entries of_constraints;   ///< rows of constraints
+      CompressedRows of_displacements; ///< forces of displacements
+      CompressedRows of_pressures;     ///< forces of pressures
+      CompressedRows of_constraints;   ///< rows of constraints
     };
     /// A matrix that stays keeps its entries.
     struct Changing
@@ -147,8 +125,8 @@ namespace squeal
     /// Returns whether they have changed.
     bool find_constraints(bool of_left, Constraints &constraints) const;
     /// result += factor times entries times vectors.
-    static void apply(double factor, const Entries &entries, const DenseMatrix &at_rows,
-                      DenseMatrix &result);
+    void apply(double factor, const CompressedRows &entries, const DenseMatrix &at_rows,
+               DenseMatrix &result) const;
 
     RowRange whole;
     unsigned int n_local_constraints = 0;

@@ -32,8 +32,8 @@ namespace squeal
   /// wherever every real part x^H Q(l) x of displacements x was positive at l = -R and R before: it
   /// is so here, too, and on the way if terms change linearly. Of symmetric forces a real pair with
   /// one of its eigenvalues in the disc has x^H Q(-R) x < 0, and others that come in pass
-  /// x^H (Q - R^2 M) x = 0, which the count of the reference problem sees. Takes two LDL^T
-  /// factorisations, and a third if velocity terms may excite. Throws SolverError. Collective.
+  /// x^H (Q - R^2 M) x = 0, which the count of the reference problem sees. Takes one LDL^T
+  /// factorisation, and two more if velocity terms may excite. Throws SolverError. Collective.
   bool is_definite_on_rim(const RowRange &rows, const std::vector<Term> &terms,
                           unsigned int n_constraints, double max_imaginary);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/linalg/dense.h>
 #include <squeal/linalg/matrix.h>
 
 #include <algorithm>
@@ -159,6 +160,13 @@ namespace squeal
       values.resize(n_entries);
     }
   };
+
+  /// Y += c A X, where row k of X is column k of @p x and so for Y: a small matrix holds a vector
+  /// as a row.
+  void add_product(double c, const CompressedRows &a, const DenseMatrix &x, DenseMatrix &y);
+  /// Y += c A^T X.
+  void add_transposed_product(double c, const CompressedRows &a, const DenseMatrix &x,
+                              DenseMatrix &y);
 
   /// The arrays of a sequential AIJ matrix, read only.
   class SequentialRows
