@@ -224,10 +224,10 @@ namespace squeal
     const DenseMatrix &q = small_problem[0], &p = small_problem[1], &mass = small_problem[2];
     const bool damped                     = !p.values.empty();
     constexpr unsigned int max_iterations = 5;
-    // Of Q x. The eigenvalue's error is of the second order in it, the next one of the third;
-    // beyond the window modes need only be known.
-    const auto largest_residual = [&](const Complex l)
-    { return l.imag() <= max_imaginary ? 1e-11 : 1e-8; };
+    // Of Q x: far below the tolerance, though the eigenvalue's error is of the second order in it
+    // and the next one of the third. Beyond the window modes need only be known.
+    constexpr double known        = 1e-8;
+    const double largest_residual = std::clamp(1e-3 * tolerance, 1e-11, known);
     for (unsigned int k = 0; k < n; ++k)
     {
       std::vector<Complex> right_vector(m), left_vector(m);
@@ -249,8 +249,9 @@ namespace squeal
                          dot(left_vector, of_right.of_order[0]), l);
         if (!(std::abs(l) <= radius) || is_overdamped(l))
           return false;
-        if (length(of_right.residual(l)) <= largest_residual(l) * length(of_right.of_order[0]) &&
-            length(of_left.residual(l)) <= largest_residual(l) * length(of_left.of_order[0]))
+        const double largest = l.imag() <= max_imaginary ? largest_residual : known;
+        if (length(of_right.residual(l)) <= largest * length(of_right.of_order[0]) &&
+            length(of_left.residual(l)) <= largest * length(of_left.of_order[0]))
           break;
         if (iteration == max_iterations)
           return false;

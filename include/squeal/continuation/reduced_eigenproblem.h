@@ -25,8 +25,8 @@ namespace squeal
   class ReducedEigenproblem
   {
   public:
-    explicit ReducedEigenproblem(const double max_imaginary)
-        : max_imaginary(max_imaginary), radius(search_radius(max_imaginary))
+    ReducedEigenproblem(const double max_imaginary, const double tolerance)
+        : max_imaginary(max_imaginary), radius(search_radius(max_imaginary)), tolerance(tolerance)
     {
     }
 
@@ -51,7 +51,7 @@ namespace squeal
     /// Unit coordinates of Z v.
     void set_column(ReducedPairs &pairs, unsigned int k, const std::vector<Complex> &vector) const;
 
-    double max_imaginary, radius;
+    double max_imaginary, radius, tolerance;
     unsigned int dimension = 0;
     DenseMatrix kernel;                       ///< Z; empty: all coordinates
     std::array<DenseMatrix, 3> small_problem; ///< Z^T A Z by order

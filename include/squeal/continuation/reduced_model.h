@@ -34,7 +34,7 @@ namespace squeal
     };
 
     explicit ReducedModel(const EigensolverOptions &options, const Course course = Course::path)
-        : options(options), course(course), small(options.max_imaginary)
+        : options(options), course(course), small(options.max_imaginary, options.tolerance)
     {
     }
 
