@@ -323,19 +323,23 @@ namespace squeal
     for (const auto &[kind, size] : now)
       if (kind.second == 1)
         of_all += size;
+    Surveyed reached{now, now};
+    if (only_damps)
+      for (auto &[kind, size] : reached.from)
+        if (kind.second == 1)
+          size = size_in(surveyed.front().from, kind);
     // What has grown from little may go on to a tenth of the others.
     constexpr double far = 30, of_others = 0.1;
     for (const double least : {of_others * of_all, 0.})
     {
       if (!only_damps)
         break;
-      Surveyed ahead{now, now};
+      Surveyed ahead = reached;
       std::map<Origin, double> factors;
       for (auto &[kind, size] : ahead.to)
         if (kind.second == 1)
         {
-          const double at_first = size_in(surveyed.front().from, kind);
-          ahead.from[kind]      = at_first;
+          const double at_first = size_in(reached.from, kind);
           factors[kind.first]   = size > at_first   ? std::max(far, least / size)
                                   : size < at_first ? 1 / far
                                                     : 1;
@@ -350,7 +354,7 @@ namespace squeal
     // Rather a few symmetric factorisations than a full solution
     if (!is_definite_on_rim(&Part::terms, n_constraints, {}))
       return false;
-    surveyed.push_back({now, now});
+    surveyed.push_back(std::move(reached));
     return true;
   }
 
