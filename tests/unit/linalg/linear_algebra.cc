@@ -148,6 +148,55 @@ namespace squeal::tests::linear_algebra_tests
     CHECK_FALSE(add_in_place(rows, 1, B, A));
   }
 
+  TEST_CASE("linear_algebra: products with rows, of vectors that small matrices hold as rows")
+  {
+    // Small integers: exact. 7 rows, 5 columns, an empty row; 1, 8 and 19 vectors: less than a
+    // block of columns, one, and some more.
+    constexpr unsigned int n_rows = 7, n_columns = 5;
+    CompressedRows a;
+    DenseMatrix dense(n_rows, n_columns);
+    for (unsigned int i = 0; i < n_rows; ++i)
+    {
+      for (unsigned int k = 0; k < n_columns; ++k)
+        if (i != 3 && (i + 2 * k) % 3 != 0)
+        {
+          dense(i, k) = 1. + i - 2. * k;
+          a.add(k, dense(i, k));
+        }
+      a.end_row();
+    }
+    for (const unsigned int m : {1u, 8u, 19u})
+    {
+      DenseMatrix x(m, n_columns), y(m, n_rows), of_x(m, n_rows), of_y(m, n_columns);
+      for (unsigned int j = 0; j < m; ++j)
+      {
+        for (unsigned int k = 0; k < n_columns; ++k)
+          x(j, k) = of_y(j, k) = 3. * j - k;
+        for (unsigned int i = 0; i < n_rows; ++i)
+          y(j, i) = of_x(j, i) = 2. * i - j;
+      }
+      add_product(-2, a, x, of_x);
+      add_transposed_product(0.5, a, y, of_y);
+      for (unsigned int j = 0; j < m; ++j)
+      {
+        for (unsigned int i = 0; i < n_rows; ++i)
+        {
+          double expected = y(j, i);
+          for (unsigned int k = 0; k < n_columns; ++k)
+            expected -= 2 * dense(i, k) * x(j, k);
+          CHECK(of_x(j, i) == expected);
+        }
+        for (unsigned int k = 0; k < n_columns; ++k)
+        {
+          double expected = x(j, k);
+          for (unsigned int i = 0; i < n_rows; ++i)
+            expected += 0.5 * dense(i, k) * y(j, i);
+          CHECK(of_y(j, k) == expected);
+        }
+      }
+    }
+  }
+
   TEST_CASE("linear_algebra: empty summands and empty sums")
   {
     const RowRange rows = even_rows(5);
