@@ -319,36 +319,38 @@ namespace squeal
       return false;
     const bool only_damps = std::none_of(parts.begin(), parts.end(),
                                          [](const Part &part) { return may_excite(part.terms); });
-    double of_all         = 0;
-    for (const auto &[kind, size] : now)
-      if (kind.second == 1)
-        of_all += size;
     Surveyed reached{now, now};
     if (only_damps)
-      for (auto &[kind, size] : reached.from)
-        if (kind.second == 1)
-          size = size_in(surveyed.front().from, kind);
-    // What has grown from little may go on to a tenth of the others.
-    constexpr double far = 30, of_others = 0.1;
-    for (const double least : {of_others * of_all, 0.})
     {
-      if (!only_damps)
-        break;
-      Surveyed ahead = reached;
-      std::map<Origin, double> factors;
-      for (auto &[kind, size] : ahead.to)
+      double of_all = 0;
+      for (const auto &[kind, size] : now)
         if (kind.second == 1)
         {
-          const double at_first = size_in(reached.from, kind);
-          factors[kind.first]   = size > at_first   ? std::max(far, least / size)
-                                  : size < at_first ? 1 / far
-                                                    : 1;
-          size *= factors[kind.first];
+          of_all += size;
+          reached.from[kind] = size_in(surveyed.front().from, kind);
         }
-      if (is_definite_on_rim(&Part::terms, n_constraints, factors))
+      // What has grown from little may go on to a tenth of the others.
+      constexpr double far = 30, of_others = 0.1;
+      std::map<Origin, double> tried;
+      for (const double least : {of_others * of_all, 0.})
       {
-        surveyed.push_back(std::move(ahead));
-        return true;
+        Surveyed ahead = reached;
+        std::map<Origin, double> factors;
+        for (auto &[kind, size] : ahead.to)
+          if (kind.second == 1)
+          {
+            const double at_first = size_in(reached.from, kind);
+            factors[kind.first]   = size > at_first   ? std::max(far, least / size)
+                                    : size < at_first ? 1 / far
+                                                      : 1;
+            size *= factors[kind.first];
+          }
+        if (factors != tried && is_definite_on_rim(&Part::terms, n_constraints, factors))
+        {
+          surveyed.push_back(std::move(ahead));
+          return true;
+        }
+        tried = std::move(factors);
       }
     }
     // Rather a few symmetric factorisations than a full solution

@@ -253,10 +253,7 @@ namespace squeal
       }
       return result;
     }
-  } // namespace
 
-  namespace
-  {
     void add_product_of_rows(const double c, const CompressedRows &a, const bool transposed,
                              const DenseMatrix &x, DenseMatrix &y)
     {
