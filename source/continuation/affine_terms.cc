@@ -1,4 +1,5 @@
 #include <squeal/continuation/affine_terms.h>
+#include <squeal/eigen/inertia_count.h>
 
 #include <algorithm>
 #include <cmath>
@@ -140,6 +141,14 @@ namespace squeal
         sum.norm = longest_column(sum_of(rows, summands), rows);
         parts.push_back(std::move(sum));
       }
+    const MultiVector scattered = scattered_vector(rows);
+    for (unsigned int i = 0; i < parts.size(); ++i)
+    {
+      constexpr double rounding = 1e-14;
+      const MultiVector product = image(i, scattered);
+      parts[i].is_symmetric = largest_entry(difference(product, transposed_image(i, scattered))) <=
+                              rounding * largest_entry(product);
+    }
     return touched;
   }
 
@@ -211,6 +220,14 @@ namespace squeal
     MultiVector result(x.row_range(), x.n_columns());
     for (const auto &[coefficient, matrix] : parts[i].summands)
       result.add(coefficient, squeal::multiply(*matrix, x));
+    return result;
+  }
+
+  MultiVector AffineTerms::transposed_image(const unsigned int i, const MultiVector &x) const
+  {
+    MultiVector result(x.row_range(), x.n_columns());
+    for (const auto &[coefficient, matrix] : parts[i].summands)
+      result.add(coefficient, multiply_transposed(*matrix, x));
     return result;
   }
 

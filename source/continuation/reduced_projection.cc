@@ -17,6 +17,20 @@ namespace squeal
       return a;
     }
 
+    /// What is known of a block's rows, a column a row, with that of further columns below.
+    DenseMatrix with_rows_below(const DenseMatrix &known, const DenseMatrix &added)
+    {
+      DenseMatrix all(known.n_rows + added.n_rows, added.n_columns);
+      for (unsigned int j = 0; j < added.n_columns; ++j)
+      {
+        double *const to = all.values.data() + std::size_t(j) * all.n_rows;
+        std::copy_n(known.values.data() + std::size_t(j) * known.n_rows, known.n_rows, to);
+        std::copy_n(added.values.data() + std::size_t(j) * added.n_rows, added.n_rows,
+                    to + known.n_rows);
+      }
+      return all;
+    }
+
     std::vector<double> top_corner(const DenseMatrix &a, const unsigned int n)
     {
       std::vector<double> result;
@@ -56,8 +70,8 @@ namespace squeal
 
   void ReducedProjection::forget_images()
   {
-    n_imaged = 0;
-    images.assign(terms.size(), MultiVector(basis.rows, 0));
+    n_imaged   = 0;
+    right_rows = DenseMatrix();
     at_rows.assign(terms.size(), {});
     sketches.assign(terms.size(), DenseMatrix(ResidualSketch::n_directions, 0));
     for (auto &of_form : projected)
@@ -85,75 +99,60 @@ namespace squeal
     }
   }
 
+  /// Images are long, one for each matrix and vector: what is to be known of them is kept instead.
   void ReducedProjection::add_images()
   {
-    const unsigned int n_all = dimension(), n_new = n_all - n_imaged, n_matrices = terms.size();
-    MultiVector added = basis.right().columns(n_imaged, n_new);
+    const unsigned int n_all = dimension(), n_new = n_all - n_imaged, n_matrices = terms.size(),
+                       n_left = basis.left.n_columns();
+    MultiVector added         = basis.right().columns(n_imaged, n_new);
     clean(added);
     basis.space.replace(n_imaged, added);
-    // Rows of a block as columns, with those of new ones below
-    const auto with_rows_of = [&](const DenseMatrix &known, const MultiVector &block)
-    {
-      const DenseMatrix of_new = gather_rows(block, interface.rows());
-      DenseMatrix all(n_all, interface.n_rows());
-      for (unsigned int r = 0; r < interface.n_rows(); ++r)
-      {
-        if (n_imaged > 0)
-          std::copy_n(&known.values[std::size_t(r) * n_imaged], n_imaged,
-                      &all.values[std::size_t(r) * n_all]);
-        std::copy_n(&of_new.values[std::size_t(r) * n_new], n_new,
-                    &all.values[std::size_t(r) * n_all + n_imaged]);
-      }
-      return all;
-    };
     if (!sketch)
       sketch.emplace(basis.rows);
-    std::vector<MultiVector> of_new = terms.images(added);
-    MultiVector all_new(basis.rows, 0);
-    for (unsigned int i = 0; i < n_matrices; ++i)
+    right_rows = with_rows_below(right_rows, gather_rows(added, interface.rows()));
+    tests.rows = with_top(right_rows, gather_rows(basis.left, interface.rows()));
+
+    // V^T A V_new, W^T A V_new and V_old^T A^T V_new
+    std::vector<DenseMatrix> by_right(n_matrices, DenseMatrix(n_all, 0)),
+        by_left(n_matrices, DenseMatrix(n_left, 0)), by_old(n_matrices, DenseMatrix(n_imaged, 0));
+    constexpr unsigned int most_columns = 32;
+    for (unsigned int first = 0; first < n_new; first += most_columns)
     {
-      at_rows[i] = with_rows_of(at_rows[i], of_new[i]);
-      clear_rows(of_new[i], interface.rows());
-      images[i].append(of_new[i]);
-      all_new.append(of_new[i]);
+      const unsigned int n   = std::min(n_new - first, most_columns);
+      const MultiVector some = added.columns(first, n);
+      MultiVector images(basis.rows, 0);
+      for (const MultiVector &of_matrix : terms.images(some))
+        images.append(of_matrix);
+      // V is long: one product with it for all matrices.
+      const DenseMatrix of_right(n_all, images.n_columns(), inner_products(basis.right(), images)),
+          of_left(n_left, images.n_columns(), inner_products(basis.left, images));
+      const DenseMatrix inside = gather_rows(images, interface.rows());
+      clear_rows(images, interface.rows());
+      const DenseMatrix sketched = sketch->of(images);
+      for (unsigned int i = 0; i < n_matrices; ++i)
+      {
+        append(by_right[i], some_columns(of_right, i * n, n));
+        append(by_left[i], some_columns(of_left, i * n, n));
+        append(sketches[i], some_columns(sketched, i * n, n));
+        at_rows[i] = with_rows_below(at_rows[i], some_rows(inside, i * n, n));
+        if (n_imaged > 0 && !terms.is_symmetric(i))
+          append(by_old[i], DenseMatrix(n_imaged, n,
+                                        inner_products(basis.right(), 0, n_imaged,
+                                                       terms.transposed_image(i, some), 0, n)));
+      }
     }
-    of_new.clear();
-    // V is long: one product with it for all matrices.
-    const DenseMatrix sketches_of_new = sketch->of(all_new),
-                      by_right(n_all, all_new.n_columns(), inner_products(basis.right(), all_new)),
-                      by_left(basis.left.n_columns(), all_new.n_columns(),
-                              inner_products(basis.left, all_new));
-    right_rows                = with_rows_of(right_rows, added);
-    tests.rows                = with_top(right_rows, gather_rows(basis.left, interface.rows()));
-    const unsigned int n_left = basis.left.n_columns();
+
     for (unsigned int i = 0; i < n_matrices; ++i)
     {
-      append(sketches[i], some_columns(sketches_of_new, i * n_new, n_new));
-      // Rows of V^T A V or W^T A V, in columns from one on: what lies beside the interface, and
-      // the products there
-      const auto with_interface =
-          [&](DenseMatrix beside, const DenseMatrix &test_rows, const unsigned int column)
-      {
-        add(1, outer_product(test_rows, some_rows(at_rows[i], column, beside.n_columns)), beside);
-        return beside;
-      };
-      const auto block = [&](const unsigned int first, const unsigned int n,
-                             const unsigned int column, const unsigned int n_columns)
-      {
-        return with_interface(first == 0 && n_columns > 0
-                                  ? some_columns(by_right, i * n_new, n_new)
-                                  : DenseMatrix(n, n_columns,
-                                                inner_products(basis.right(), first, n, images[i],
-                                                               column, n_columns)),
-                              some_rows(right_rows, first, n), column);
-      };
-      projected[of_right][i] = grow(projected[of_right][i], n_all, block);
-      DenseMatrix top(n_left, n_all);
-      const DenseMatrix added_top = with_interface(some_columns(by_left, i * n_new, n_new),
-                                                   some_rows(tests.rows, 0, n_left), n_imaged);
-      for (unsigned int c = 0; c < n_all; ++c)
-        for (unsigned int r = 0; r < n_left; ++r)
-          top(r, c) = c < n_imaged ? projected[petrov][i](r, c) : added_top(r, c - n_imaged);
+      if (terms.is_symmetric(i))
+        by_old[i] = some_rows(by_right[i], 0, n_imaged);
+      projected[of_right][i] =
+          grow(projected[of_right][i], n_all,
+               [&](const unsigned int first, unsigned int, unsigned int, const unsigned int n)
+               { return first == 0 && n > 0 ? by_right[i] : transposed(by_old[i]); });
+      DenseMatrix top = some_columns(projected[petrov][i], 0, n_imaged);
+      top             = some_rows(top, 0, n_left);
+      append(top, by_left[i]);
       set_tests(i, top);
     }
     n_imaged = n_all;
@@ -177,7 +176,7 @@ namespace squeal
     projected[of_left][i] = std::move(whole);
   }
 
-  /// V^T A V becomes C^T V^T A V C, A V becomes A V C.
+  /// V^T A V becomes C^T V^T A V C; W is another: W^T A V = (A^T W)^T V.
   void ReducedProjection::turn(const DenseMatrix &c)
   {
     if (n_imaged < c.n_rows)
@@ -198,17 +197,15 @@ namespace squeal
     n_imaged                    = c.n_columns;
     for (unsigned int i = 0; i < terms.size(); ++i)
     {
-      images[i]  = combine(images[i], c.values, n_imaged);
       at_rows[i] = turned_rows(at_rows[i]);
       DenseMatrix sketched(ResidualSketch::n_directions, n_imaged);
       gemm(false, 1, sketches[i], c, 0, sketched);
-      sketches[i]            = std::move(sketched);
-      projected[of_right][i] = congruent(projected[of_right][i], c);
-      projected[of_left][i]  = DenseMatrix();
-      DenseMatrix of_left_vectors(left_rows.n_rows, n_imaged,
-                                  inner_products(basis.left, images[i]));
-      add(1, outer_product(left_rows, at_rows[i]), of_left_vectors);
-      set_tests(i, of_left_vectors);
+      sketches[i]                       = std::move(sketched);
+      projected[of_right][i]            = congruent(projected[of_right][i], c);
+      projected[of_left][i]             = DenseMatrix();
+      const MultiVector of_left_vectors = terms.transposed_image(i, basis.left);
+      set_tests(i, DenseMatrix(left_rows.n_rows, n_imaged,
+                               inner_products(of_left_vectors, basis.right())));
     }
   }
 
@@ -432,18 +429,23 @@ namespace squeal
 
   MultiVector ReducedProjection::residuals(const ReducedPairs &solutions) const
   {
-    const unsigned int n = solutions.lambda.size();
+    const unsigned int n  = solutions.lambda.size();
+    std::vector<double> c = solutions.re.values;
+    c.insert(c.end(), solutions.im.values.begin(), solutions.im.values.end());
+    const std::vector<MultiVector> images = terms.images(combine(basis.right(), c, 2 * n));
     MultiVector result(basis.rows, 2 * n);
     for (unsigned int i = 0; i < terms.size(); ++i)
-    {
-      DenseMatrix re, im;
-      scale_columns(solutions.re, solutions.im, factors_of(i, solutions.lambda), re, im);
-      std::vector<double> c = std::move(re.values);
-      c.insert(c.end(), im.values.begin(), im.values.end());
-      for (double &value : c)
-        value *= -1; // it is subtracted
-      subtract_combination(result, images[i], c);
-    }
+      for (unsigned int j = 0; j < n; ++j)
+      {
+        const Complex factor   = terms.factor(i, solutions.lambda[j]);
+        const double *const re = images[i].column(j), *const im = images[i].column(j + n);
+        for (unsigned int row = 0; row < basis.rows.n_local(); ++row)
+        {
+          const Complex x = factor * Complex(re[row], im[row]);
+          result.column(j)[row] += x.real();
+          result.column(j + n)[row] += x.imag();
+        }
+      }
     const auto inside = residuals_at_interface(solutions);
     for (unsigned int k = 0; k < 2 * n; ++k)
       for (unsigned int r = 0; r < interface.n_rows(); ++r)

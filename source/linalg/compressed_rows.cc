@@ -328,7 +328,7 @@ namespace squeal
       places.push_back(std::lower_bound(keys.begin(), keys.end(), place) - keys.begin());
       sums[places.back()] += value;
     }
-    recorded = {};
+    recorded = std::vector<std::pair<std::uint64_t, double>>(); // {} would keep its memory
     n_added  = places.size();
   }
 

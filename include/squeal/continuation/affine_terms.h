@@ -39,8 +39,15 @@ namespace squeal
     }
     /// A_i x.
     MultiVector image(unsigned int i, const MultiVector &x) const;
-    /// The same of all, with one product for each matrix that they consist of.
+    /// A_i^T x.
+    MultiVector transposed_image(unsigned int i, const MultiVector &x) const;
+    /// A_i x of all, with one product for each matrix that they consist of.
     std::vector<MultiVector> images(const MultiVector &x) const;
+    /// Whether A_i = A_i^T, to rounding.
+    bool is_symmetric(const unsigned int i) const
+    {
+      return parts[i].is_symmetric;
+    }
 
     using Summands = std::array<std::vector<InterfaceTerms::Summand>, 3>;
     /// Takes the coefficients of these terms. Returns what changes with the contact, by order.
@@ -84,6 +91,7 @@ namespace squeal
       Members members; ///< of one that varies the same matrix in all orders
       std::vector<InterfaceTerms::Summand> summands;
       double norm;
+      bool is_symmetric = false;
     };
     /// In the order of the terms: sums must not depend on addresses.
     static Members members_of(const std::vector<Term> &terms);
