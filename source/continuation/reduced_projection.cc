@@ -150,8 +150,7 @@ namespace squeal
           grow(projected[of_right][i], n_all,
                [&](const unsigned int first, unsigned int, unsigned int, const unsigned int n)
                { return first == 0 && n > 0 ? by_right[i] : transposed(by_old[i]); });
-      DenseMatrix top = some_columns(projected[petrov][i], 0, n_imaged);
-      top             = some_rows(top, 0, n_left);
+      DenseMatrix top = some_rows(some_columns(projected[petrov][i], 0, n_imaged), 0, n_left);
       append(top, by_left[i]);
       set_tests(i, top);
     }
