@@ -65,7 +65,7 @@ def field_of_growth(first, second, rows, border):
     return x, y, list(points.values())
 
 
-def draw_band(axis, first, second, points, labels):
+def draw_band(axis, first, second, points):
     """What the mesh may move a curve by."""
     known = [row for row in points if row.get("mesh_error_cells")]
     if not known:
@@ -74,9 +74,9 @@ def draw_band(axis, first, second, points, labels):
     u, v = first.of(known, "band_"), second.of(known, "band_")
     edges = [list(zip((a + sign * da for a, da in zip(x, u)), (b + sign * db for b, db in zip(y, v)))) for sign in (1, -1)]
     axis.fill(*zip(*(edges[0] + edges[1][::-1])), facecolor="0.35", alpha=0.25, edgecolor="0.35", linewidth=0.6,
-              label=labels.pop("what the mesh leaves open", None))
+              label="what the mesh leaves open")
     axis.plot(first.of(known, "corrected_"), second.of(known, "corrected_"), color="black", linewidth=1, linestyle=":",
-              label=labels.pop("the same, corrected", None))
+              label="the same, corrected")
 
 
 def draw(plt, directory):
@@ -97,14 +97,12 @@ def draw(plt, directory):
     curves = {}
     for row in border:
         curves.setdefault(row["curve"], []).append(row)
-    texts = ("a mode begins to grow", "the same, corrected", "what the mesh leaves open")
-    labels = dict(zip(texts, texts))  # one of each kind is named
     for points in curves.values():
         x, y = first.of(points), second.of(points)
         middle = len(points) // 2
         what = "divergence" if points[0]["kind"] == "divergence" else f"{float(points[middle]['frequency_hz']):.5g} Hz"
-        axis.plot(x, y, "k." if len(points) == 1 else "k-", linewidth=1.6, label=labels.pop("a mode begins to grow", None))
-        draw_band(axis, first, second, points, labels)
+        axis.plot(x, y, "k." if len(points) == 1 else "k-", linewidth=1.6, label="a mode begins to grow")
+        draw_band(axis, first, second, points)
         axis.annotate(what, (x[middle], y[middle]), xytext=(5, 5), textcoords="offset points", fontsize=9,
                       annotation_clip=True, bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1})
     for marks, look in (([row for row in rows if float(row.get("undecided_modes") or 0) > 0],
@@ -113,8 +111,10 @@ def draw(plt, directory):
                          {"marker": "x", "color": "0.2", "s": 14, "label": "some mode grows"})):
         if marks:
             axis.scatter(first.of(marks), second.of(marks), linewidths=0.9, zorder=3, clip_on=False, **look)
-    if axis.get_legend_handles_labels()[0]:
-        axis.legend(loc="upper right", bbox_to_anchor=(1, -0.1), ncol=3, frameon=False, fontsize=9)
+    handles, labels = axis.get_legend_handles_labels()
+    named = dict(zip(labels, handles))  # one of each kind
+    if named:
+        axis.legend(named.values(), named.keys(), loc="upper right", bbox_to_anchor=(1, -0.1), ncol=3, frameon=False, fontsize=9)
     axis.set_xlim(first.values[0], first.values[-1])
     axis.set_ylim(second.values[0], second.values[-1])
     axis.set_xlabel(first.label)

@@ -116,12 +116,11 @@ namespace squeal
     InterfaceTerms interface;
     unsigned int n_imaged = 0; ///< columns with images
     std::optional<ResidualSketch> sketch;
-    std::vector<DenseMatrix>
-        sketches; ///< of A V by constant matrix, taken for zero in the interface
-    std::vector<DenseMatrix> at_rows; ///< (A V) in the interface, by constant matrix
-    DenseMatrix right_rows;           ///< V in the interface
-    DenseMatrix right_change;         ///< not zero where contacts have closed
-    DenseMatrix right_pressures;      ///< of a compliant contact
+    std::vector<DenseMatrix> sketches; ///< of A V beside the interface, by constant matrix
+    std::vector<DenseMatrix> at_rows;  ///< (A V) in the interface, by constant matrix
+    DenseMatrix right_rows;            ///< V in the interface
+    DenseMatrix right_change;          ///< not zero where contacts have closed
+    DenseMatrix right_pressures;       ///< of a compliant contact
     Tests tests;
     std::array<DenseMatrix, 3> changing_images;          ///< of V in the interface, by order
     std::array<DenseMatrix, 3> images_at_rows;           ///< of all terms, by order
