@@ -2,10 +2,10 @@
 #include <squeal/base/files.h>
 #include <squeal/base/memory.h>
 #include <squeal/base/signals.h>
-#include <squeal/mesh_import/deck_parameters.h>
 #include <squeal/run/advice.h>
 #include <squeal/run/driver.h>
 #include <squeal/run/report.h>
+#include <squeal/scenes/deck_parameters.h>
 
 #include <deal.II/base/config.h>
 #include <deal.II/base/mpi.h>

@@ -1,6 +1,6 @@
 #include <squeal/assessment/modal_damping.h>
-#include <squeal/eigen/real_modes.h>
-#include <squeal/eigen/shift_invert.h>
+#include <squeal/linalg/real_modes.h>
+#include <squeal/projection/shift_invert.h>
 
 #include <algorithm>
 #include <cmath>

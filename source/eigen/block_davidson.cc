@@ -1,9 +1,9 @@
 #include <squeal/base/memory.h>
-#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/block_davidson.h>
 #include <squeal/eigen/left_vectors.h>
-#include <squeal/eigen/search_space.h>
 #include <squeal/linalg/dense.h>
+#include <squeal/projection/backward_error.h>
+#include <squeal/projection/search_space.h>
 
 #include <algorithm>
 #include <array>

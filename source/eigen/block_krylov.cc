@@ -1,5 +1,5 @@
 #include <squeal/eigen/block_krylov.h>
-#include <squeal/eigen/search_space.h>
+#include <squeal/projection/search_space.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,16 +1,16 @@
 #include <squeal/base/stopwatch.h>
 #include <squeal/base/text.h>
-#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/block_krylov.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/eigen/growth_search.h>
 #include <squeal/eigen/inertia_count.h>
 #include <squeal/eigen/interval_search.h>
 #include <squeal/eigen/left_vectors.h>
-#include <squeal/eigen/ritz.h>
 #include <squeal/eigen/slepc_pep.h>
 #include <squeal/eigen/window.h>
 #include <squeal/linalg/compressed_rows.h>
+#include <squeal/projection/backward_error.h>
+#include <squeal/projection/ritz.h>
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
 #include <squeal/base/text.h>
-#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/growth_search.h>
 #include <squeal/eigen/left_vectors.h>
-#include <squeal/eigen/ritz.h>
 #include <squeal/linalg/compressed_rows.h>
+#include <squeal/projection/backward_error.h>
+#include <squeal/projection/ritz.h>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
-#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/block_krylov.h>
 #include <squeal/eigen/interval_search.h>
 #include <squeal/eigen/left_vectors.h>
-#include <squeal/eigen/search_space.h>
+#include <squeal/projection/backward_error.h>
+#include <squeal/projection/search_space.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include <squeal/base/text.h>
-#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/left_vectors.h>
-#include <squeal/eigen/ritz.h>
+#include <squeal/projection/backward_error.h>
+#include <squeal/projection/ritz.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,13 @@
 #include <squeal/base/stopwatch.h>
 #include <squeal/base/subcommunicator.h>
 #include <squeal/base/text.h>
-#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/given_matrices.h>
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/eigen/nonlinear_eigensolver.h>
-#include <squeal/eigen/projected_nonlinear.h>
-#include <squeal/eigen/search_space.h>
 #include <squeal/eigen/window.h>
+#include <squeal/projection/backward_error.h>
+#include <squeal/projection/projected_nonlinear.h>
+#include <squeal/projection/search_space.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include <squeal/base/memory.h>
+#include <squeal/eigen/sectors.h>
 #include <squeal/mesh/cell_map.h>
 #include <squeal/model/matrix_free_modes.h>
-#include <squeal/symmetry/sectors.h>
 
 #include <algorithm>
 #include <cmath>

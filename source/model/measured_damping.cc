@@ -1,7 +1,7 @@
-#include <squeal/eigen/real_modes.h>
-#include <squeal/eigen/shift_invert.h>
+#include <squeal/eigen/sectors.h>
+#include <squeal/linalg/real_modes.h>
 #include <squeal/model/measured_damping.h>
-#include <squeal/symmetry/sectors.h>
+#include <squeal/projection/shift_invert.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,14 +1,10 @@
-#include <squeal/assessment/error_estimators.h>
-#include <squeal/assessment/frequency_response.h>
 #include <squeal/assessment/modal_damping.h>
+#include <squeal/bars/error_estimators.h>
 #include <squeal/base/memory.h>
 #include <squeal/contact/contact_fields.h>
-#include <squeal/continuation/sampling.h>
-#include <squeal/continuation/stability_map.h>
-#include <squeal/continuation/sweep.h>
+#include <squeal/eigen/sectors.h>
 #include <squeal/mesh/fields.h>
 #include <squeal/mesh/places.h>
-#include <squeal/mesh_import/imported_scene.h>
 #include <squeal/model/brake_model.h>
 #include <squeal/model/matrix_free_modes.h>
 #include <squeal/model/matrix_model.h>
@@ -20,7 +16,11 @@
 #include <squeal/run/report.h>
 #include <squeal/run/run_directory.h>
 #include <squeal/run/superelement_export.h>
-#include <squeal/symmetry/sectors.h>
+#include <squeal/scenes/imported_scene.h>
+#include <squeal/studies/frequency_response.h>
+#include <squeal/studies/sampling.h>
+#include <squeal/studies/stability_map.h>
+#include <squeal/studies/sweep.h>
 
 #include <deal.II/distributed/grid_refinement.h>
 

@@ -1,4 +1,4 @@
-#include <squeal/assessment/locking.h>
+#include <squeal/bars/locking.h>
 #include <squeal/base/memory.h>
 #include <squeal/run/report.h>
 #include <squeal/statics/static_report.h>

@@ -1,7 +1,7 @@
 #include <squeal/base/files.h>
 #include <squeal/base/text.h>
-#include <squeal/eigen/craig_bampton.h>
 #include <squeal/linalg/matrix_market.h>
+#include <squeal/reduction/craig_bampton.h>
 #include <squeal/run/superelement_export.h>
 
 #include <deal.II/base/mpi.h>

@@ -9,8 +9,11 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
 import squeal_testing as st  # noqa: E402
 
-ROOMS = ("base linalg parameters mesh mesh_import eigen symmetry bodies contact joints statics model assessment "
-         "continuation run").split()
+ROOMS = ("base linalg parameters "            # ground
+         "mesh mesh_files scenes "            # shape
+         "equations projection eigen "        # language
+         "bodies contact joints statics model "  # mechanics
+         "assessment reduction bars studies run").split()  # answers
 
 
 class Rooms(unittest.TestCase):

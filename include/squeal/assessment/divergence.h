@@ -1,7 +1,7 @@
 #pragma once
 
-#include <squeal/eigen/eigenpairs.h>
 #include <squeal/model/model.h>
+#include <squeal/projection/eigenpairs.h>
 
 #include <vector>
 

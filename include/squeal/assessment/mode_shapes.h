@@ -1,7 +1,7 @@
 #pragma once
 
-#include <squeal/eigen/eigenpairs.h>
 #include <squeal/mesh/finite_element_space.h>
+#include <squeal/projection/eigenpairs.h>
 
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <squeal/eigen/constraint_projection.h>
-#include <squeal/eigen/eigenpairs.h>
+#include <squeal/projection/constraint_projection.h>
+#include <squeal/projection/eigenpairs.h>
 
 #include <functional>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <squeal/eigen/search_region.h>
-#include <squeal/eigen/shift_invert.h>
+#include <squeal/projection/search_region.h>
+#include <squeal/projection/shift_invert.h>
 
 namespace squeal
 {

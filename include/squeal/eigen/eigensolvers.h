@@ -1,7 +1,7 @@
 #pragma once
 
-#include <squeal/eigen/eigenpairs.h>
 #include <squeal/parameters/choices.h>
+#include <squeal/projection/eigenpairs.h>
 
 #include <memory>
 #include <string>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/eigen/eigenproblem.h>
+#include <squeal/equations/eigenproblem.h>
 #include <squeal/linalg/factorization.h>
 
 #include <map>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <squeal/eigen/eigenpairs.h>
-#include <squeal/eigen/search_region.h>
+#include <squeal/projection/eigenpairs.h>
+#include <squeal/projection/search_region.h>
 
 namespace squeal
 {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/eigen/eigenpairs.h>
+#include <squeal/projection/eigenpairs.h>
 
 namespace squeal
 {

@@ -5,11 +5,11 @@
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_zone.h>
 #include <squeal/eigen/block_davidson.h>
-#include <squeal/eigen/eigenpairs.h>
 #include <squeal/joints/points.h>
 #include <squeal/joints/superelements.h>
 #include <squeal/joints/ties.h>
 #include <squeal/model/model.h>
+#include <squeal/projection/eigenpairs.h>
 #include <squeal/statics/static_solver.h>
 
 #include <cmath>

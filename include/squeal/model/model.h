@@ -1,9 +1,9 @@
 #pragma once
 
-#include <squeal/eigen/eigenproblem.h>
+#include <squeal/equations/eigenproblem.h>
+#include <squeal/equations/sector.h>
 #include <squeal/linalg/gmres.h>
 #include <squeal/parameters/parameters.h>
-#include <squeal/symmetry/sector.h>
 
 #include <complex>
 #include <functional>

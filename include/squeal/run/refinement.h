@@ -1,7 +1,7 @@
 #pragma once
 
-#include <squeal/assessment/error_estimators.h>
 #include <squeal/assessment/stability.h>
+#include <squeal/bars/error_estimators.h>
 #include <squeal/contact/contact.h>
 #include <squeal/parameters/parameters.h>
 

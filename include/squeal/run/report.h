@@ -1,14 +1,14 @@
 #pragma once
 
-#include <squeal/assessment/convergence.h>
-#include <squeal/assessment/frequency_response.h>
 #include <squeal/assessment/tables.h>
+#include <squeal/bars/convergence.h>
 #include <squeal/base/log.h>
 #include <squeal/base/stopwatch.h>
 #include <squeal/contact/contact_forces.h>
-#include <squeal/eigen/eigenpairs.h>
+#include <squeal/projection/eigenpairs.h>
 #include <squeal/statics/self_locking.h>
 #include <squeal/statics/static_equilibrium.h>
+#include <squeal/studies/frequency_response.h>
 
 #include <cstdint>
 #include <map>

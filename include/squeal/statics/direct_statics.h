@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/contact/contact.h>
-#include <squeal/symmetry/sector.h>
+#include <squeal/equations/sector.h>
 
 #include <algorithm>
 #include <array>

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <squeal/eigen/search_space.h>
+#include <squeal/equations/sector.h>
+#include <squeal/projection/search_space.h>
 #include <squeal/statics/contact_edge.h>
 #include <squeal/statics/direct_statics.h>
 #include <squeal/statics/iterative_statics.h>
 #include <squeal/statics/self_locking.h>
-#include <squeal/symmetry/sector.h>
 
 #include <functional>
 #include <limits>

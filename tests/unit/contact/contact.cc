@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include <squeal/assessment/surface_vectors.h>
+#include <squeal/bars/surface_vectors.h>
 #include <squeal/contact/contact.h>
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>

@@ -3,10 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <squeal/contact/contact_matrices.h>
-#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/model/matrix_free_modes.h>
+#include <squeal/projection/backward_error.h>
 
 #include <cmath>
 namespace squeal::tests::block_davidson_tests

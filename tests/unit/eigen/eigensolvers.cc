@@ -3,10 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <squeal/base/errors.h>
-#include <squeal/continuation/reduced_model.h>
-#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/eigen/inertia_count.h>
+#include <squeal/projection/backward_error.h>
+#include <squeal/reduction/reduced_model.h>
 namespace squeal::tests::eigensolvers_tests
 {
   using Complex = std::complex<double>;

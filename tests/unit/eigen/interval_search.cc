@@ -2,9 +2,9 @@
 
 #include <doctest/doctest.h>
 
-#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/interval_search.h>
 #include <squeal/eigen/left_vectors.h>
+#include <squeal/projection/backward_error.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,9 +2,9 @@
 
 #include <doctest/doctest.h>
 
-#include <squeal/eigen/backward_error.h>
 #include <squeal/eigen/nonlinear_eigensolver.h>
-#include <squeal/eigen/projected_nonlinear.h>
+#include <squeal/projection/backward_error.h>
+#include <squeal/projection/projected_nonlinear.h>
 
 #include <complex>
 

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <squeal/bars/cell_residuals.h>
+#include <squeal/contact/contact.h>
+#include <squeal/mesh/cell_map.h>
+
+namespace squeal
+{
+  /// The problem of one cell for what one degree more adds: the functions of the hierarchical
+  /// complement and, on a pad's contact face, their pressures.
+  struct LocalProblem
+  {
+    /// Component times number of functions plus function; contact pressures are component dim.
+    std::vector<int> unknowns;
+    DenseMatrix matrix;
+    bool symmetric = true; ///< and positive: no contact, no tie
+  };
+
+  /// Sets up the local problems of theory.md, section 6, on the cells of the space of one degree
+  /// more.
+  template <int dim>
+  class LocalProblems
+  {
+  public:
+    using CellIterator = typename dealii::DoFHandler<dim>::active_cell_iterator;
+
+    /// @p contact may be null; then there is none. @p tie_scale is Ties::scale.
+    LocalProblems(const FiniteElementSpace<dim> &spaces, const CellMap<dim> &map,
+                  const CellResiduals<dim> &integrals, const Contact<dim> *contact,
+                  double pad_pressure, bool with_friction, double tie_scale);
+
+    /// The values of the functions at the nodes, one column each.
+    const DenseMatrix functions;
+
+    /// The problem of a cell with its number among this rank's, to whose shape @p integrals was
+    /// set. Functions that would move a fixed or a hanging node are left out.
+    LocalProblem make(const CellIterator &cell, unsigned int number, const Material &material,
+                      CellResiduals<dim> &integrals);
+
+    /// How stiffly the cell, to whose shape @p integrals was set, resists forces on its faces and
+    /// edges: for each unknown (field times n plus node) the sum of
+    /// 1/(K^{-1})_ww over the complement's functions w of that component that belong to the node's
+    /// face or edge. The diagonal of K itself would take a rubber between stiff cells for stiff,
+    /// which gives way by bulging. Pressures and tractions, and what has no functions, have 1.
+    std::vector<double> resistance(const Material &material, CellResiduals<dim> &integrals);
+
+  private:
+    /// The first sides of ties among the cell's faces.
+    std::vector<unsigned int> tied_faces(const CellIterator &cell) const;
+    void add_tractions(const CellIterator &cell, const std::vector<unsigned int> &faces,
+                       const std::vector<bool> &direct, std::vector<int> &kept) const;
+    void add_ties(const CellIterator &cell, const std::vector<unsigned int> &faces,
+                  const std::vector<int> &kept, DenseMatrix &local);
+    /// The number of the cell's face on the first side of a contact, or -1, and the contact.
+    std::pair<int, const ContactInterface *> contact_face(const CellIterator &cell) const;
+    std::vector<unsigned int> contact_fields() const;
+    void add_pressures(const CellIterator &cell, int face, const std::vector<bool> &direct,
+                       std::vector<int> &kept) const;
+    void add_contact(const CellIterator &cell, int face, const ContactInterface &interface,
+                     const std::vector<int> &kept, DenseMatrix &local);
+
+    const FiniteElementSpace<dim> &spaces;
+    const CellMap<dim> &map;
+    const Contact<dim> *const contact;
+    const double pad_pressure;
+    const bool with_friction;
+    const double tie_scale;
+    const unsigned int n; ///< nodes of a cell
+    const DenseMatrix derivatives;
+    /// Vertex, edge, face or inside of the reference cell to which a node and a function belong.
+    std::vector<unsigned int> entity_of_node, entity_of_function;
+    dealii::FEFaceValues<dim> face_values;
+    DenseMatrix stiffness;
+  };
+} // namespace squeal

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <squeal/mesh_files/joined_surfaces.h>
+#include <squeal/mesh_files/mesh_checks.h>
+#include <squeal/scenes/imported_bodies.h>
+
+#include <vector>
+
+namespace squeal
+{
+  /// Adds pads in contact, ties, and contacts that do not slide, to a geometry whose boundaries
+  /// have their names. Throws InputError for surfaces that do not lie on each other and for joints
+  /// that share a surface.
+  class ImportedJoints
+  {
+  public:
+    ImportedJoints(const Parameters::All &prm, const ImportedMesh &mesh,
+                   const ImportedBodies &bodies, Geometry<3> &geometry);
+
+    std::vector<ContactPairMeasures> pairs;
+    std::vector<JointMeasures> surfaces; ///< ties and contacts
+
+  private:
+    void check_pairs();
+    /// Middle nodes must not bend a sliding surface; its corners are checked with the pair.
+    void check_middle_nodes(const std::string &name) const;
+    void check_ties();
+    /// Each pressure belongs to one pair of surfaces.
+    void check_contacts();
+
+    const Parameters::All &prm;
+    const ImportedMesh &mesh;
+    const ImportedBodies &bodies;
+    Geometry<3> &geometry;
+  };
+} // namespace squeal

@@ -1,0 +1,573 @@
+#include <squeal/assessment/stability.h>
+#include <squeal/bars/enriched_residuals.h>
+#include <squeal/bars/error_estimators.h>
+#include <squeal/bars/local_problems.h>
+#include <squeal/bars/locking.h>
+#include <squeal/bars/second_sides.h>
+#include <squeal/bars/static_correction.h>
+#include <squeal/bars/surface_vectors.h>
+#include <squeal/base/errors.h>
+#include <squeal/contact/contact_matrices.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace squeal
+{
+  using namespace dealii;
+  using Complex = std::complex<double>;
+
+  namespace
+  {
+    /// The multiple of the elastic moduli that is nearest to the viscous ones, C : C_v / C : C, s.
+    template <int dim>
+    double viscous_proportion(const Material &material)
+    {
+      const auto elastic = elasticity_tensor<dim>(material),
+                 viscous = elasticity_tensor(ElasticModuli<dim>(material.viscosity, material.axis));
+      return std::inner_product(elastic.begin(), elastic.end(), viscous.begin(), 0.) /
+             std::inner_product(elastic.begin(), elastic.end(), elastic.begin(), 0.);
+    }
+
+    /// Local problems on the enriched space, and what they make of the residuals.
+    template <int dim>
+    class Estimator
+    {
+    public:
+      Estimator(const BrakeModel<dim> &model, const EigenPairs &modes);
+      EigenvalueErrors run();
+
+    private:
+      using CellIterator = typename DoFHandler<dim>::active_cell_iterator;
+      using Kind         = std::vector<unsigned int>;
+      void share_faces();
+      /// Adds Z^H Q+ X to T.
+      void add_products();
+      void eliminate(EigenvalueErrors &errors);
+      DenseMatrix soften(unsigned int number, unsigned int material, const LocalProblem &problem);
+      std::vector<ErrorEffects::Alternatives> other_edges(EigenvalueErrors &errors) const;
+      void add_state_correction(const DenseMatrix &functions, unsigned int number,
+                                const std::vector<int> &unknowns, const double *solution);
+      void add_effect_of_pressure(ErrorEffects &effects);
+      double share_of_tension(const ContactPressure &pressure) const;
+      std::vector<Complex> effect_of_pressure(const ContactPressure &other,
+                                              const SurfaceVectors<dim> &x_vectors,
+                                              const SurfaceVectors<dim> &z_vectors) const;
+      /// Multiplies what moves eigenvalues like a change of the stiffness: a column a mode.
+      void add_answer_of_damping(std::vector<Complex> &effects) const;
+      Kind kind_of(const CellIterator &cell) const;
+      std::vector<std::vector<Complex>> parts_by_kind();
+      void find_corrections(EigenvalueErrors &errors);
+
+      const BrakeModel<dim> &model;
+      const EigenPairs &modes;
+      const unsigned int m; ///< modes
+      EnrichedResiduals<dim> residuals;
+      const EnrichedSpace<dim> &space; ///< theirs
+      LocalProblems<dim> local;
+      std::unique_ptr<YieldingCells<dim>> yielding; ///< if some body may lock
+      std::vector<bool> locks;                      ///< by material
+      std::vector<double> proportions;              ///< by material, viscous_proportion()
+      std::vector<std::vector<double>> shares;      ///< s_K of each cell's unknowns
+      DenseMatrix t_re, t_im;                       ///< T
+      std::map<Kind, std::vector<Complex>> kinds;   ///< parts of F by kinds of cells, of this rank
+      DenseMatrix yielding_re, yielding_im; ///< what T becomes more where V_h follows, at most
+      std::vector<Column> state_correction; ///< sums and numbers of summands
+    };
+
+    template <int dim>
+    Estimator<dim>::Estimator(const BrakeModel<dim> &model, const EigenPairs &modes)
+        : model(model), modes(modes), m(modes.size()), residuals(model, modes),
+          space(residuals.space), local(space.fine, space.map, residuals.cells,
+                                        residuals.contact.get(), model.parameters().pads.pressure,
+                                        model.parameters().terms().friction, model.ties().scale),
+          t_re(m, m), t_im(m, m), yielding_re(m, m), yielding_im(m, m),
+          state_correction(space.map.zeros(2))
+    {
+      const unsigned int degree = space.base.fe.degree;
+      const bool long_cells = degree < free_of_locking && too_long_cells(model.parameters()) > 0;
+      for (const Parameters::BodyMaterial &material : residuals.materials)
+      {
+        locks.push_back(may_lock(material.material, degree) || (material.of_rotor && long_cells));
+        proportions.push_back(viscous_proportion<dim>(material.material));
+      }
+    }
+
+    /// Z^H R of two blocks of columns [Re, Im], added.
+    void add_product(const DenseMatrix &z, const DenseMatrix &r, DenseMatrix &re, DenseMatrix &im)
+    {
+      const unsigned int m = re.n_rows;
+      DenseMatrix products(2 * m, 2 * m);
+      gemm(true, 1, z, r, 0, products);
+      for (unsigned int j = 0; j < m; ++j)
+        for (unsigned int i = 0; i < m; ++i)
+        {
+          re(i, j) += products(i, j) + products(m + i, m + j);
+          im(i, j) += products(i, m + j) - products(m + i, j);
+        }
+    }
+
+    /// The columns 2m ... 4m (the left ones), or the first 2m.
+    DenseMatrix half(const DenseMatrix &all, const bool left)
+    {
+      const unsigned int n_columns = all.n_columns / 2;
+      const auto begin = all.values.begin() + (left ? std::size_t(n_columns) * all.n_rows : 0);
+      return {all.n_rows, n_columns, {begin, begin + std::size_t(n_columns) * all.n_rows}};
+    }
+
+    template <int dim>
+    void Estimator<dim>::add_products()
+    {
+      // By pieces that stay in the cache: copies of all columns would be large.
+      constexpr unsigned int longest = 1024;
+      DenseMatrix re(residuals.n_vectors, residuals.n_vectors),
+          im(residuals.n_vectors, residuals.n_vectors), z, r;
+      for (unsigned int first = 0; first < residuals.lifted.n_local(); first += longest)
+      {
+        const unsigned int n_rows = std::min(longest, residuals.lifted.n_local() - first);
+        if (z.n_rows != n_rows)
+          z = r = DenseMatrix(n_rows, 2 * residuals.n_vectors);
+        for (unsigned int j = 0; j < 2 * residuals.n_vectors; ++j)
+        {
+          std::copy_n(residuals.lifted.column(2 * residuals.n_vectors + j) + first, n_rows,
+                      &z.values[std::size_t(j) * n_rows]);
+          std::copy_n(residuals.values[j].begin() + first, n_rows,
+                      &r.values[std::size_t(j) * n_rows]);
+        }
+        add_product(z, r, re, im);
+      }
+      for (unsigned int j = 0; j < m; ++j)
+        for (unsigned int i = 0; i < m; ++i)
+        {
+          t_re(i, j) += re(i, j);
+          t_im(i, j) += im(i, j);
+        }
+    }
+
+    /// Residuals of faces and edges are divided among the cells that share them, in proportion to
+    /// the stiffness k_K with which each resists there (LocalProblems::resistance), so that a soft
+    /// cell does not answer alone to what its stiff neighbour holds: with s_K = k_K / sum k the
+    /// local energies s_K^2 r^2 / k_K sum to r^2 / sum k. Where finer cells hang on a face they
+    /// resist, too, but have no local problem there: s_K = k_K / sqrt(sum k (sum k + k_hanging)).
+    template <int dim>
+    void Estimator<dim>::share_faces()
+    {
+      // Sums over the cells that have a local problem; sums and numbers of those that hang
+      std::vector<Column> sums = space.map.zeros(3);
+      unsigned int number      = 0;
+      for (const auto &cell : space.fine.nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          const Material &material = residuals.materials[residuals.material_of(cell)].material;
+          residuals.cells.reinit(cell);
+          shares.push_back(local.resistance(material, residuals.cells));
+          for (const auto &entry : space.map.cells[number])
+            if (entry.direct)
+              sums[0].local_element(entry.index) += shares[number][entry.unknown];
+            else
+            {
+              sums[1].local_element(entry.index) += shares[number][entry.unknown];
+              sums[2].local_element(entry.index) += 1;
+            }
+          ++number;
+        }
+      for (Column &sum : sums)
+      {
+        sum.compress(VectorOperation::add);
+        sum.update_ghost_values();
+      }
+      const SecondSides<dim> second_sides(space.fine, residuals.contact.get(), shares);
+      for (unsigned int cell = 0; cell < space.map.cells.size(); ++cell)
+        for (const auto &entry : space.map.cells[cell])
+          if (entry.direct)
+          {
+            const double direct = sums[0].local_element(entry.index),
+                         count  = sums[2].local_element(entry.index),
+                         // A cell of half the size resists half as much as one that fits.
+                hanging = count > 0 ? 2 * sums[1].local_element(entry.index) / count : 0;
+            shares[cell][entry.unknown] /= std::sqrt(direct * (direct + hanging));
+          }
+      second_sides.reduce(shares);
+      for (Column &residual : residuals.values)
+        residual.update_ghost_values();
+    }
+
+    /// The matrix of a cell's problem if functions of V_h on it give way, too.
+    template <int dim>
+    DenseMatrix Estimator<dim>::soften(const unsigned int number, const unsigned int material,
+                                       const LocalProblem &problem)
+    {
+      if (!yielding)
+        yielding =
+            std::make_unique<YieldingCells<dim>>(local.functions, space.lift, residuals.cells);
+      std::vector<bool> movable(space.n_fields * space.base.fe.n_dofs_per_cell());
+      for (const auto &entry : space.base_map.cells[number])
+        movable[entry.unknown] = true;
+      return yielding->soften(problem, movable, residuals.materials[material].material,
+                              residuals.cells);
+    }
+
+    template <int dim>
+    void Estimator<dim>::eliminate(EigenvalueErrors &errors)
+    {
+      const unsigned int n_w    = local.functions.n_columns,
+                         n_wide = space.n_fields * 4 * residuals.n_vectors;
+      DenseMatrix all(space.n, n_wide), tested(n_w, n_wide);
+      unsigned int number = 0;
+      for (const auto &cell : space.fine.nodes.active_cell_iterators())
+      {
+        if (!cell->is_locally_owned())
+          continue;
+        const unsigned int material = residuals.material_of(cell);
+        residuals.cells.reinit(cell);
+        LocalProblem problem =
+            local.make(cell, number, residuals.materials[material].material, residuals.cells);
+        std::fill(all.values.begin(), all.values.end(), 0.);
+        for (unsigned int j = 0; j < 4 * residuals.n_vectors; ++j)
+          for (const auto &entry : space.map.cells[number])
+            if (entry.direct)
+              all.values[std::size_t(j) * space.n_fields * space.n + entry.unknown] =
+                  shares[number][entry.unknown] * residuals.values[j].local_element(entry.index);
+        gemm(true, 1, local.functions, all, 0, tested);
+        const unsigned int n_kept = problem.unknowns.size();
+        DenseMatrix r(n_kept, 4 * residuals.n_vectors);
+        for (unsigned int j = 0; j < 4 * residuals.n_vectors; ++j)
+          for (unsigned int i = 0; i < n_kept; ++i)
+            r(i, j) = tested.values[std::size_t(j) * space.n_fields * n_w + problem.unknowns[i]];
+        const bool yields =
+            locks[material] || is_long_at_support<dim>(cell, space.base.geometry.supports);
+        DenseMatrix softer;
+        if (yields)
+          softer = soften(number, material, problem);
+        const DenseMatrix right = half(r, false), left = half(r, true),
+                          solution = problem.symmetric
+                                         ? solve_positive(std::move(problem.matrix), right)
+                                         : solve(std::move(problem.matrix), right);
+        DenseMatrix e_re(residuals.n_vectors, residuals.n_vectors),
+            e_im(residuals.n_vectors, residuals.n_vectors);
+        add_product(left, solution, e_re, e_im);
+        DenseMatrix more_re(residuals.n_vectors, residuals.n_vectors),
+            more_im(residuals.n_vectors, residuals.n_vectors);
+        if (yields)
+          add_product(left,
+                      problem.symmetric ? solve_positive(std::move(softer), right)
+                                        : solve(std::move(softer), right),
+                      more_re, more_im);
+        std::vector<std::complex<float>> parts;
+        std::vector<Complex> &of_kind = kinds[kind_of(cell)];
+        of_kind.resize(m * m);
+        for (unsigned int j = 0; j < m; ++j)
+          for (unsigned int i = 0; i < m; ++i)
+          {
+            // Damping makes the stiffness complex.
+            const OperatorFactors &c = residuals.factors[material][j];
+            const Complex stiffness  = c.k + c.v * proportions[material];
+            const Complex e          = Complex(e_re(i, j), e_im(i, j)) / stiffness;
+            t_re(i, j) -= e.real();
+            t_im(i, j) -= e.imag();
+            of_kind[i + m * j] += e / (2. * modes.lambda[i]);
+            if (yields)
+            {
+              const Complex more = Complex(more_re(i, j), more_im(i, j)) / stiffness - e;
+              yielding_re(i, j) -= more.real();
+              yielding_im(i, j) -= more.imag();
+            }
+            if (i == j)
+              parts.emplace_back(e / (2. * modes.lambda[j]));
+          }
+        errors.cells.push_back(std::move(parts));
+        if (residuals.with_state)
+          add_state_correction(local.functions, number, problem.unknowns,
+                               &solution.values[n_kept * m]);
+        ++number;
+      }
+    }
+
+    /// What a cell's problem adds to the static state. Functions on faces appear in each cell's
+    /// problem, with its share of the residual: their mean counts.
+    template <int dim>
+    void
+    Estimator<dim>::add_state_correction(const DenseMatrix &functions, const unsigned int number,
+                                         const std::vector<int> &unknowns, const double *solution)
+    {
+      const unsigned int n_w = functions.n_columns;
+      std::vector<double> values(space.n_fields * space.n);
+      for (unsigned int r = 0; r < unknowns.size(); ++r)
+        for (unsigned int a = 0; a < space.n; ++a)
+          values[unknowns[r] / n_w * space.n + a] += functions(a, unknowns[r] % n_w) * solution[r];
+      for (const auto &entry : space.map.cells[number])
+        if (entry.direct)
+        {
+          state_correction[0].local_element(entry.index) += values[entry.unknown];
+          state_correction[1].local_element(entry.index) += 1;
+        }
+    }
+
+    /// Adds the effect of the steady pressure's own error.
+    ///
+    /// Its error with the answer of V_h is found at the present contacts. Where that leaves tension
+    /// contacts would open, and it says nothing: then twice the effect of the local problems alone
+    /// is a bound, the two for the answer of V_h.
+    template <int dim>
+    void Estimator<dim>::add_effect_of_pressure(ErrorEffects &effects)
+    {
+      // -B r_0 of the state's residual; functions of several cells have several values
+      MultiVector local(space.fine.rows, 1);
+      state_correction[0].compress(VectorOperation::add);
+      state_correction[1].compress(VectorOperation::add);
+      for (unsigned int i = 0; i < local.n_local(); ++i)
+        if (const double count = state_correction[1].local_element(i); count > 0)
+          local.data()[i] = -state_correction[0].local_element(i) / count;
+      const MultiVector state = residuals.lifted.columns(m, 1);
+      const SurfaceVectors<dim> x_vectors(*residuals.contact, residuals.lifted, 0,
+                                          2 * residuals.n_vectors),
+          z_vectors(*residuals.contact, residuals.lifted, 2 * residuals.n_vectors,
+                    2 * residuals.n_vectors);
+      residuals.close_at_edge();
+      // Surfaces are all that is needed from here on: room for factors.
+      residuals.values.clear();
+      residuals.lifted         = MultiVector();
+      const auto pressure_with = [&](MultiVector change)
+      {
+        change += state;
+        return residuals.contact->pressure_of(change);
+      };
+      try
+      {
+        constexpr double most_tension = 0.05; // of the normal force
+        const ContactPressure with_answer =
+            pressure_with(static_correction(model, residuals, local));
+        if (share_of_tension(with_answer) <= most_tension)
+        {
+          const std::vector<Complex> effect = effect_of_pressure(with_answer, x_vectors, z_vectors);
+          for (unsigned int k = 0; k < m * m; ++k)
+            effects.f[k] += effect[k];
+          return;
+        }
+      }
+      catch (const SingularMatrix &)
+      {
+        // The contact holds what would move freely beside a rotor at rest: no answer either.
+      }
+      local *= 2;
+      effects.alternatives.push_back(
+          {{effect_of_pressure(pressure_with(std::move(local)), x_vectors, z_vectors)}, false});
+    }
+
+    /// int max(-p, 0) by int |p| of the steady pressure, on all that slides.
+    template <int dim>
+    double Estimator<dim>::share_of_tension(const ContactPressure &pressure) const
+    {
+      double sums[2] = {0, 0};
+      residuals.contact->for_each_sliding_pair(
+          [&](const unsigned int i, const ContactKinematics<dim> &k)
+          {
+            for (unsigned int q = 0; q < k.n_points; ++q)
+            {
+              sums[0] += k.weights[q] * std::max(0., -pressure[i][k.first_point + q]);
+              sums[1] += k.weights[q] * std::abs(residuals.pressure[i][k.first_point + q]);
+            }
+          });
+      MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, space.fine.comm);
+      return sums[1] > 0 ? sums[0] / sums[1] : 0;
+    }
+
+    /// First-order changes of the eigenvalues, like F, by another steady pressure:
+    ///     -z_i^H (dQ + l_j dP) x_j / (2 l_i),
+    /// dP and dQ the friction damping of what it differs by.
+    template <int dim>
+    std::vector<Complex>
+    Estimator<dim>::effect_of_pressure(const ContactPressure &other,
+                                       const SurfaceVectors<dim> &x_vectors,
+                                       const SurfaceVectors<dim> &z_vectors) const
+    {
+      // [Re Z, Im Z]^T dP [Re X, Im X] and the same of dQ, by order
+      std::array<DenseMatrix, 2> forms;
+      for (DenseMatrix &form : forms)
+        form = DenseMatrix(2 * residuals.n_vectors, 2 * residuals.n_vectors);
+      residuals.contact->for_each_sliding_pair(
+          [&](const unsigned int i, const ContactKinematics<dim> &k)
+          {
+            const std::vector<ContactProduct> before = damping_products(*residuals.contact, i, k,
+                                                                        residuals.pressure),
+                                              after =
+                                                  damping_products(*residuals.contact, i, k, other);
+            for (unsigned int p = 0; p < before.size(); ++p)
+            {
+              const DenseMatrix z = z_vectors.traces(before[p].left, k);
+              DenseMatrix x       = x_vectors.traces(before[p].right, k);
+              for (unsigned int q = 0; q < k.n_points; ++q)
+                for (unsigned int j = 0; j < x.n_rows; ++j)
+                  x(j, q) *= after[p].c[q] - before[p].c[q];
+              squeal::add(1., outer_product(z, x), forms[before[p].order]);
+            }
+          });
+      std::vector<Complex> f(m * m);
+      for (unsigned int order = 0; order < 2; ++order)
+      {
+        DenseMatrix &form = forms[order];
+        MPI_Allreduce(MPI_IN_PLACE, form.values.data(), form.values.size(), MPI_DOUBLE, MPI_SUM,
+                      space.fine.comm);
+        for (unsigned int i = 0; i < m; ++i)
+          for (unsigned int j = 0; j < m; ++j)
+          {
+            const Complex product(
+                form(i, j) + form(residuals.n_vectors + i, residuals.n_vectors + j),
+                form(i, residuals.n_vectors + j) - form(residuals.n_vectors + i, j));
+            f[i + m * j] -= (order == 0 ? 1. : modes.lambda[j]) * product / (2. * modes.lambda[i]);
+          }
+      }
+      return f;
+    }
+
+    /// Damping by measured ratios follows the real modes: P = g(M^{-1} K) in their coordinates with
+    /// g(w^2) = 2 zeta(w) w, so that with K it changes by g' dK, between modes of one frequency:
+    ///     dK + l dP = (1 + l g') dK,   g' = (w zeta(w))' / w.
+    template <int dim>
+    void Estimator<dim>::add_answer_of_damping(std::vector<Complex> &effects) const
+    {
+      for (const RelaxationTerm &term : model.relaxation())
+        if (term.low_rank)
+          for (unsigned int j = 0; j < m; ++j)
+          {
+            const Complex l    = modes.lambda[j];
+            const double omega = std::abs(l);
+            const Complex answer =
+                1. + l * model.parameters().modal_damping.slope(omega / (2 * M_PI)) / omega;
+            for (unsigned int i = 0; i < m && !effects.empty(); ++i)
+              effects[i + m * j] *= answer;
+          }
+    }
+
+    /// A cell's kind: the boundaries at which it lies, and its material.
+    template <int dim>
+    typename Estimator<dim>::Kind Estimator<dim>::kind_of(const CellIterator &cell) const
+    {
+      Kind kind;
+      for (const unsigned int face : cell->face_indices())
+        if (cell->face(face)->at_boundary())
+          kind.push_back(cell->face(face)->boundary_id());
+      std::sort(kind.begin(), kind.end());
+      kind.push_back(residuals.material_of(cell));
+      return kind;
+    }
+
+    /// The parts of F by kinds of cells, of all ranks. Collective.
+    template <int dim>
+    std::vector<std::vector<Complex>> Estimator<dim>::parts_by_kind()
+    {
+      std::vector<Kind> here;
+      for (const auto &[kind, part] : kinds)
+        here.push_back(kind);
+      for (const std::vector<Kind> &of_rank : Utilities::MPI::all_gather(space.fine.comm, here))
+        for (const Kind &kind : of_rank)
+          kinds[kind].resize(m * m);
+      std::vector<std::vector<Complex>> parts;
+      for (auto &[kind, part] : kinds)
+      {
+        MPI_Allreduce(MPI_IN_PLACE, part.data(), m * m, MPI_CXX_DOUBLE_COMPLEX, MPI_SUM,
+                      space.fine.comm);
+        add_answer_of_damping(part);
+        parts.push_back(std::move(part));
+      }
+      kinds.clear();
+      return parts;
+    }
+
+    /// Corrections and bounds out of T, summed over all ranks.
+    template <int dim>
+    void Estimator<dim>::find_corrections(EigenvalueErrors &errors)
+    {
+      // T, and what may come to it where V_h follows
+      std::vector<double> sums;
+      for (const DenseMatrix *block : {&t_re, &t_im, &yielding_re, &yielding_im})
+        sums.insert(sums.end(), block->values.begin(), block->values.end());
+      MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, space.fine.comm);
+      std::vector<Complex> f(m * m), yielding_effect(m * m);
+      for (unsigned int i = 0; i < m; ++i)
+        for (unsigned int j = 0; j < m; ++j)
+          for (std::vector<Complex> *effect : {&f, &yielding_effect})
+          {
+            const double *block = &sums[effect == &f ? 0 : 2 * m * m];
+            (*effect)[i + m * j] =
+                -Complex(block[i + m * j], block[m * m + i + m * j]) / (2. * modes.lambda[i]);
+          }
+      add_answer_of_damping(f);
+      add_answer_of_damping(yielding_effect);
+      ErrorEffects &effects = errors.effects;
+      effects               = {std::move(f), parts_by_kind(), space.base.fe.degree, {}};
+      if (residuals.with_state)
+        add_effect_of_pressure(effects);
+      for (ErrorEffects::Alternatives &edges : other_edges(errors))
+      {
+        for (std::vector<Complex> &edge : edges.effects)
+          add_answer_of_damping(edge);
+        effects.alternatives.push_back(std::move(edges));
+      }
+      // The same on all ranks, whichever has such cells
+      if (std::any_of(yielding_effect.begin(), yielding_effect.end(),
+                      [](const Complex e) { return e != 0.; }))
+        effects.alternatives.push_back({{yielding_effect}, false});
+      errors.bounds = bound_errors(modes.lambda, modes.parity, effects);
+    }
+
+    /// First-order changes of the eigenvalues by another edge of the contact zone, like F, level by
+    /// level of the pads' cells, so that what one says of another is little. Their parts go to the
+    /// pads' cells that share the edge's nodes.
+    template <int dim>
+    std::vector<ErrorEffects::Alternatives>
+    Estimator<dim>::other_edges(EigenvalueErrors &errors) const
+    {
+      if (!model.equilibrium())
+        return {};
+      EdgeEffects effects = edge_effects(model.equilibrium()->edge, modes.right, modes.left);
+      if (effects.rows.empty())
+        return {};
+      std::vector<ErrorEffects::Alternatives> alternatives;
+      for (EdgeEffects::Shifts &shifts : effects.by_level)
+      {
+        alternatives.push_back(
+            {{std::move(shifts.smaller), std::move(shifts.larger), std::move(shifts.likeliest)},
+             true});
+        for (std::vector<Complex> &products : alternatives.back().effects)
+          for (unsigned int k = 0; k < m * m; ++k)
+            products[k] /= -2. * modes.lambda[k % m];
+      }
+
+      // By row: its number in the list plus one
+      std::vector<Column> places = space.base_map.zeros(1);
+      for (unsigned int i = 0; i < effects.rows.size(); ++i)
+        if (space.base.rows.contains(effects.rows[i]))
+          places[0].local_element(effects.rows[i] - space.base.rows.begin) = i + 1;
+      places[0].update_ghost_values();
+      for (unsigned int cell = 0; cell < errors.cells.size(); ++cell)
+        for (const auto &entry : space.base_map.cells[cell])
+          if (const unsigned int place = places[0].local_element(entry.index); place > 0)
+            for (unsigned int j = 0; j < m; ++j)
+              errors.cells[cell][j] += effects.parts[place - 1][j] / (2. * modes.lambda[j]);
+      return alternatives;
+    }
+
+    template <int dim>
+    EigenvalueErrors Estimator<dim>::run()
+    {
+      EigenvalueErrors errors;
+      add_products();
+      share_faces();
+      eliminate(errors);
+      find_corrections(errors);
+      return errors;
+    }
+  } // namespace
+
+  template <int dim>
+  EigenvalueErrors estimate_errors(const BrakeModel<dim> &model, const EigenPairs &modes)
+  {
+    return modes.empty() ? EigenvalueErrors() : Estimator<dim>(model, modes).run();
+  }
+
+  template EigenvalueErrors estimate_errors<2>(const BrakeModel<2> &, const EigenPairs &);
+  template EigenvalueErrors estimate_errors<3>(const BrakeModel<3> &, const EigenPairs &);
+} // namespace squeal

@@ -1,0 +1,706 @@
+#include <squeal/base/errors.h>
+#include <squeal/base/text.h>
+#include <squeal/mesh_files/element_file.h>
+#include <squeal/mesh_files/joined_surfaces.h>
+#include <squeal/mesh_files/mesh_checks.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <unordered_map>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  bool ElementFile::Element::is_quadratic() const
+  {
+    return nodes.size() > n_corners(shape);
+  }
+
+  unsigned int ElementFile::n_corners(const ElementShape shape)
+  {
+    return shape == ElementShape::tetrahedron ? 4 : shape == ElementShape::wedge ? 6 : 8;
+  }
+
+  const std::vector<std::array<unsigned int, 2>> &ElementFile::edges(const ElementShape shape)
+  {
+    using Edges                    = std::vector<std::array<unsigned int, 2>>;
+    static const Edges tetrahedron = {{{0, 1}}, {{1, 2}}, {{2, 0}}, {{0, 3}}, {{1, 3}}, {{2, 3}}},
+                       wedge       = {{{0, 1}}, {{1, 2}}, {{2, 0}}, {{3, 4}}, {{4, 5}},
+                                      {{5, 3}}, {{0, 3}}, {{1, 4}}, {{2, 5}}},
+                       hexahedron  = {{{0, 1}}, {{1, 2}}, {{2, 3}}, {{3, 0}}, {{4, 5}}, {{5, 6}},
+                                      {{6, 7}}, {{7, 4}}, {{0, 4}}, {{1, 5}}, {{2, 6}}, {{3, 7}}};
+    return shape == ElementShape::tetrahedron ? tetrahedron
+           : shape == ElementShape::wedge     ? wedge
+                                              : hexahedron;
+  }
+
+  const std::vector<ElementFile::Face> &ElementFile::faces(const ElementShape shape)
+  {
+    static const std::vector<Face> tetrahedron = {{{0, 1, 2, none}},
+                                                  {{0, 3, 1, none}},
+                                                  {{1, 3, 2, none}},
+                                                  {{2, 3, 0, none}}},
+                                   wedge       = {{{0, 1, 2, none}},
+                                                  {{3, 5, 4, none}},
+                                                  {{0, 3, 4, 1}},
+                                                  {{1, 4, 5, 2}},
+                                                  {{2, 5, 3, 0}}},
+                                   hexahedron(MeshFile::cell_faces.begin(),
+                                              MeshFile::cell_faces.end());
+    return shape == ElementShape::tetrahedron ? tetrahedron
+           : shape == ElementShape::wedge     ? wedge
+                                              : hexahedron;
+  }
+
+  ElementFile::Face ElementFile::face(const Element &element, const unsigned int f) const
+  {
+    Face result = faces(element.shape)[f];
+    for (unsigned int &corner : result)
+      if (corner != none)
+        corner = element.nodes[corner];
+    return result;
+  }
+
+  ElementFile::Face ElementFile::ascending(Face face)
+  {
+    std::sort(face.begin(), face.end());
+    return face;
+  }
+
+  std::map<ElementFile::Face, ElementFile::Face> ElementFile::free_faces() const
+  {
+    std::map<Face, Face> free;
+    std::set<Face> shared;
+    for (const Element &element : elements)
+      for (unsigned int f = 0; f < faces(element.shape).size(); ++f)
+        if (const Face found = face(element, f); !free.emplace(ascending(found), found).second)
+          shared.insert(ascending(found));
+    for (const Face &face : shared)
+      free.erase(face);
+    return free;
+  }
+
+  namespace
+  {
+    /// A place in an element: barycentric coordinates of a tetrahedron; of a wedge those of its
+    /// triangle and the height in [0, 1]; coordinates of a hexahedron in the unit cube.
+    using CellPlace = std::array<double, 4>;
+
+    /// The polynomial of an element: three coordinates, and the distance from the z axis.
+    class ElementMap
+    {
+    public:
+      ElementMap(const std::vector<Point<3>> &all_nodes, const ElementFile::Element &element,
+                 const bool on_circle)
+          : shape(element.shape), on_circle(on_circle)
+      {
+        std::vector<Value> nodes;
+        for (const unsigned int node : element.nodes)
+        {
+          const Point<3> &x = all_nodes[node];
+          nodes.push_back({{x[0], x[1], x[2], std::hypot(x[0], x[1])}});
+        }
+        const unsigned int n_corners = ElementFile::n_corners(shape);
+        corners.assign(nodes.begin(), nodes.begin() + n_corners);
+        const auto &edges = ElementFile::edges(shape);
+        const bool middle = element.is_quadratic();
+        size              = 0;
+        for (unsigned int e = 0; e < edges.size(); ++e)
+        {
+          const Value &a = corners[edges[e][0]], &b = corners[edges[e][1]];
+          Value straight{};
+          add(straight, 0.5, a);
+          add(straight, 0.5, b);
+          middles.push_back(middle ? nodes[n_corners + e] : straight);
+          size    = std::max(size, distance(a, b));
+          sagitta = std::max(sagitta, placed(straight).distance(placed(middles.back())));
+        }
+        if (shape == ElementShape::tetrahedron)
+          return;
+        unsigned int next = n_corners + edges.size();
+        for (const auto &face : ElementFile::faces(shape))
+          if (face[3] != ElementFile::none)
+          {
+            // Serendipity: a quarter of the corners less than half of the middles
+            Value centre{};
+            for (unsigned int e = 0; e < edges.size(); ++e)
+              if (std::count(face.begin(), face.end(), edges[e][0]) > 0 &&
+                  std::count(face.begin(), face.end(), edges[e][1]) > 0)
+                add(centre, 0.5, middles[e]);
+            for (const unsigned int corner : face)
+              add(centre, -0.25, corners[corner]);
+            if (next < nodes.size())
+            {
+              sagitta = std::max(sagitta, placed(centre).distance(placed(nodes[next])));
+              centre  = nodes[next];
+            }
+            ++next;
+            quadrilaterals.push_back(centre);
+          }
+        if (shape == ElementShape::wedge)
+          return;
+        for (const Value &corner : corners)
+          add(centre, -0.25, corner);
+        for (const Value &edge : middles)
+          add(centre, 0.25, edge);
+        if (next < nodes.size())
+          centre = nodes[next];
+      }
+
+      /// Whether edges and faces are straight, or on circles, but for the digits of the file.
+      bool is_straight() const
+      {
+        return sagitta <= 1e-6 * size;
+      }
+
+      Point<3> at(const CellPlace &place) const
+      {
+        Value value{};
+        if (shape == ElementShape::tetrahedron)
+          add_simplex(value, place, 4, 1, 0, 0);
+        else if (shape == ElementShape::wedge)
+        {
+          const std::array<double, 3> up = line(place[3]);
+          add_simplex(value, place, 3, up[0], 0, 0);
+          add_simplex(value, place, 3, up[2], 3, 3);
+          // Between both triangles: edges upwards and middles of quadrilaterals
+          for (unsigned int i = 0; i < 3; ++i)
+          {
+            add(value, up[1] * place[i] * (2 * place[i] - 1), middles[6 + i]);
+            add(value, up[1] * 4 * place[i] * place[(i + 1) % 3], quadrilaterals[i]);
+          }
+        }
+        else
+          add_hexahedron(value, place);
+        return placed(value);
+      }
+
+      double size; ///< the longest edge
+
+    private:
+      using Value = std::array<double, 4>;
+
+      static void add(Value &sum, const double factor, const Value &value)
+      {
+        for (unsigned int k = 0; k < 4; ++k)
+          sum[k] += factor * value[k];
+      }
+
+      Point<3> placed(const Value &value) const
+      {
+        Point<3> x(value[0], value[1], value[2]);
+        const double r = std::hypot(x[0], x[1]);
+        if (on_circle && r > 0)
+          for (unsigned int d = 0; d < 2; ++d)
+            x[d] *= value[3] / r;
+        return x;
+      }
+
+      static double distance(const Value &a, const Value &b)
+      {
+        return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+      }
+
+      /// Polynomials of degree 2 that are 1 at 0, 1/2 and 1.
+      static std::array<double, 3> line(const double s)
+      {
+        return {{(1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1)}};
+      }
+
+      /// A triangle's or tetrahedron's polynomial of degree 2; its edges come first in the table.
+      void add_simplex(Value &value, const CellPlace &place, const unsigned int n,
+                       const double factor, const unsigned int first_corner,
+                       const unsigned int first_edge) const
+      {
+        for (unsigned int i = 0; i < n; ++i)
+          add(value, factor * place[i] * (2 * place[i] - 1), corners[first_corner + i]);
+        const auto &edges = ElementFile::edges(shape);
+        for (unsigned int e = first_edge; e < first_edge + (n == 3 ? 3 : 6); ++e)
+          add(value,
+              factor * 4 * place[edges[e][0] - first_corner] * place[edges[e][1] - first_corner],
+              middles[e]);
+      }
+
+      void add_hexahedron(Value &value, const CellPlace &place) const
+      {
+        std::array<std::array<double, 3>, 3> values{};
+        for (unsigned int d = 0; d < 3; ++d)
+          values[d] = line(place[d]);
+        // A point that lies between corners has the coordinate 1/2 where these differ.
+        const auto weight = [&](const auto &between)
+        {
+          double product = 1;
+          for (unsigned int d = 0; d < 3; ++d)
+          {
+            const unsigned int low = coordinate(between[0], d);
+            const bool differs     = std::any_of(between.begin(), between.end(),
+                                                 [&](const unsigned int corner)
+                                                 { return coordinate(corner, d) != low; });
+            product *= values[d][differs ? 1 : 2 * low];
+          }
+          return product;
+        };
+        for (unsigned int v = 0; v < 8; ++v)
+          add(value, weight(std::array<unsigned int, 1>{{v}}), corners[v]);
+        for (unsigned int e = 0; e < 12; ++e)
+          add(value, weight(ElementFile::edges(shape)[e]), middles[e]);
+        for (unsigned int f = 0; f < 6; ++f)
+          add(value, weight(ElementFile::faces(shape)[f]), quadrilaterals[f]);
+        add(value, weight(std::array<unsigned int, 8>{{0, 1, 2, 3, 4, 5, 6, 7}}), centre);
+      }
+
+    public:
+      /// Of a corner of a hexahedron: 0 or 1.
+      static unsigned int coordinate(const unsigned int corner, const unsigned int d)
+      {
+        return d == 2 ? corner / 4 : d == 1 ? corner % 4 / 2 : (corner % 4 + 1) / 2 % 2;
+      }
+
+    private:
+      const ElementShape shape;
+      const bool on_circle;
+      std::vector<Value> corners, middles, quadrilaterals;
+      Value centre{};
+      double sagitta = 0;
+    };
+
+    class Divider
+    {
+    public:
+      Divider(const ElementFile &in, const std::function<bool(unsigned int)> &follows_circles)
+          : in(in), follows_circles(follows_circles)
+      {
+        out.name                 = in.name;
+        out.nodes                = in.nodes;
+        out.division.passed_over = in.passed_over;
+      }
+
+      MeshFile divide()
+      {
+        count();
+        halve_edges();
+        parts.resize(in.elements.size());
+        for (unsigned int e = 0; e < in.elements.size(); ++e)
+          divide_element(e);
+        check_neighbours();
+        carry_groups();
+        return std::move(out);
+      }
+
+    private:
+      [[noreturn]] void fail(const ElementFile::Element &element, const std::string &message) const
+      {
+        throw InputError(text_of("Mesh/File: ", in.name, ", line ", element.line, ": element ",
+                                 element.number, ", ", kind(element), ", ", message));
+      }
+
+      static std::string kind(const ElementFile::Element &element)
+      {
+        const std::string name = element.shape == ElementShape::tetrahedron ? "tetrahedron"
+                                 : element.shape == ElementShape::wedge     ? "wedge"
+                                                                            : "hexahedron";
+        return (element.is_quadratic() ? "quadratic " : "linear ") + name;
+      }
+
+      void count()
+      {
+        std::vector<bool> has_element(in.nodes.size());
+        for (const ElementFile::Element &element : in.elements)
+        {
+          ++out.division.n_elements[kind(element)];
+          out.division.n_linear_simplices +=
+              element.shape != ElementShape::hexahedron && !element.is_quadratic();
+          for (const unsigned int node : element.nodes)
+            has_element[node] = true;
+        }
+        out.division.n_nodes = std::count(has_element.begin(), has_element.end(), true);
+      }
+
+      static std::uint64_t key(const unsigned int a, const unsigned int b)
+      {
+        return (std::uint64_t(std::min(a, b)) << 32) + std::max(a, b);
+      }
+
+      /// Edges of triangles are halved, and those of elements whose cells have no shape of their
+      /// own and are bent otherwise; with them all that lie across quadrilaterals.
+      void halve_edges()
+      {
+        std::vector<bool> is_bent(in.elements.size());
+        for (unsigned int e = 0; e < in.elements.size(); ++e)
+          is_bent[e] = in.elements[e].is_quadratic() && follows_circles(e) &&
+                       !ElementMap(in.nodes, in.elements[e], true).is_straight();
+        if (std::all_of(in.elements.begin(), in.elements.end(),
+                        [](const auto &element)
+                        { return element.shape == ElementShape::hexahedron; }) &&
+            std::find(is_bent.begin(), is_bent.end(), true) == is_bent.end())
+          return;
+        for (const ElementFile::Element &element : in.elements)
+          for (const auto &[a, b] : ElementFile::edges(element.shape))
+            edge_numbers.emplace(key(element.nodes[a], element.nodes[b]), edge_numbers.size());
+        Groups classes(edge_numbers.size());
+        std::vector<bool> is_first(edge_numbers.size()); // for its own sake
+        for (unsigned int e = 0; e < in.elements.size(); ++e)
+          if (is_bent[e])
+            for (const auto &[a, b] : ElementFile::edges(in.elements[e].shape))
+              is_first[edge_numbers.at(key(in.elements[e].nodes[a], in.elements[e].nodes[b]))] =
+                  true;
+        for (const ElementFile::Element &element : in.elements)
+          for (unsigned int f = 0; f < ElementFile::faces(element.shape).size(); ++f)
+          {
+            const ElementFile::Face face = in.face(element, f);
+            if (face[3] == ElementFile::none)
+              for (unsigned int v = 0; v < 3; ++v)
+                is_first[edge_numbers.at(key(face[v], face[(v + 1) % 3]))] = true;
+            else
+              for (unsigned int v = 0; v < 2; ++v)
+                classes.join(edge_numbers.at(key(face[v], face[v + 1])),
+                             edge_numbers.at(key(face[v + 2], face[(v + 3) % 4])));
+          }
+        std::vector<bool> class_is_halved(edge_numbers.size());
+        for (unsigned int edge = 0; edge < is_first.size(); ++edge)
+          if (is_first[edge])
+            class_is_halved[classes.of(edge)] = true;
+        halved.resize(edge_numbers.size());
+        for (unsigned int edge = 0; edge < halved.size(); ++edge)
+          halved[edge] = class_is_halved[classes.of(edge)];
+      }
+
+      bool is_halved(const unsigned int a, const unsigned int b) const
+      {
+        const auto edge = edge_numbers.find(key(a, b));
+        return edge != edge_numbers.end() && halved[edge->second];
+      }
+
+      /// The places of the corners of the cells that an element is divided into.
+      std::vector<std::array<CellPlace, 8>> cells_of(const ElementFile::Element &element) const
+      {
+        std::vector<std::array<CellPlace, 8>> cells;
+        const auto along = [&](const unsigned int a, const unsigned int b)
+        {
+          return is_halved(element.nodes[a], element.nodes[b]) ? std::vector<double>{0, 0.5, 1}
+                                                               : std::vector<double>{0, 1};
+        };
+        // The centre of some corners of a simplex
+        const auto centre = [](const std::vector<unsigned int> &corners)
+        {
+          CellPlace place{};
+          for (const unsigned int corner : corners)
+            place[corner] = 1. / corners.size();
+          return place;
+        };
+        if (element.shape == ElementShape::tetrahedron)
+        {
+          // Each corner with the others so that these turn about it in one way
+          for (const auto &[v, a, b, c] : {std::array<unsigned int, 4>{{0, 1, 2, 3}},
+                                           {{1, 0, 3, 2}},
+                                           {{2, 3, 0, 1}},
+                                           {{3, 2, 1, 0}}})
+            cells.push_back(
+                {{centre({v}), centre({v, a}), centre({v, a, b}), centre({v, b}), centre({v, c}),
+                  centre({v, a, c}), centre({0, 1, 2, 3}), centre({v, b, c})}});
+          return cells;
+        }
+        if (element.shape == ElementShape::wedge)
+        {
+          const std::vector<double> z = along(0, 3);
+          for (unsigned int k = 0; k + 1 < z.size(); ++k)
+            for (unsigned int v = 0; v < 3; ++v)
+            {
+              const std::array<CellPlace, 4> quadrilateral = {
+                  {centre({v}), centre({v, (v + 1) % 3}), centre({0, 1, 2}),
+                   centre({v, (v + 2) % 3})}};
+              std::array<CellPlace, 8> cell;
+              for (unsigned int w = 0; w < 8; ++w)
+              {
+                cell[w]    = quadrilateral[w % 4];
+                cell[w][3] = z[k + w / 4];
+              }
+              cells.push_back(cell);
+            }
+          return cells;
+        }
+        const std::array<std::vector<double>, 3> x = {{along(0, 1), along(0, 3), along(0, 4)}};
+        for (unsigned int k = 0; k + 1 < x[2].size(); ++k)
+          for (unsigned int j = 0; j + 1 < x[1].size(); ++j)
+            for (unsigned int i = 0; i + 1 < x[0].size(); ++i)
+            {
+              std::array<CellPlace, 8> cell;
+              for (unsigned int w = 0; w < 8; ++w)
+                cell[w] = {{x[0][i + ElementMap::coordinate(w, 0)],
+                            x[1][j + ElementMap::coordinate(w, 1)],
+                            x[2][k + ElementMap::coordinate(w, 2)], 0}};
+              cells.push_back(cell);
+            }
+        return cells;
+      }
+
+      /// The corners of an element between which a place lies, as nodes in ascending order.
+      static std::vector<unsigned int> between(const ElementFile::Element &element,
+                                               const CellPlace &place)
+      {
+        std::vector<unsigned int> nodes;
+        for (unsigned int v = 0; v < ElementFile::n_corners(element.shape); ++v)
+        {
+          bool takes_part = true;
+          if (element.shape == ElementShape::tetrahedron)
+            takes_part = place[v] > 0;
+          else if (element.shape == ElementShape::wedge)
+            takes_part = place[v % 3] > 0 && (v < 3 ? place[3] < 1 : place[3] > 0);
+          else
+            for (unsigned int d = 0; d < 3; ++d)
+              takes_part =
+                  takes_part && (ElementMap::coordinate(v, d) == 0 ? place[d] < 1 : place[d] > 0);
+          if (takes_part)
+            nodes.push_back(element.nodes[v]);
+        }
+        std::sort(nodes.begin(), nodes.end());
+        return nodes;
+      }
+
+      /// The node at a place of an element. Inner ones belong to the element alone.
+      unsigned int node_at(const ElementFile::Element &element, const ElementMap &map,
+                           const CellPlace &place, unsigned int &inner)
+      {
+        const std::vector<unsigned int> corners = between(element, place);
+        if (corners.size() == 1)
+          return corners[0];
+        const Point<3> x = map.at(place);
+        if (corners.size() == ElementFile::n_corners(element.shape))
+        {
+          if (inner == ElementFile::none)
+          {
+            inner = out.nodes.size();
+            out.nodes.push_back(x);
+          }
+          return inner;
+        }
+        const auto [shared, is_new] = shared_nodes.emplace(corners, out.nodes.size());
+        if (is_new)
+          out.nodes.push_back(x);
+        else if (out.nodes[shared->second].distance(x) > same_place * map.size)
+          fail_beside_another(element);
+        return shared->second;
+      }
+
+      void divide_element(const unsigned int e)
+      {
+        const ElementFile::Element &element = in.elements[e];
+        const auto places                   = cells_of(element);
+        if (places.size() == 1 && !element.is_quadratic())
+        {
+          MeshFile::Cell cell{{}, element.number};
+          std::copy_n(element.nodes.begin(), 8, cell.nodes.begin());
+          parts[e].push_back(out.cells.size());
+          out.cells.push_back(cell);
+          return;
+        }
+        const ElementMap map(in.nodes, element, follows_circles(e));
+        const bool has_shape = !follows_circles(e) && !map.is_straight();
+        unsigned int inner   = ElementFile::none;
+        double low = 1, high = -1;
+        const auto add = [&](const auto &jacobians)
+        {
+          for (const double jacobian : jacobians)
+          {
+            low  = std::min(low, jacobian);
+            high = std::max(high, jacobian);
+          }
+        };
+        for (const std::array<CellPlace, 8> &place : places)
+        {
+          MeshFile::Cell cell{{}, element.number};
+          for (unsigned int v = 0; v < 8; ++v)
+            cell.nodes[v] = node_at(element, map, place[v], inner);
+          add(corner_jacobians(out, cell));
+          if (has_shape)
+            add(shape_cell(element, cell, place, map).scaled_jacobians());
+          parts[e].push_back(out.cells.size());
+          out.cells.push_back(cell);
+        }
+        out.division.n_divided += places.size() > 1;
+        out.division.n_curved += has_shape;
+        // A hexahedron that stays one is looked at with the others, as the file has it.
+        if ((places.size() > 1 || has_shape) && !(low > 0 || high < 0))
+          fail(element, text_of("is flat or folded: the hexahedra that it is divided into have "
+                                "scaled Jacobians from ",
+                                low, " to ", high, "; all must be positive."));
+      }
+
+      /// Some corners of a cell by their nodes, ascending.
+      template <std::size_t n>
+      static std::array<unsigned int, n> nodes_of(const MeshFile::Cell &cell,
+                                                  std::array<unsigned int, n> some)
+      {
+        for (unsigned int &corner : some)
+          corner = cell.nodes[corner];
+        std::sort(some.begin(), some.end());
+        return some;
+      }
+
+      /// The point of an element half way between some corners of one of its cells.
+      template <std::size_t n>
+      static Point<3> half_way(const ElementMap &map, const std::array<CellPlace, 8> &corners,
+                               const std::array<unsigned int, n> &some)
+      {
+        CellPlace place{};
+        for (const unsigned int corner : some)
+          for (unsigned int k = 0; k < 4; ++k)
+            place[k] += corners[corner][k] / n;
+        return map.at(place);
+      }
+
+      [[noreturn]] void fail_beside_another(const ElementFile::Element &element) const
+      {
+        fail(element, "shares an edge or face with another element that is curved otherwise there: "
+                      "linear beside quadratic elements need straight edges in between.");
+      }
+
+      /// Gives the next cell the points of the element's polynomial between its corners.
+      QuadraticManifold shape_cell(const ElementFile::Element &element, const MeshFile::Cell &cell,
+                                   const std::array<CellPlace, 8> &corners, const ElementMap &map)
+      {
+        QuadraticCells &shapes = out.quadratic;
+        const auto add         = [&](auto &points, const auto &some)
+        {
+          const Point<3> x            = half_way(map, corners, some);
+          const auto [shared, is_new] = points.emplace(nodes_of(cell, some), x);
+          if (!is_new && shared->second.distance(x) > same_place * map.size)
+            fail_beside_another(element);
+        };
+        for (const auto &edge : ElementFile::edges(ElementShape::hexahedron))
+          add(shapes.edges, edge);
+        for (const auto &face : MeshFile::cell_faces)
+          add(shapes.faces, face);
+        const unsigned int number = out.cells.size();
+        shapes.cells[number] =
+            half_way(map, corners, std::array<unsigned int, 8>{{0, 1, 2, 3, 4, 5, 6, 7}});
+        std::array<Point<3>, 8> places;
+        std::array<unsigned int, 8> vertices{};
+        for (unsigned int v = 0; v < 8; ++v)
+        {
+          vertices[v] = cell.nodes[lexicographic_corners[v]];
+          places[v]   = out.nodes[vertices[v]];
+        }
+        return QuadraticManifold(shapes.points(number, places, vertices));
+      }
+
+      /// Cells without a shape of their own must have the edges that their neighbours give them.
+      void check_neighbours() const
+      {
+        if (out.quadratic.empty())
+          return;
+        for (unsigned int e = 0; e < in.elements.size(); ++e)
+        {
+          if (out.quadratic.cells.count(parts[e][0]) > 0)
+            continue;
+          const ElementFile::Element &element = in.elements[e];
+          const auto places                   = cells_of(element);
+          const ElementMap map(in.nodes, element, follows_circles(e));
+          for (unsigned int k = 0; k < places.size(); ++k)
+            for (const auto &edge : ElementFile::edges(ElementShape::hexahedron))
+            {
+              const auto shared = out.quadratic.edges.find(nodes_of(out.cells[parts[e][k]], edge));
+              if (shared != out.quadratic.edges.end() &&
+                  shared->second.distance(half_way(map, places[k], edge)) > same_place * map.size)
+                fail_beside_another(element);
+            }
+        }
+      }
+
+      /// The node between corners, or none where no element has been divided there.
+      unsigned int shared_node(std::vector<unsigned int> corners) const
+      {
+        std::sort(corners.begin(), corners.end());
+        const auto node = shared_nodes.find(corners);
+        return node == shared_nodes.end() ? ElementFile::none : node->second;
+      }
+
+      /// The faces of cells that a face is divided into. One of no element becomes one of no cell.
+      std::vector<MeshFile::Face> faces_of(const ElementFile::Face &face) const
+      {
+        std::vector<MeshFile::Face> result;
+        const auto add = [&](MeshFile::Face corners)
+        {
+          std::sort(corners.begin(), corners.end());
+          result.push_back(corners);
+        };
+        if (face[3] == ElementFile::none)
+        {
+          const unsigned int centre = shared_node({face[0], face[1], face[2]});
+          for (unsigned int v = 0; v < 3; ++v)
+          {
+            const unsigned int a = face[v], b = face[(v + 1) % 3], c = face[(v + 2) % 3];
+            const unsigned int ab = shared_node({a, b}), ca = shared_node({c, a});
+            const bool exists =
+                centre != ElementFile::none && ab != ElementFile::none && ca != ElementFile::none;
+            add(exists ? MeshFile::Face{{a, ab, centre, ca}} : MeshFile::Face{{a, b, c, c}});
+          }
+          return result;
+        }
+        const auto [a, b, c, d] = face;
+        const unsigned int ab = shared_node({a, b}), bc = shared_node({b, c}),
+                           cd = shared_node({c, d}), da = shared_node({d, a}),
+                           centre   = shared_node({a, b, c, d});
+        constexpr unsigned int none = ElementFile::none;
+        if (centre != none && ab != none && bc != none && cd != none && da != none)
+        {
+          add({{a, ab, centre, da}});
+          add({{ab, b, bc, centre}});
+          add({{centre, bc, c, cd}});
+          add({{da, centre, cd, d}});
+        }
+        else if (ab != none && cd != none)
+        {
+          add({{a, ab, cd, d}});
+          add({{ab, b, c, cd}});
+        }
+        else if (bc != none && da != none)
+        {
+          add({{a, b, bc, da}});
+          add({{da, bc, c, d}});
+        }
+        else
+          add(face);
+        return result;
+      }
+
+      void carry_groups()
+      {
+        for (const auto &[name, elements] : in.volumes)
+          for (const unsigned int e : elements)
+            out.volumes[name].insert(out.volumes[name].end(), parts[e].begin(), parts[e].end());
+        for (const auto &[name, faces] : in.surfaces)
+          for (const ElementFile::Face &face : faces)
+            for (const MeshFile::Face &part : faces_of(face))
+              out.surfaces[name].push_back(part);
+        for (auto &[name, cells] : out.volumes)
+          std::sort(cells.begin(), cells.end());
+        for (auto &[name, faces] : out.surfaces)
+        {
+          std::sort(faces.begin(), faces.end());
+          faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+        }
+        out.node_sets = in.node_sets;
+      }
+
+      /// Of an element's longest edge: what the digits of a file may miss
+      static constexpr double same_place = 1e-5;
+
+      const ElementFile &in;
+      const std::function<bool(unsigned int)> &follows_circles;
+      MeshFile out;
+      std::unordered_map<std::uint64_t, unsigned int> edge_numbers;
+      std::vector<bool> halved;                                       ///< by edge
+      std::map<std::vector<unsigned int>, unsigned int> shared_nodes; ///< by corners
+      std::vector<std::vector<unsigned int>> parts;                   ///< cells of each element
+    };
+  } // namespace
+
+  MeshFile divide(const ElementFile &elements,
+                  const std::function<bool(unsigned int)> &follows_circles)
+  {
+    return Divider(elements, follows_circles).divide();
+  }
+} // namespace squeal

@@ -1,0 +1,553 @@
+#include <squeal/assessment/stability.h>
+#include <squeal/eigen/eigensolvers.h>
+#include <squeal/eigen/growth_search.h>
+#include <squeal/reduction/reduced_sectors.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+namespace squeal
+{
+  namespace
+  {
+    /// The first rows of small vectors, with zeros below if they have fewer.
+    ComplexMultiVector with_rows(const ComplexMultiVector &x, const unsigned int n)
+    {
+      ComplexMultiVector result(small_rows(n), x.n_columns());
+      for (unsigned int k = 0; k < x.n_columns(); ++k)
+        for (unsigned int i = 0; i < std::min(n, x.n_local()); ++i)
+          result.set(i, k, x(i, k));
+      return result;
+    }
+
+    /// Columns become those of the given numbers.
+    void insert(const ComplexMultiVector &columns, const std::vector<unsigned int> &numbers,
+                ComplexMultiVector &to)
+    {
+      for (unsigned int k = 0; k < numbers.size(); ++k)
+        for (unsigned int i = 0; i < columns.n_local(); ++i)
+          to.set(i, numbers[k], columns(i, k));
+    }
+
+    /// Zero if there is no such kind.
+    template <typename Kind>
+    double size_in(const std::map<Kind, double> &strengths, const Kind &kind)
+    {
+      const auto found = strengths.find(kind);
+      return found == strengths.end() ? 0. : found->second;
+    }
+
+    constexpr std::array<ComplexMultiVector EigenPairs::*, 2> both_sides = {
+        {&EigenPairs::right, &EigenPairs::left}};
+  } // namespace
+
+  void ReducedSectors::set_expansion_point(QuadraticEigenproblem problem,
+                                           const std::vector<Term> &terms,
+                                           const EigenSolution::Reuse &solution,
+                                           const Sectors &given, const bool semidefinite)
+  {
+    inverse_factors.clear();
+    n_expansion_constraints = problem.n_constraints;
+    sectors                 = given;
+    whole                   = problem.rows;
+    n_local_constraints     = problem.n_local_constraints;
+    compliant               = problem.compliant;
+    for (unsigned int order = 0; order < 3; ++order)
+      norms[order] = (order == 0 ? problem.Q : order == 1 ? problem.P : problem.M).infinity_norm();
+
+    const unsigned int n_parts = solution.sectors.empty() ? 1 : solution.sectors.size();
+    if (n_parts > 1) // the sectors sum their own
+      problem = problem.of_same_unknowns();
+    if (parts.size() != n_parts) // else what they have learnt of the terms stays
+    {
+      parts.clear();
+      for (const Sector &sector : (n_parts == 1 ? Sectors() : sectors).all(problem.rows))
+        parts.push_back({sector, ReducedModel(options, course), {}, 0, 0, {}, {}, {}});
+    }
+    if (!restrict(terms))
+    {
+      parts.clear();
+      return;
+    }
+    const Strengths here = strengths_of(terms);
+    surveyed             = {{here, here}};
+    is_expansion_definite.reset();
+    clearance        = n_parts == 1 ? solution.clearance : solution.sectors[0]->reuse.clearance;
+    no_growth_beyond = n_parts > 1 || solution.has_no_growth_beyond;
+    for (const auto &of_sector : solution.sectors)
+    {
+      clearance = std::min(clearance, of_sector->reuse.clearance);
+      no_growth_beyond &= of_sector->reuse.has_no_growth_beyond;
+    }
+    for (unsigned int h = 0; h < n_parts; ++h)
+    {
+      Part &part                        = parts[h];
+      const EigenSolution::Reuse &found = n_parts == 1 ? solution : solution.sectors[h]->reuse;
+      QuadraticEigenproblem of_sector;
+      if (!part.sector.is_whole())
+        of_sector = expansion_problem_of(part);
+      const QuadraticEigenproblem &own = part.sector.is_whole() ? problem : of_sector;
+      part.expansion_terms             = part.terms;
+      part.n_modes                     = found.disc_right.n_columns() / 2;
+      part.expansion_count             = found.n_reference;
+      if (part.n_modes > 0)
+        part.reduced.set_expansion_point(own, part.terms, found);
+      else
+        part.reduced = ReducedModel(options, course);
+      if (!part.reference)
+        part.reference = std::make_shared<BracketedCount>(
+            own.rows, own.n_local_constraints, search_radius(options.max_imaginary), semidefinite);
+      part.reference->forget_box();
+    }
+    if (!has_expansion_point())
+      return;
+    for (unsigned int h = 0; h < n_parts; ++h)
+      inverse_factors.push_back(n_parts == 1 ? solution.factorization
+                                             : solution.sectors[h]->reuse.factorization);
+  }
+
+  QuadraticEigenproblem ReducedSectors::expansion_problem_of(const Part &part) const
+  {
+    QuadraticEigenproblem result;
+    result.rows = part.sector.row_range();
+    result.M    = sum_of(result.rows, part.terms, 2);
+    result.Q    = sum_of(result.rows, part.terms, 0);
+    result.n_constraints =
+        part.sector.is_whole() ? n_expansion_constraints : n_expansion_constraints / 2;
+    result.n_local_constraints = part.sector.n_local_pressures(n_local_constraints);
+    result.compliant           = compliant;
+    return result;
+  }
+
+  MultiVector ReducedSectors::apply_inverse(const MultiVector &b) const
+  {
+    ++n_inverse_;
+    MultiVector x(b.row_range(), b.n_columns());
+    for (unsigned int h = 0; h < parts.size(); ++h)
+    {
+      const MultiVector b_h = parts[h].sector.restrict(b);
+      if (largest_entry(b_h) > 0)
+        x += parts[h].sector.expand(inverse_factors[h]->solve(b_h));
+    }
+    return x;
+  }
+
+  void ReducedSectors::renew_inverse(const std::vector<Term> &terms)
+  {
+    if (!has_expansion_point() || !restrict(terms))
+      return;
+    const Part &part = parts.front();
+    try
+    {
+      inverse_factors.front() = std::make_shared<const Factorization>(
+          sum_of(part.reference->row_range(), part.terms, 0), Factorization::Kind::lu,
+          "the position matrix (for static states)");
+    }
+    catch (const SingularMatrix &)
+    {
+    }
+  }
+
+  std::vector<double> ReducedSectors::varying_terms() const
+  {
+    // The first sector that cannot be projected keeps the others from learning.
+    std::set<double> of_any;
+    for (const Part &part : parts)
+      for (const double number : part.reduced.varying_terms())
+        of_any.insert(number);
+    return {of_any.begin(), of_any.end()};
+  }
+
+  void ReducedSectors::keep_apart(const std::vector<double> &varying_terms)
+  {
+    for (Part &part : parts)
+      part.reduced.keep_apart(varying_terms);
+  }
+
+  void ReducedSectors::learn(const std::vector<Term> &terms)
+  {
+    if (!has_expansion_point() || !restrict(terms))
+      return;
+    for (Part &part : parts)
+      part.reduced.learn(part.terms);
+  }
+
+  bool ReducedSectors::has_expansion_point() const
+  {
+    return !parts.empty() &&
+           std::all_of(parts.begin(), parts.end(),
+                       [](const Part &part)
+                       { return part.n_modes == 0 || part.reduced.has_expansion_point(); }) &&
+           std::any_of(parts.begin(), parts.end(),
+                       [](const Part &part) { return part.n_modes > 0; });
+  }
+
+  // Terms.
+
+  bool ReducedSectors::keep_to_sectors(const std::vector<Term> &terms) const
+  {
+    // A hundredth of the backward error that projected modes may have, but no less than the
+    // rounding that full solutions allow
+    const double rounding = std::max(1e-3 * options.tolerance, 1e-11);
+    return std::all_of(terms.begin(), terms.end(),
+                       [&](const Term &term)
+                       { return sectors.keep(term, rounding * norms[term.order]); });
+  }
+
+  bool ReducedSectors::restrict(const std::vector<Term> &terms)
+  {
+    if (parts.size() == 1)
+    {
+      parts.front().terms = terms;
+      return true;
+    }
+    std::vector<Term> added;
+    for (const Term &term : terms)
+      if (term.matrix && *term.matrix && !parts.front().restricted.count(term.matrix))
+        added.push_back(term);
+    if (!keep_to_sectors(added))
+      return false;
+    // New ones at once: rows are walked through once for all.
+    std::vector<std::vector<Term>> alone;
+    for (const Term &term : added)
+      if (std::none_of(alone.begin(), alone.end(),
+                       [&](const std::vector<Term> &other)
+                       { return other.front().matrix == term.matrix; }))
+        alone.push_back({{term.origin, 0, 1., term.matrix}});
+    for (Part &part : parts)
+    {
+      std::vector<Matrix> restricted = part.sector.sums(alone);
+      std::map<std::shared_ptr<const Matrix>, std::shared_ptr<const Matrix>> present;
+      for (unsigned int k = 0; k < alone.size(); ++k)
+        present[alone[k].front().matrix] = std::make_shared<const Matrix>(std::move(restricted[k]));
+      part.terms.clear();
+      for (const Term &term : terms)
+      {
+        if (!term.matrix || !*term.matrix)
+          continue;
+        std::shared_ptr<const Matrix> &of_sector = present[term.matrix];
+        if (!of_sector)
+          of_sector = part.restricted.at(term.matrix);
+        part.terms.push_back({term.origin, term.order, term.coefficient, of_sector});
+      }
+      part.restricted = std::move(present);
+    }
+    return true;
+  }
+
+  bool ReducedSectors::has_count_of_expansion_point(const std::vector<Term> &terms)
+  {
+    if (!restrict(terms))
+      return false;
+    for (Part &part : parts)
+      if (part.reference->count(part.terms) != part.expansion_count)
+        return false;
+    return true;
+  }
+
+  // Modes.
+
+  ReducedSectors::Strengths ReducedSectors::strengths_of(const std::vector<Term> &terms)
+  {
+    Strengths result;
+    std::map<std::shared_ptr<const Matrix>, double> present;
+    for (const Term &term : terms)
+    {
+      const bool is_of_those = term.origin == Origin::inertia ||
+                               term.origin == Origin::elasticity ||
+                               (term.order == 1 && term.origin != Origin::transport);
+      if (!is_of_those || !term.matrix || !*term.matrix)
+        continue;
+      const auto known = matrix_norms.find(term.matrix);
+      present[term.matrix] =
+          known != matrix_norms.end() ? known->second : term.matrix->infinity_norm();
+      if (const double size = std::abs(term.coefficient) * present[term.matrix]; size > 0)
+        result[{term.origin, term.order}] += size;
+    }
+    matrix_norms = std::move(present);
+    return result;
+  }
+
+  bool ReducedSectors::is_within_clearance(const Strengths &now) const
+  {
+    const double margin = 1 + 0.8 * (clearance - 1); // norms are not distances
+    const auto covers   = [&](const Surveyed &known)
+    {
+      Strengths kinds = now;
+      kinds.insert(known.from.begin(), known.from.end());
+      return std::all_of(kinds.begin(), kinds.end(),
+                         [&](const Strengths::value_type &entry)
+                         {
+                           const double a = size_in(known.from, entry.first),
+                                        b = size_in(known.to, entry.first),
+                                        x = size_in(now, entry.first);
+                           return std::min(a, b) / margin <= x && x <= std::max(a, b) * margin;
+                         });
+    };
+    return std::any_of(surveyed.begin(), surveyed.end(), covers);
+  }
+
+  bool ReducedSectors::is_definite_on_rim(std::vector<Term> Part::*const of_part,
+                                          const unsigned int n_constraints,
+                                          const std::map<Origin, double> &factors) const
+  {
+    return std::all_of(parts.begin(), parts.end(),
+                       [&](const Part &part)
+                       {
+                         std::vector<Term> terms = part.*of_part;
+                         for (Term &term : terms)
+                           if (const auto factor = factors.find(term.origin);
+                               term.order == 1 && factor != factors.end())
+                             term.coefficient *= factor->second;
+                         return squeal::is_definite_on_rim(
+                             part.sector.row_range(), terms,
+                             part.sector.is_whole() ? n_constraints : n_constraints / 2,
+                             options.max_imaginary);
+                       });
+  }
+
+  /// Where velocity terms only damp, more of them make Q(-R) less definite: definite with the most
+  /// of them is definite with less.
+  bool ReducedSectors::survey(const Strengths &now, const unsigned int n_constraints)
+  {
+    if (!is_expansion_definite)
+      is_expansion_definite =
+          is_definite_on_rim(&Part::expansion_terms, n_expansion_constraints, {});
+    if (!*is_expansion_definite)
+      return false;
+    const bool only_damps = std::none_of(parts.begin(), parts.end(),
+                                         [](const Part &part) { return may_excite(part.terms); });
+    Surveyed reached{now, now};
+    if (only_damps)
+    {
+      double of_all = 0;
+      for (const auto &[kind, size] : now)
+        if (kind.second == 1)
+        {
+          of_all += size;
+          reached.from[kind] = size_in(surveyed.front().from, kind);
+        }
+      // What has grown from little may go on to a tenth of the others.
+      constexpr double far = 30, of_others = 0.1;
+      std::map<Origin, double> tried;
+      for (const double least : {of_others * of_all, 0.})
+      {
+        Surveyed ahead = reached;
+        std::map<Origin, double> factors;
+        for (auto &[kind, size] : ahead.to)
+          if (kind.second == 1)
+          {
+            const double at_first = size_in(reached.from, kind);
+            factors[kind.first]   = size > at_first   ? std::max(far, least / size)
+                                    : size < at_first ? 1 / far
+                                                      : 1;
+            size *= factors[kind.first];
+          }
+        if (factors != tried && is_definite_on_rim(&Part::terms, n_constraints, factors))
+        {
+          surveyed.push_back(std::move(ahead));
+          return true;
+        }
+        tried = std::move(factors);
+      }
+    }
+    // Rather a few symmetric factorisations than a full solution
+    if (!is_definite_on_rim(&Part::terms, n_constraints, {}))
+      return false;
+    surveyed.push_back(std::move(reached));
+    return true;
+  }
+
+  std::optional<EigenPairs> ReducedSectors::solve(const std::vector<Term> &terms,
+                                                  const unsigned int n_constraints)
+  {
+    if (!restrict(terms))
+      return std::nullopt;
+    if (const Strengths now = strengths_of(terms);
+        !is_within_clearance(now) && !survey(now, n_constraints))
+      return std::nullopt;
+    std::vector<EigenPairs> found;
+    for (Part &part : parts)
+    {
+      std::optional<EigenPairs> of_part =
+          part.n_modes == 0 ? EigenPairs() : part.reduced.solve(part.terms);
+      if (!of_part)
+        return std::nullopt;
+      found.push_back(std::move(*of_part));
+    }
+    // One half may have none to correct for long. Vectors drift on until the next correction.
+    constexpr double safety = 4;
+    double amplification    = 0;
+    for (const Part &part : parts)
+      amplification = std::max(amplification, part.reduced.amplification());
+    for (EigenPairs &of_part : found)
+      for (const double error : of_part.backward_error)
+        of_part.projection_error.push_back(
+            std::max(safety * amplification * error, options.tolerance));
+    if (parts.size() == 1)
+      return std::move(found.front());
+    EigenPairs modes;
+    for (unsigned int h = 0; h < parts.size(); ++h)
+    {
+      EigenPairs &of_part = found[h];
+      of_part.parity.assign(of_part.size(), parts[h].sector.parity());
+      // Components and norms of a sector and of the whole differ by up to sqrt(2).
+      for (double &error : of_part.backward_error)
+        error *= 2;
+      for (const auto side : both_sides)
+        of_part.*side = in_all_coordinates(of_part.*side);
+      if (h == 0)
+        modes = std::move(of_part);
+      else
+        modes.append(of_part);
+    }
+    return modes.select(order_of_modes(modes.lambda));
+  }
+
+  bool ReducedSectors::is_crowded() const
+  {
+    return std::any_of(parts.begin(), parts.end(),
+                       [](const Part &part) { return part.reduced.is_crowded(); });
+  }
+
+  bool ReducedSectors::is_full() const
+  {
+    return std::any_of(parts.begin(), parts.end(),
+                       [](const Part &part) { return part.reduced.is_full(); });
+  }
+
+  EigenPairs ReducedSectors::restart(const EigenPairs &modes)
+  {
+    std::vector<EigenPairs> of_parts;
+    for (Part &part : parts)
+    {
+      of_parts.push_back(extract(modes, part));
+      if (!part.reduced.is_crowded())
+        continue;
+      const EigenPairs whole = part.reduced.expand(of_parts.back());
+      part.reduced.restart();
+      of_parts.back() = part.reduced.coordinates(whole);
+    }
+    EigenPairs result = modes;
+    for (const auto side : both_sides)
+    {
+      result.*side = in_all_coordinates(ComplexMultiVector(small_rows(0), modes.size()));
+      for (unsigned int h = 0; h < parts.size(); ++h)
+        insert(of_parts[h].*side, modes_of(modes, parts[h]), result.*side);
+    }
+    return result;
+  }
+
+  std::vector<unsigned int> ReducedSectors::modes_of(const EigenPairs &modes, const Part &part)
+  {
+    std::vector<unsigned int> numbers;
+    for (unsigned int k = 0; k < modes.size(); ++k)
+      if (part.sector.is_whole() || modes.parity[k] == part.sector.parity())
+        numbers.push_back(k);
+    return numbers;
+  }
+
+  EigenPairs ReducedSectors::extract(const EigenPairs &modes, const Part &part)
+  {
+    EigenPairs result = modes.select(modes_of(modes, part));
+    for (const auto side : both_sides)
+      result.*side = with_rows(result.*side, part.reduced.dimension());
+    return result;
+  }
+
+  template <typename Visit>
+  void ReducedSectors::for_parts(const EigenPairs &modes, const Visit &visit) const
+  {
+    for (const Part &part : parts)
+      if (const std::vector<unsigned int> numbers = modes_of(modes, part); !numbers.empty())
+        visit(part, numbers, extract(modes, part));
+  }
+
+  ComplexMultiVector ReducedSectors::in_all_coordinates(const ComplexMultiVector &of_part) const
+  {
+    unsigned int largest = 0;
+    for (const Part &part : parts)
+      largest = std::max(largest, part.reduced.dimension());
+    return with_rows(of_part, largest);
+  }
+
+  std::vector<std::complex<double>>
+  ReducedSectors::biorthogonality(const EigenPairs &of_left, const EigenPairs &of_right) const
+  {
+    std::vector<std::complex<double>> result(std::size_t(of_left.size()) * of_right.size());
+    for_parts(
+        of_right,
+        [&](const Part &part, const std::vector<unsigned int> &columns, const EigenPairs &right)
+        {
+          const std::vector<unsigned int> lines = modes_of(of_left, part);
+          const auto form =
+              squeal::biorthogonality(part.reduced.problem(), extract(of_left, part), right);
+          for (unsigned int j = 0; j < columns.size(); ++j)
+            for (unsigned int i = 0; i < lines.size(); ++i)
+              result[lines[i] + std::size_t(columns[j]) * of_left.size()] =
+                  form[i + std::size_t(j) * lines.size()];
+        });
+    return result;
+  }
+
+  ReducedModel::RayleighForms ReducedSectors::rayleigh_forms(const EigenPairs &modes) const
+  {
+    ReducedModel::RayleighForms result;
+    result.of_p.resize(modes.size());
+    result.of_q = result.of_p;
+    for_parts(
+        modes,
+        [&](const Part &part, const std::vector<unsigned int> &numbers, const EigenPairs &of_part)
+        {
+          const auto forms = part.reduced.rayleigh_forms(of_part);
+          for (unsigned int k = 0; k < numbers.size(); ++k)
+          {
+            result.of_p[numbers[k]] = forms.of_p[k];
+            result.of_q[numbers[k]] = forms.of_q[k];
+          }
+        });
+    return result;
+  }
+
+  /// z^H dA x of a mode of a sector needs V_h^T dA V_h only, whatever the symmetry of dA.
+  std::vector<std::complex<double>>
+  ReducedSectors::sensitivities(const ParameterDerivative &derivative,
+                                const EigenPairs &modes) const
+  {
+    std::vector<std::complex<double>> result(modes.size());
+    for_parts(
+        modes,
+        [&](const Part &part, const std::vector<unsigned int> &numbers, const EigenPairs &of_part)
+        {
+          ParameterDerivative projected = derivative;
+          projected.terms.clear();
+          for (const Term &term : derivative.terms)
+            if (term.matrix && *term.matrix)
+              projected.terms.push_back(
+                  {term.origin, term.order, term.coefficient, part.sector.restrict(term.matrix)});
+          projected.terms  = part.reduced.project(projected.terms);
+          const auto found = squeal::sensitivities(projected, of_part);
+          for (unsigned int k = 0; k < numbers.size(); ++k)
+            result[numbers[k]] = found[k];
+        });
+    return result;
+  }
+
+  EigenPairs ReducedSectors::expand(const EigenPairs &modes) const
+  {
+    EigenPairs result = modes;
+    for (const auto side : both_sides)
+      result.*side = ComplexMultiVector(whole, modes.size());
+    for_parts(
+        modes,
+        [&](const Part &part, const std::vector<unsigned int> &numbers, const EigenPairs &of_part)
+        {
+          const EigenPairs expanded = part.reduced.expand(of_part);
+          for (const auto side : both_sides)
+            insert(part.sector.expand(expanded.*side), numbers, result.*side);
+        });
+    return result;
+  }
+} // namespace squeal

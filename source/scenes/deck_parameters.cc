@@ -1,0 +1,670 @@
+#include <squeal/base/errors.h>
+#include <squeal/base/files.h>
+#include <squeal/base/text.h>
+#include <squeal/mesh_files/deck_lines.h>
+#include <squeal/mesh_files/deck_model.h>
+#include <squeal/mesh_files/element_file.h>
+#include <squeal/mesh_files/mesh_checks.h>
+#include <squeal/scenes/deck_parameters.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <tuple>
+
+// What the deck says beside its mesh (deck_model.h) becomes a parameter file: DeckWriter decides
+// what turns, where the axis is and which units the deck has, and writes what follows.
+
+namespace squeal
+{
+  using namespace dealii;
+
+  namespace
+  {
+    /// The law of a section's material as lines of a parameter file.
+    struct DeckLaw
+    {
+      std::string material, orientation;
+      bool operator<(const DeckLaw &other) const
+      {
+        return std::tie(material, orientation) < std::tie(other.material, other.orientation);
+      }
+    };
+
+    class DeckWriter
+    {
+    public:
+      DeckWriter(const ElementFile &mesh, DeckModel &&deck, const std::string &rotor)
+          : mesh(mesh), deck(std::move(deck))
+      {
+        for (unsigned int e = 0; e < mesh.elements.size(); ++e)
+          for (unsigned int f = 0; f < ElementFile::faces(mesh.elements[e].shape).size(); ++f)
+            element_of_face.emplace(ElementFile::ascending(mesh.face(mesh.elements[e], f)), e);
+        choose_units();
+        choose_rotor(rotor);
+        sort_contacts();
+        choose_axis();
+      }
+
+      std::string write()
+      {
+        out << "# Written by squeal --from-deck " << mesh.name
+            << ". Look it through: what it passed over\n# is listed at the end. Units: "
+            << (length == 1 ? "the deck's are taken as m, kg, s."
+                            : "the deck's are taken as mm, t, s, N, MPa; here all are m, kg, s.")
+            << "\n\nset Scene = mesh\nset Stage = " << (pairs.empty() ? "elastic" : "full")
+            << "\n\nsubsection Mesh\n";
+        line("File", mesh.name);
+        line("Scale", digits(length));
+        line("Axis", std::string(1, "xyz"[axis]),
+             axis_is_told ? "" : "as the contact surfaces say");
+        line("Origin", digits(origin[0]) + ", " + digits(origin[1]) + ", " + digits(origin[2]),
+             "a point of the axis, units of the file");
+        write_bodies();
+        write_supports();
+        out << "end\n";
+        write_materials();
+        write_joints();
+        if (deck.speed != 0)
+          section("Operation", {{"Angular velocity", digits(deck.speed)}});
+        else if (!pairs.empty())
+          out << "\n# The deck does not say how fast the rotor turns.\nsubsection Operation\n  set "
+                 "Angular velocity = 20\nend\n";
+        write_friction();
+        section("Discretization", {{"Degree", "2"}});
+        if (deck.frequency > 0)
+          section("Eigenproblem", {{"Maximum frequency", digits(deck.frequency)}});
+        if (!deck.passed_over.empty())
+          out << "\n# Passed over:\n";
+        for (const std::string &what : deck.passed_over)
+          out << "#   " << what << "\n";
+        return out.str();
+      }
+
+    private:
+      [[noreturn]] void fail(const std::string &message) const
+      {
+        throw InputError("--from-deck " + mesh.name + ": " + message);
+      }
+
+      static std::string digits(const double value)
+      {
+        return formatted("%.15g", value);
+      }
+
+      void line(const std::string &key, const std::string &value, const std::string &comment = "")
+      {
+        if (!value.empty())
+          out << "  set " << key << " = " << value << (comment.empty() ? "" : "  # " + comment)
+              << "\n";
+      }
+
+      void section(const std::string &name,
+                   const std::vector<std::pair<std::string, std::string>> &lines_of)
+      {
+        out << "\nsubsection " << name << "\n";
+        for (const auto &[key, value] : lines_of)
+          line(key, value);
+        out << "end\n";
+      }
+
+      static void append(std::string &list, const std::string &item)
+      {
+        list += (list.empty() ? "" : ", ") + item;
+      }
+
+      static std::string list_of(const std::set<std::string> &names)
+      {
+        std::string list;
+        for (const std::string &name : names)
+          append(list, name);
+        return list;
+      }
+
+      /// A density below 1e-3 is in t/mm^3: solids have 1e-9 to 2e-8 of these, and more than 10
+      /// kg/m^3. Without densities there are no modes.
+      void choose_units()
+      {
+        for (const DeckSection &of : deck.sections)
+        {
+          const auto material = deck.materials.find(of.material);
+          if (material == deck.materials.end())
+            fail("there is no *MATERIAL " + of.material + ", which the section of " + of.volume +
+                 " has.");
+          if (mesh.volumes.count(of.volume) == 0)
+            fail("the set " + of.volume + " of a *SOLID SECTION has no solid elements.");
+          if (material->second.elastic.empty() || !(material->second.density > 0))
+            fail("the material " + of.material + " needs *ELASTIC and a *DENSITY above zero.");
+        }
+        if (deck.sections.empty())
+          fail("there is no *SOLID SECTION: nothing has a material.");
+        std::set<bool> is_in_mm;
+        for (const DeckSection &of : deck.sections)
+          is_in_mm.insert(deck.materials.at(of.material).density < 1e-3);
+        if (is_in_mm.size() > 1)
+          fail("some densities are in kg/m^3, others in t/mm^3, as it seems; a deck has one system "
+               "of units.");
+        length = *is_in_mm.begin() ? 1e-3 : 1;
+      }
+
+      std::set<std::string> volumes() const
+      {
+        std::set<std::string> result;
+        for (const DeckSection &of : deck.sections)
+          result.insert(of.volume);
+        return result;
+      }
+
+      void choose_rotor(const std::string &names)
+      {
+        const std::set<std::string> known = volumes();
+        if (deck_label(names) == "NONE" && known.count("NONE") == 0)
+          return; // parts alone
+        if (names.empty())
+        {
+          for (const std::string &volume : known)
+            for (const std::string word : {"ROTOR", "DISC", "DISK"})
+              if (volume.find(word) != std::string::npos)
+                rotor.insert(volume);
+        }
+        else
+          for (const std::string &name : deck_fields(names))
+          {
+            if (known.count(deck_label(name)) == 0)
+              fail("--rotor: there is no section '" + name + "'. Allowed are: " + list_of(known) +
+                   ".");
+            rotor.insert(deck_label(name));
+          }
+        if (rotor.empty())
+          fail(
+              "no section has a name like rotor, disc or disk. Say which turns: --rotor NAME, of " +
+              list_of(known) + "; or --rotor none: the parts are studied alone.");
+      }
+
+      const std::vector<ElementFile::Face> &faces_of(const std::string &surface) const
+      {
+        const auto faces = mesh.surfaces.find(surface);
+        if (faces == mesh.surfaces.end() || faces->second.empty())
+          fail("there is no surface " + surface + " with faces of solid elements.");
+        return faces->second;
+      }
+
+      /// The section in which a surface is, by its first face.
+      std::string volume_of(const std::string &surface) const
+      {
+        const auto element = element_of_face.find(ElementFile::ascending(faces_of(surface)[0]));
+        if (element != element_of_face.end())
+          for (const std::string &volume : volumes())
+            if (const auto group = mesh.volumes.find(volume);
+                group != mesh.volumes.end() &&
+                std::binary_search(group->second.begin(), group->second.end(), element->second))
+              return volume;
+        fail("the surface " + surface + " is on no section's elements.");
+      }
+
+      double area_of(const std::string &surface) const
+      {
+        double area = 0;
+        for (const ElementFile::Face &face : faces_of(surface))
+        {
+          // Half the product of the diagonals; a triangle's fourth corner is the first again.
+          const Point<3> &fourth = mesh.nodes[face[3] == ElementFile::none ? face[0] : face[3]];
+          area += cross_product_3d(mesh.nodes[face[2]] - mesh.nodes[face[0]],
+                                   fourth - mesh.nodes[face[1]])
+                      .norm() /
+                  2;
+        }
+        return area;
+      }
+
+      double friction_of(const DeckContact &contact) const
+      {
+        const auto value = deck.friction.find(contact.interaction);
+        return value == deck.friction.end() ? 0 : value->second;
+      }
+
+      /// What slides on the rotor is a pad; other contacts are joints.
+      void sort_contacts()
+      {
+        for (DeckContact contact : deck.contacts)
+        {
+          const bool first  = rotor.count(volume_of(contact.first)) > 0,
+                     second = rotor.count(volume_of(contact.second)) > 0;
+          if (first)
+            std::swap(contact.first, contact.second);
+          if (first || second)
+          {
+            pairs.push_back(contact);
+            pads.insert(volume_of(contact.first));
+          }
+          else
+          {
+            // The first surface lies on the second.
+            if (area_of(contact.first) > area_of(contact.second))
+              std::swap(contact.first, contact.second);
+            joints.push_back(contact);
+          }
+        }
+        for (const std::string &volume : rotor)
+          pads.erase(volume);
+      }
+
+      /// Across the sliding surfaces, through the middle of the rotor.
+      void choose_axis()
+      {
+        Tensor<1, 3> direction;
+        if (deck.axis.size() == 6)
+        {
+          for (unsigned int d = 0; d < 3; ++d)
+          {
+            origin[d]    = deck.axis[d];
+            direction[d] = std::abs(deck.axis[3 + d] - deck.axis[d]);
+          }
+          axis_is_told = direction.norm() > 0;
+        }
+        if (!axis_is_told && pairs.empty())
+        {
+          direction[2] = 1;
+          if (!rotor.empty())
+            deck.passed_over.push_back(
+                "the axis of the rotor is not told: Mesh/Axis = z is a guess");
+        }
+        else if (!axis_is_told)
+          for (const ElementFile::Face &face : mesh.surfaces.at(pairs[0].second))
+          {
+            const Tensor<1, 3> normal = cross_product_3d(mesh.nodes[face[1]] - mesh.nodes[face[0]],
+                                                         mesh.nodes[face[2]] - mesh.nodes[face[0]]);
+            for (unsigned int d = 0; d < 3; ++d)
+              direction[d] += std::abs(normal[d]);
+          }
+        for (unsigned int d = 0; d < 3; ++d)
+          if (direction[d] > direction[axis])
+            axis = d;
+        if (!(direction[axis] > 0.999 * direction.norm()))
+          fail("the rotor's axis is along none of x, y, z: contact surfaces and *MOTION must be "
+               "across a coordinate. Turn the assembly.");
+        if (axis_is_told || rotor.empty())
+          return;
+        // Of the origin of the file where that is about in the middle, which of a coarse mesh no
+        // box is.
+        Box box;
+        for (const std::string &volume : rotor)
+          for (const unsigned int e : mesh.volumes.at(volume))
+            for (const unsigned int node : mesh.elements[e].nodes)
+              box.add(mesh.nodes[node]);
+        for (unsigned int d = 0; d < 3; ++d)
+          if (d != axis)
+          {
+            const double middle = (box.low[d] + box.high[d]) / 2;
+            origin[d]           = std::abs(middle) < 0.05 * (box.high[d] - box.low[d]) ? 0 : middle;
+          }
+      }
+
+      /// The coordinate of the parameter file that one of the deck becomes.
+      unsigned int placed(const unsigned int component) const
+      {
+        return (component + 2 - axis) % 3;
+      }
+
+      std::string place_of(const Point<3> &x) const
+      {
+        std::array<double, 3> result{};
+        for (unsigned int d = 0; d < 3; ++d)
+          result[placed(d)] = length * (x[d] - origin[d]);
+        return digits(result[0]) + " " + digits(result[1]) + " " + digits(result[2]);
+      }
+
+      void write_bodies()
+      {
+        std::map<DeckLaw, std::set<std::string>> of_rotor, of_pads, of_others;
+        for (const DeckSection &of : deck.sections)
+          (rotor.count(of.volume)  ? of_rotor
+           : pads.count(of.volume) ? of_pads
+                                   : of_others)[{of.material, of.orientation}]
+              .insert(of.volume);
+        if (rotor.empty())
+          out << "  set Rotor =  # parts are studied alone\n";
+        unsigned int n_parts = 0;
+        const auto add = [&](std::map<DeckLaw, std::set<std::string>> &laws, const std::string &own,
+                             const std::string &body)
+        {
+          for (const auto &[law, names] : laws)
+            if (!own.empty() && &law == &laws.begin()->first)
+            {
+              line(own, list_of(names));
+              laws_of_sections.emplace_back(own, law);
+            }
+            else
+            {
+              const std::string part = "Part " + std::to_string(++n_parts);
+              parts.push_back({part, list_of(names), body});
+              laws_of_sections.emplace_back(part, law);
+            }
+        };
+        add(of_rotor, "Rotor", "rotor");
+        add(of_pads, "Pads", "pads");
+        add(of_others, "", "parts");
+        std::string list;
+        for (const DeckContact &pair : pairs)
+          append(list, pair.first + " : " + pair.second);
+        line("Contact pairs", list);
+      }
+
+      void write_supports()
+      {
+        std::map<std::string, std::set<unsigned int>> components;
+        for (const DeckSupport &support : deck.supports)
+          if (mesh.surfaces.count(support.nodes) == 0)
+            deck.passed_over.push_back(support.where + ": *BOUNDARY, " + support.nodes +
+                                       " is no set of nodes with all corners of a face");
+          else
+            for (const unsigned int d : support.components)
+              components[support.nodes].insert(placed(d));
+        std::map<std::string, std::set<std::string>> names;
+        for (const auto &[surface, fixed] : components)
+          if (fixed.size() == 3)
+            names["Clamped"].insert(surface);
+          else if (fixed == std::set<unsigned int>{0, 1})
+            names["Guided"].insert(surface);
+          else
+            for (const unsigned int d : fixed)
+              names[std::string("Fixed in ") + "xyz"[d]].insert(surface);
+        for (const auto &[key, surfaces] : names)
+          line(key, list_of(surfaces));
+        std::set<std::string> loaded;
+        for (const auto &[surface, value] : deck.pressures)
+        {
+          faces_of(surface);
+          if (pressure != 0 && value != pressure)
+            deck.passed_over.push_back(
+                text_of("*DSLOAD: the pressure ", value, " on ", surface, ", since another has ",
+                        pressure, ": Pads/Pressure profile can tell them apart by place"));
+          else
+          {
+            pressure = value;
+            loaded.insert(surface);
+          }
+        }
+        line("Pressure on", list_of(loaded));
+        for (const auto &[part, volumes_of, body] : parts)
+          out << "  subsection " << part << "\n    set Volumes = " << volumes_of
+              << "\n    set Body = " << body << "\n    subsection Material\n"
+              << material_lines(law_of(part), "      ") << "    end\n  end\n";
+      }
+
+      const DeckLaw &law_of(const std::string &name) const
+      {
+        return std::find_if(laws_of_sections.begin(), laws_of_sections.end(),
+                            [&](const auto &entry) { return entry.first == name; })
+            ->second;
+      }
+
+      /// Material sections of rotor and pads, the latter with the pressure.
+      void write_materials()
+      {
+        for (const std::string name : {"Rotor", "Pads"})
+        {
+          const bool has_material =
+              std::any_of(laws_of_sections.begin(), laws_of_sections.end(),
+                          [&](const auto &entry) { return entry.first == name; });
+          const bool has_pressure = name == "Pads" && pressure != 0;
+          if (!has_material && !has_pressure)
+            continue;
+          out << "\nsubsection " << name << "\n";
+          if (has_pressure)
+            line("Pressure", digits(pressure / (length * length)));
+          if (has_material)
+            out << "  subsection Material\n" << material_lines(law_of(name), "    ") << "  end\n";
+          out << "end\n";
+        }
+      }
+
+      std::string material_lines(const DeckLaw &law, const std::string &indent) const
+      {
+        const DeckMaterial &material = deck.materials.at(law.material);
+        // N/mm^2 and t/mm^3: a stress is force over area, a density mass over volume.
+        const double stress = 1 / (length * length),
+                     density =
+                         (length == 1 ? 1 : 1e3) / (length * length * length) * material.density;
+        std::string text = indent + "# " + law.material + "\n";
+        const auto add   = [&](const std::string &key, const double value)
+        { text += indent + "set " + key + " = " + digits(value) + "\n"; };
+        if (material.elastic.size() == 2)
+        {
+          add("Young modulus", stress * material.elastic[0]);
+          add("Poisson ratio", material.elastic[1]);
+        }
+        else
+        {
+          const std::array<double, 5> constants = transversely_isotropic(law, material.elastic);
+          text += indent + "set Law = transversely_isotropic\n";
+          add("Young modulus", stress * constants[0]);
+          add("Poisson ratio", constants[1]);
+          add("Axial Young modulus", stress * constants[2]);
+          add("Axial Poisson ratio", constants[3]);
+          add("Axial shear modulus", stress * constants[4]);
+        }
+        add("Density", density);
+        add("Mass proportional damping", material.mass_damping);
+        add("Stiffness proportional damping", material.stiffness_damping);
+        return text;
+      }
+
+      /// E_t, nu_t, E_n, nu_tn, G_tn of engineering constants E1 E2 E3 nu12 nu13 nu23 G12 G13 G23
+      /// of which one direction n is along the rotor's axis and the two others, t, are alike: nu_tn
+      /// = nu_nt E_t / E_n, G_t = E_t / 2 (1 + nu_t).
+      std::array<double, 5> transversely_isotropic(const DeckLaw &law,
+                                                   const std::vector<double> &constants) const
+      {
+        std::array<Tensor<1, 3>, 3> directions;
+        for (unsigned int d = 0; d < 3; ++d)
+          directions[d][d] = 1;
+        if (!law.orientation.empty())
+        {
+          const auto found = deck.orientations.find(law.orientation);
+          if (found == deck.orientations.end())
+            fail("there is no rectangular *ORIENTATION " + law.orientation + ".");
+          directions[0] = found->second.first;
+          directions[2] = cross_product_3d(found->second.first, found->second.in_plane);
+          directions[1] = cross_product_3d(directions[2], directions[0]);
+        }
+        const std::array<double, 3> E = {{constants[0], constants[1], constants[2]}};
+        // By the direction that a pair of directions leaves out
+        const std::array<double, 3> nu = {{constants[5], constants[4], constants[3]}},
+                                    G  = {{constants[8], constants[7], constants[6]}};
+        const auto equal               = [](const double a, const double b)
+        { return std::abs(a - b) <= 1e-6 * (std::abs(a) + std::abs(b)); };
+        for (unsigned int n = 0; n < 3; ++n)
+        {
+          if (!(std::abs(directions[n][axis]) > (1 - 1e-6) * directions[n].norm()))
+            continue;
+          const unsigned int s = n == 0 ? 1 : 0, t = n == 2 ? 1 : 2;
+          // nu_ij, i < j, is the contraction along j by stretch along i.
+          const auto of_stretch_across = [&](const unsigned int across)
+          {
+            const double value = nu[3 - n - across];
+            return across < n ? value : value * E[across] / E[n];
+          };
+          if (!equal(E[s], E[t]) || !equal(G[s], G[t]) ||
+              !equal(of_stretch_across(s), of_stretch_across(t)) ||
+              !equal(G[n], E[s] / (2 * (1 + nu[n]))))
+            break;
+          return {{E[s], nu[n], E[n], of_stretch_across(s), G[s]}};
+        }
+        fail("the engineering constants of " + law.material +
+             " are not transversely isotropic about the rotor's axis, the only anisotropic law "
+             "that squeal has: two directions across the axis must be alike, G = E / 2 (1 + nu) "
+             "between them.");
+      }
+
+      void write_joints()
+      {
+        std::string ties, contacts;
+        for (const auto &[first, second] : deck.ties)
+        {
+          faces_of(first);
+          faces_of(second);
+          append(ties, first + " : " + second);
+        }
+        for (const DeckContact &contact : joints)
+          append(contacts,
+                 contact.first + " : " + contact.second +
+                     (friction_of(contact) > 0 ? " : stick " + digits(friction_of(contact))
+                                               : " : frictionless"));
+        for (const DeckLumped &lumped : deck.lumped)
+          add_lumped(lumped);
+        std::string points;
+        for (const auto &[name, place] : points_used)
+          append(points, name + " : " + place);
+        if (ties.empty() && contacts.empty() && points.empty())
+          return;
+        section("Joints", {{"Ties", ties},
+                           {"Contacts", contacts},
+                           {"Points", points},
+                           {"Masses", lumped_lists["*MASS"]},
+                           {"Springs", lumped_lists["*SPRING"]},
+                           {"Dashpots", lumped_lists["*DASHPOT"]}});
+      }
+
+      /// The point of a node: that of the surface to which a coupling ties it, or in space.
+      std::optional<std::string> point_of(std::string node, Point<3> &x)
+      {
+        std::string surface;
+        const auto coupled = [&](const std::string &name)
+        {
+          const auto found = deck.surface_of_node.find(name);
+          if (found != deck.surface_of_node.end())
+            surface = found->second;
+        };
+        coupled(node);
+        for (const auto &[set, member] : deck.node_of_set)
+          if (member == node)
+            coupled(set);
+        const auto found = deck.nodes.find(node);
+        if (found == deck.nodes.end())
+          return {};
+        x = found->second;
+        if (!surface.empty())
+          faces_of(surface);
+        else
+        {
+          // Exactly: both were read from the same text.
+          for (const ElementFile::Element &element : mesh.elements)
+            for (const unsigned int of_mesh : element.nodes)
+              if (mesh.nodes[of_mesh] == x)
+                return {};
+        }
+        const std::string name = "P" + node;
+        points_used[name]      = surface.empty() ? place_of(x) : surface;
+        return name;
+      }
+
+      void add_lumped(const DeckLumped &lumped)
+      {
+        const auto pass_over = [&](const std::string &why)
+        { deck.passed_over.push_back(lumped.where + ": " + lumped.kind + ", " + why); };
+        const std::vector<std::vector<double>> &rows = lumped.rows;
+        const auto elements                          = deck.lumped_elements.find(lumped.elements);
+        if (elements == deck.lumped_elements.end())
+          return pass_over("the set " + lumped.elements + " has no elements outside of parts");
+        const double mass_unit = length == 1 ? 1 : 1e3;
+        std::string &list      = lumped_lists[lumped.kind];
+        for (const DeckLumpedElement &element : elements->second)
+        {
+          std::vector<std::string> names;
+          std::vector<Point<3>> places(2);
+          for (unsigned int k = 0; k < std::min<std::size_t>(2, element.nodes.size()); ++k)
+            if (const auto name = point_of(element.nodes[k], places[k]))
+              names.push_back(*name);
+          if (names.empty() || names.size() != element.nodes.size())
+          {
+            pass_over("at a node of the mesh or a part; a *COUPLING to a surface makes it a point");
+            continue;
+          }
+          if (lumped.kind == "*MASS" && !rows.empty() && !rows[0].empty())
+            append(list, names[0] + " : " + digits(mass_unit * rows[0][0]));
+          else if (element.type == "SPRINGA" || element.type == "DASHPOTA")
+          {
+            // Its first data line is empty.
+            const double value           = rows.empty() || rows.back().empty() ? 0 : rows.back()[0];
+            const Tensor<1, 3> direction = places[1] - places[0];
+            if (names.size() != 2 || direction.norm() == 0)
+            {
+              pass_over("between points at one place, which has no direction");
+              continue;
+            }
+            std::array<double, 3> along{};
+            for (unsigned int d = 0; d < 3; ++d)
+              along[placed(d)] = direction[d] / direction.norm();
+            append(list, names[0] + " : " + names[1] + " : " + digits(value / length) + " 0 0 : " +
+                             digits(along[0]) + " " + digits(along[1]) + " " + digits(along[2]));
+          }
+          else if (rows.size() >= 2 && !rows[0].empty() && !rows[1].empty())
+          {
+            const double component = rows[0][0];
+            const unsigned int of  = component >= 1 && component <= 6 ? component : 0;
+            if (of == 0 || (names.size() == 2 && (rows[0].size() < 2 || rows[0][1] != component)))
+            {
+              pass_over("between two different components");
+              continue;
+            }
+            std::array<double, 6> values{};
+            // N mm per radian
+            values[of > 3 ? 3 + placed(of - 4) : placed(of - 1)] =
+                rows[1][0] * (of > 3 ? length : 1 / length);
+            append(list, names[0] + " : " + (names.size() == 2 ? names[1] : "ground") + " :");
+            for (const double value : values)
+              list += " " + digits(value);
+          }
+          else
+            pass_over("without values");
+        }
+      }
+
+      void write_friction()
+      {
+        if (pairs.empty())
+          return;
+        std::string of_pads;
+        for (const DeckContact &pair : pairs)
+          if (friction_of(pair) != friction_of(pairs[0]))
+            append(of_pads, pair.first + " : Coefficient " + digits(friction_of(pair)));
+        out << "\nsubsection Contact\n  subsection Friction\n    set Coefficient = "
+            << digits(friction_of(pairs[0])) << "\n"
+            << (of_pads.empty() ? "" : "    set Of pads = " + of_pads + "\n") << "  end\nend\n";
+      }
+
+      struct PartLines
+      {
+        std::string name, volumes, body;
+      };
+
+      const ElementFile &mesh;
+      DeckModel deck;
+      std::map<ElementFile::Face, unsigned int> element_of_face;
+      double length = 1;                 ///< metres of the deck's unit
+      std::set<std::string> rotor, pads; ///< no rotor: parts are studied alone
+      std::vector<DeckContact> pairs, joints;
+      unsigned int axis = 0;
+      bool axis_is_told = false;
+      std::array<double, 3> origin{};
+      double pressure = 0; ///< in units of the deck
+      std::vector<PartLines> parts;
+      std::vector<std::pair<std::string, DeckLaw>> laws_of_sections;
+      std::map<std::string, std::string> points_used, lumped_lists;
+      std::ostringstream out;
+    };
+  } // namespace
+
+  std::string parameters_of_deck(const std::string &filename, const std::string &rotor)
+  {
+    if (filename.size() < 4 || filename.substr(filename.size() - 4) != ".inp")
+      throw InputError("--from-deck " + filename + ": a deck (.inp) is expected.");
+    const ElementFile mesh = read_mesh_file(filename);
+    std::ifstream in       = open_regular_file(filename);
+    return DeckWriter(mesh, read_deck_model(in, filename), rotor).write();
+  }
+} // namespace squeal

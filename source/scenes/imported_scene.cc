@@ -1,0 +1,162 @@
+#include <squeal/base/errors.h>
+#include <squeal/mesh_files/mesh_checks.h>
+#include <squeal/scenes/imported_faces.h>
+#include <squeal/scenes/imported_joints.h>
+#include <squeal/scenes/imported_scene.h>
+#include <squeal/scenes/imported_supports.h>
+
+#include <deal.II/grid/grid_tools.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace squeal
+{
+  using namespace dealii;
+
+  namespace
+  {
+    constexpr double revolution_tolerance = 1e-3; ///< of a face's size
+
+    /// The transport field must be tangential on the rotor's surface, and on surfaces between its
+    /// materials.
+    void check_revolution(const Parameters::Mesh &section, const ImportedMesh &mesh,
+                          const ImportedPieces &pieces)
+    {
+      const std::string ways =
+          " With transport the rotor must be a body of revolution about z. Else it needs "
+          "Rotor/Transport = none, which neglects transport, Stage = elastic or "
+          "Operation/Angular velocity = 0.";
+      if (section.curved == CurvedBodies::none)
+        mesh.fail("Curved bodies",
+                  "with straight edges the rotor is not a body of revolution." + ways);
+      for (const auto &[face, cells] : mesh.faces)
+      {
+        const unsigned int material = pieces.material_of_cell[cells[0].cell];
+        if (!pieces.of_rotor[material] ||
+            (cells.size() == 2 && pieces.material_of_cell[cells[1].cell] == material))
+          continue;
+        std::array<Point<3>, 4> corners;
+        for (unsigned int v = 0; v < 4; ++v)
+          corners[v] = mesh.file.nodes[face[v]];
+        const double distance = distance_from_revolution(corners),
+                     size =
+                         std::max(corners[0].distance(corners[1]), corners[0].distance(corners[2]));
+        if (distance > revolution_tolerance * size)
+        {
+          std::ostringstream message;
+          message << "a face of the rotor at " << mesh.element(cells[0].cell) << " is " << distance
+                  << " m off every surface of revolution about z (holes, vanes, an axis that "
+                     "Axis and Origin do not name).";
+          mesh.fail("Rotor", message.str() + ways);
+        }
+      }
+    }
+
+    /// Cells and the nodes that cells have; faces with names follow, as those of the mesh do.
+    void add_cells(const std::vector<unsigned int> &part_of_cell, ImportedMesh &mesh,
+                   Geometry<3> &geometry)
+    {
+      std::vector<unsigned int> number(mesh.file.nodes.size(), -1);
+      for (unsigned int c = 0; c < mesh.file.cells.size(); ++c)
+      {
+        CellData<3> cell;
+        cell.material_id = part_of_cell[c];
+        for (unsigned int v = 0; v < 8; ++v)
+        {
+          const unsigned int node = mesh.file.cells[c].nodes[lexicographic_corners[v]];
+          if (number[node] == numbers::invalid_unsigned_int)
+          {
+            number[node] = geometry.vertices.size();
+            geometry.vertices.push_back(mesh.file.nodes[node]);
+          }
+          cell.vertices[v] = number[node];
+        }
+        geometry.cells.push_back(cell);
+      }
+      std::map<ImportedMesh::Face, types::boundary_id> renumbered;
+      const auto renumber = [&](ImportedMesh::Face face)
+      {
+        for (unsigned int &node : face)
+          node = number[node];
+        std::sort(face.begin(), face.end());
+        return face;
+      };
+      for (const auto &[face, id] : geometry.named_faces)
+        renumbered[renumber(face)] = id;
+      geometry.named_faces = std::move(renumbered);
+      geometry.quadratic   = mesh.file.quadratic.renumbered(number);
+      for (auto &[name, surface] : mesh.file.surfaces)
+        for (ImportedMesh::Face &face : surface)
+          face = renumber(face);
+      try
+      {
+        GridTools::consistently_order_cells(geometry.cells);
+      }
+      catch (const ExceptionBase &)
+      {
+        mesh.fail("File",
+                  "the cells' edges cannot be directed consistently: rows of cells close in "
+                  "a twisted ring.");
+      }
+    }
+
+    /// A uniform contact pressure is that of the load only where both act on the same area.
+    void check_uniform_pressure(const Parameters::Contact &section,
+                                const std::vector<ContactPairMeasures> &pairs,
+                                const Geometry<3> &geometry)
+    {
+      if (section.steady_pressure != SteadyPressure::uniform || pairs.empty())
+        return;
+      double contact = 0, loaded = 0;
+      for (const ContactPairMeasures &pair : pairs)
+        contact += pair.pad_area;
+      for (const auto &[face, id] : geometry.named_faces)
+        for (const PressureLoad<3> &load : geometry.loads)
+          if (load.boundary == id)
+          {
+            std::array<Point<3>, 4> corners;
+            for (unsigned int v = 0; v < 4; ++v)
+              corners[v] = geometry.vertices[face[v]];
+            loaded += area_of(corners);
+          }
+      if (std::abs(loaded - contact) > 0.02 * contact)
+      {
+        std::ostringstream message;
+        message << "Contact/Steady pressure = uniform: the pressure acts on " << loaded
+                << " m^2, the pads' contact surfaces have " << contact
+                << " m^2, so that it is not the contact pressure; allowed is computed.";
+        throw InputError(message.str());
+      }
+    }
+  } // namespace
+
+  Geometry<3> make_mesh_scene(const Parameters::All &prm)
+  {
+    ImportedMesh mesh(prm);
+    const ImportedBodies bodies(prm, mesh);
+    Geometry<3> geometry;
+    geometry.parts        = bodies.parts;
+    geometry.other_bodies = bodies.others;
+    const ImportedSuperelements superelements(prm, mesh, bodies);
+    for (const PlacedSuperelement &placed : superelements.placed)
+      geometry.superelements.push_back(placed.element);
+    add_points(prm.joints, geometry);
+    name_faces(prm, mesh, bodies, geometry);
+    const ImportedJoints joints(prm, mesh, bodies, geometry);
+    if (needs_revolution(prm))
+      check_revolution(prm.mesh, mesh, bodies.pieces);
+    const std::vector<std::string> points =
+        check_supports(prm, mesh, bodies, superelements, geometry);
+    add_cells(bodies.part_of_cell, mesh, geometry);
+
+    MeshFacts facts{mesh.file,    bodies.names,    mesh.n_turned, mesh.roles,
+                    joints.pairs, joints.surfaces, points,        {}};
+    for (const PlacedSuperelement &placed : superelements.placed)
+      facts.superelements.push_back(placed.report);
+    report_mesh(prm, facts, geometry);
+    check_uniform_pressure(prm.contact, joints.pairs, geometry);
+    return geometry;
+  }
+} // namespace squeal

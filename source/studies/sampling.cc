@@ -1,0 +1,574 @@
+#include <squeal/studies/sampling.h>
+
+#include <boost/math/distributions/normal.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+namespace squeal
+{
+  using Complex = std::complex<double>;
+  using Scope   = ModeTracker::Scope;
+
+  namespace
+  {
+    /// The lines of a CSV file of numbers, the first of which names keys.
+    struct GivenSamples
+    {
+      std::vector<std::string> keys;
+      std::vector<std::vector<double>> points;
+    };
+
+    GivenSamples read_samples(const std::string &name)
+    {
+      const std::string where = "Sampling/File = " + name;
+      std::ifstream file(name);
+      if (!file)
+        throw InputError(where + ": it cannot be read.");
+      GivenSamples result;
+      const auto fields_of = [](const std::string &line)
+      {
+        std::vector<std::string> fields;
+        std::istringstream stream(line);
+        for (std::string field; std::getline(stream, field, ',');)
+        {
+          field.erase(0, field.find_first_not_of(" \t\r"));
+          field.erase(field.find_last_not_of(" \t\r") + 1);
+          fields.push_back(field);
+        }
+        return fields;
+      };
+      unsigned int number = 0;
+      for (std::string line; std::getline(file, line);)
+      {
+        ++number;
+        const std::vector<std::string> fields = fields_of(line);
+        if (fields.empty())
+          continue;
+        if (result.keys.empty())
+        {
+          result.keys = fields;
+          continue;
+        }
+        if (fields.size() != result.keys.size())
+          throw InputError(where + ", line " + std::to_string(number) + ": " +
+                           std::to_string(fields.size()) + " fields; the first line has " +
+                           std::to_string(result.keys.size()) + ".");
+        result.points.emplace_back();
+        for (const std::string &field : fields)
+        {
+          char *end          = nullptr;
+          const double value = std::strtod(field.c_str(), &end);
+          if (field.empty() || *end != '\0' || !std::isfinite(value))
+            throw InputError(where + ", line " + std::to_string(number) + ": '" + field +
+                             "' is not a number.");
+          result.points.back().push_back(value);
+        }
+      }
+      if (result.points.empty())
+        throw InputError(where +
+                         ": no samples; a first line of keys and a line for each are wanted.");
+      return result;
+    }
+
+    std::vector<std::string> parameters_of(const Parameters::Sampling &settings)
+    {
+      if (!settings.file.empty())
+        return read_samples(settings.file).keys;
+      std::vector<std::string> result;
+      for (const auto &distribution : settings.distributions())
+        result.push_back(distribution.parameter);
+      return result;
+    }
+  } // namespace
+
+  Sampling::Sampling(ParameterFile &file, Model &model, const EigensolverOptions &options,
+                     const std::string &directory, const MPI_Comm comm, Log &log,
+                     const ErrorEstimator &estimator)
+      : study(file, parameters_of(file.parameters().sampling), options, directory, "samples",
+              "samples", {"samples.csv"}, comm, log),
+        tracker(study.tracker), settings(file.parameters().sampling), log(log), estimator(estimator)
+  {
+    tracker.set_model(model);
+    for (const std::string &parameter : study.parameters)
+      Parameters::Sweep::need_mesh_kept(parameter, "Sampling/File = " + settings.file + ": ",
+                                        "samples keep");
+    make_points();
+    // A sample that is not allowed is refused before anything is computed.
+    for (unsigned int k = 0; k < points.size(); ++k)
+      try
+      {
+        study.parameters_at(points[k]);
+      }
+      catch (const InputError &error)
+      {
+        throw InputError("Sample " + std::to_string(k + 1) + " is not allowed: " + error.what());
+      }
+    middle = centre();
+    study.parameters_at(middle);
+  }
+
+  bool Sampling::has_indices() const
+  {
+    return settings.sensitivity_indices;
+  }
+
+  void Sampling::make_points()
+  {
+    if (!settings.file.empty())
+    {
+      points = read_samples(settings.file).points;
+      n_base = points.size();
+      return;
+    }
+    const auto distributions = settings.distributions();
+    const auto factor        = settings.correlation_factor();
+    const unsigned int d = distributions.size(), n = settings.samples;
+    const boost::math::normal standard;
+    // Normal scores z = L Phi^{-1}(u) of a point of the unit cube
+    const auto point_of = [&](const double *u)
+    {
+      Point point(d);
+      for (unsigned int i = 0; i < d; ++i)
+      {
+        double probability = u[i];
+        if (!settings.correlation.empty())
+        {
+          double z = 0;
+          for (unsigned int j = 0; j <= i; ++j)
+            z += factor[i][j] * boost::math::quantile(standard, u[j]);
+          probability = std::clamp(boost::math::cdf(standard, z), 1e-12, 1 - 1e-12);
+        }
+        point[i] = distributions[i].quantile(probability);
+      }
+      return point;
+    };
+    n_base                 = n;
+    const auto unit_points = sobol_points(n, has_indices() ? 2 * d : d);
+    for (const std::vector<double> &u : unit_points)
+      points.push_back(point_of(u.data()));
+    if (!has_indices())
+      return;
+    for (const std::vector<double> &u : unit_points)
+      points.push_back(point_of(u.data() + d));
+    for (unsigned int i = 0; i < d; ++i)
+      for (unsigned int k = 0; k < n; ++k)
+      {
+        points.push_back(points[k]);
+        points.back()[i] = points[n + k][i];
+      }
+  }
+
+  /// The medians; of given samples their means.
+  Sampling::Point Sampling::centre() const
+  {
+    Point result;
+    if (settings.file.empty())
+      for (const auto &distribution : settings.distributions())
+        result.push_back(distribution.quantile(0.5));
+    else
+      for (unsigned int i = 0; i < study.parameters.size(); ++i)
+      {
+        double sum = 0;
+        for (const Point &point : points)
+          sum += point[i];
+        result.push_back(sum / points.size());
+      }
+    return result;
+  }
+
+  void Sampling::prepare()
+  {
+    log.progress("  centre of the samples");
+    tracker.expect_scattered();
+    // By parameter, where nine of ten samples are smaller
+    std::vector<Point> places;
+    for (unsigned int i = 0; i < middle.size(); ++i)
+    {
+      std::vector<double> of_samples;
+      for (unsigned int k = 0; k < n_base; ++k)
+        of_samples.push_back(points[k][i]);
+      Point place = middle;
+      place[i]    = quantile_of(of_samples, 0.9);
+      if (place[i] == middle[i])
+        continue;
+      places.push_back(place);
+      moved.emplace_back(i, place[i] - middle[i]);
+    }
+    effects.emplace(study, estimator, middle, places);
+    for (const Complex l : effects->centre().modes.lambda)
+      frequencies.push_back(std::abs(l.imag()) / (2 * M_PI));
+    expand_about_centre();
+  }
+
+  void Sampling::expand_about_centre()
+  {
+    EigenSolution found = tracker.solve_fully(study.parameters_at(middle));
+    tracker.set_expansion_point(study.parameters_at(middle), found.reuse);
+    is_projected = tracker.has_expansion_point(); // not for small problems
+    found.reuse  = {};
+    if (is_projected && !knows_terms)
+      learn_terms();
+    EigenSolution projected      = tracker.solve(study.parameters_at(middle));
+    const BranchPoint &at_centre = effects->centre();
+    const auto transition        = tracker.transition(at_centre.modes, projected.modes);
+    reduced_centre               = {};
+    reduced_centre.modes         = std::move(projected.modes);
+    continue_branches(transition, at_centre, study.options.max_imaginary, reduced_centre);
+    reduced_place = on_course(0, reduced_centre.modes, reduced_centre.branches, transition,
+                              at_centre.modes.size());
+  }
+
+  /// Looks at the largest of each number: which terms vary.
+  void Sampling::learn_terms()
+  {
+    for (unsigned int i = 0; i < middle.size(); ++i)
+    {
+      Point above = middle;
+      for (const Point &point : points)
+        above[i] = std::max(above[i], point[i]);
+      tracker.look_at(study.parameters_at(above));
+    }
+    knows_terms = true;
+  }
+
+  void Sampling::Growth::include(const Growth &other)
+  {
+    if (!other.is_known())
+      return;
+    if (!is_known())
+    {
+      *this = other;
+      return;
+    }
+    value = std::max(value, other.value);
+    for (unsigned int side = 0; side < 2; ++side)
+    {
+      by_mesh[side]   = std::max(by_mesh[side], other.by_mesh[side]);
+      by_solver[side] = std::max(by_solver[side], other.by_solver[side]);
+    }
+  }
+
+  KnownEffects Sampling::effects_at(const Point &point, const BranchPoint &modes) const
+  {
+    std::vector<double> shares;
+    for (const auto &[i, distance] : moved)
+      shares.push_back((point[i] - middle[i]) / distance);
+    const KnownEffects of_reduced =
+        carry_forward(effects->at(shares), effects->place(), reduced_place);
+    const ModesOnCourse to = on_course(1, modes.modes, modes.branches,
+                                       tracker.transition(reduced_centre.modes, modes.modes),
+                                       reduced_centre.modes.size());
+    return carry_forward(of_reduced, reduced_place, to);
+  }
+
+  Sampling::Outcome Sampling::solve(const unsigned int sample)
+  {
+    const unsigned int n_full = tracker.n_full_solutions();
+    BranchPoint here;
+    EigenSolution found = tracker.solve(study.parameters_at(points[sample]));
+    was_full            = tracker.n_full_solutions() > n_full;
+    here.modes          = std::move(found.modes);
+    here.rows           = tracker.analyse(here.modes);
+    continue_branches(tracker.transition(reduced_centre.modes, here.modes), reduced_centre,
+                      study.options.max_imaginary, here);
+    Outcome outcome;
+    outcome.branches.resize(frequencies.size());
+    std::vector<double> bars(here.modes.size(), 0.);
+    if (estimator)
+    {
+      const KnownEffects known = effects_at(points[sample], here);
+      const ErrorBounds bounds =
+          set_bars(here.rows, known, here.modes.lambda, here.modes.parity, study.options.tolerance);
+      for (unsigned int k = 0; k < known.modes.size(); ++k)
+        bars[known.modes[k]] = bounds.growth_rate[k];
+    }
+    for (unsigned int j = 0; j < here.modes.size(); ++j)
+    {
+      const Complex l        = here.modes.lambda[j];
+      const double by_solver = study.uncertainty(here.modes, j);
+      Growth growth;
+      growth.value        = study.is_undamped(l) ? std::min(l.real(), 0.) : l.real();
+      growth.by_mesh[0]   = growth.value - bars[j];
+      growth.by_mesh[1]   = growth.value + bars[j];
+      growth.by_solver[0] = growth.value - by_solver;
+      growth.by_solver[1] = study.is_undamped(l) ? growth.value : growth.value + by_solver;
+      if (here.branches[j] < outcome.branches.size())
+        outcome.branches[here.branches[j]] = growth;
+      outcome.largest.include(growth);
+    }
+    write_sample(sample, here, outcome);
+    return outcome;
+  }
+
+  Fields Sampling::sample_fields(const unsigned int sample, const BranchPoint &modes,
+                                 const Outcome &outcome) const
+  {
+    Fields fields{{"sample", sample + 1}};
+    for (unsigned int i = 0; i < study.parameters.size(); ++i)
+      fields.push_back({study.parameters[i], points.empty() ? 0 : points[sample][i]});
+    const GrowthSummary summary(modes.rows);
+    const auto worst = std::max_element(modes.rows.begin(), modes.rows.end(),
+                                        [](const ModeRow &a, const ModeRow &b)
+                                        { return a.growth_rate() < b.growth_rate(); });
+    const bool any   = worst != modes.rows.end();
+    const int branch = any ? int(modes.branches[worst - modes.rows.begin()]) : -1;
+    fields =
+        std::move(fields) +
+        Fields{{"modes", unsigned(modes.rows.size())},
+               {"unstable_modes", summary.n_unstable},
+               {"undecided_modes", summary.n_undecided},
+               {"solved_fully", unsigned(was_full)},
+               {"branch",
+                branch >= 0 && branch < int(frequencies.size()) ? std::to_string(branch + 1) : ""},
+               {"frequency_hz", any ? number(worst->frequency()) : ""},
+               {"growth_rate_1_per_s", any ? number(worst->growth_rate()) : ""},
+               {"reduction_error_1_per_s",
+                any ? number(study.uncertainty(modes.modes, worst - modes.rows.begin())) : ""},
+               {"mesh_error_1_per_s",
+                any && worst->growth_rate_error ? number(*worst->growth_rate_error) : ""}};
+    for (unsigned int b = 0; b < frequencies.size(); ++b)
+      fields.push_back({"growth_rate_of_branch_" + std::to_string(b + 1) + "_1_per_s",
+                        b < outcome.branches.size() ? number(outcome.branches[b].value) : ""});
+    return fields;
+  }
+
+  void Sampling::write_sample(const unsigned int sample, const BranchPoint &modes,
+                              const Outcome &outcome)
+  {
+    samples_csv->add(sample_fields(sample, modes, outcome));
+  }
+
+  void Sampling::save()
+  {
+    std::vector<double> numbers = {double(outcomes.size()), double(frequencies.size())};
+    const auto add              = [&](const Growth &growth)
+    {
+      // Not a number is no number in a state: a mode that is not there
+      const double missing = 1e300;
+      for (const double x : {growth.value, growth.by_mesh[0], growth.by_mesh[1],
+                             growth.by_solver[0], growth.by_solver[1]})
+        numbers.push_back(growth.is_known() ? x : missing);
+    };
+    for (const Outcome &outcome : outcomes)
+    {
+      for (const Growth &growth : outcome.branches)
+        add(growth);
+      add(outcome.largest);
+    }
+    study.save(numbers);
+    last_saved = std::chrono::steady_clock::now();
+  }
+
+  bool Sampling::resume()
+  {
+    const std::optional<std::vector<double>> state = study.resume();
+    if (!state)
+      return false;
+    const std::size_t n_branches = frequencies.size(), width = 5 * (n_branches + 1);
+    if (state->size() < 2 || (*state)[1] != n_branches || (*state)[0] > points.size() ||
+        state->size() != 2 + (*state)[0] * width)
+    {
+      log.line("The samples that were interrupted are not resumed, they begin anew: samples.state "
+               "is not of these.");
+      return false;
+    }
+    const double *at = state->data() + 2;
+    const auto take  = [&]()
+    {
+      Growth growth;
+      if (at[0] < 1e299)
+        growth = {at[0], {at[1], at[2]}, {at[3], at[4]}};
+      at += 5;
+      return growth;
+    };
+    outcomes.resize((*state)[0]);
+    for (Outcome &outcome : outcomes)
+    {
+      for (unsigned int b = 0; b < n_branches; ++b)
+        outcome.branches.push_back(take());
+      outcome.largest = take();
+    }
+    log.line("Resumed after " + std::to_string(outcomes.size()) + " of " +
+             std::to_string(points.size()) + " samples.");
+    return true;
+  }
+
+  void Sampling::tell_progress(const unsigned int n_before)
+  {
+    const unsigned int n_done = outcomes.size() - n_before;
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    std::string text =
+        "  sample " + std::to_string(outcomes.size() + 1) + " of " + std::to_string(points.size());
+    if (n_done > 0)
+      text +=
+          formatted(", about %.0f s to go", seconds / n_done * (points.size() - outcomes.size()));
+    log.progress(text);
+  }
+
+  void Sampling::run()
+  {
+    prepare();
+    const bool resumed = resume();
+    samples_csv        = std::make_unique<Table>(study.directory + "/samples.csv",
+                                          sample_fields(0, {}, {}), study.comm, resumed);
+    log.line("\n" + std::to_string(points.size()) + " samples of " +
+             std::to_string(study.parameters.size()) + " uncertain numbers, " +
+             std::to_string(frequencies.size()) + " branches");
+    begin = last_saved          = std::chrono::steady_clock::now();
+    const unsigned int n_before = outcomes.size();
+    for (unsigned int k = n_before; k < points.size(); ++k)
+    {
+      tell_progress(n_before);
+      outcomes.push_back(solve(k));
+      // Which terms vary is learnt by samples.
+      if (is_projected && (!tracker.has_expansion_point() || (was_full && tracker.is_full())))
+        expand_about_centre();
+      else if (tracker.is_crowded())
+        reduced_centre.modes = tracker.restart(reduced_centre.modes);
+      constexpr std::chrono::seconds interval(30);
+      int is_old = std::chrono::steady_clock::now() - last_saved > interval;
+      MPI_Bcast(&is_old, 1, MPI_INT, 0, study.comm);
+      if (is_old || k == n_before)
+        save();
+    }
+    write_results();
+    log.line("  " + std::to_string(tracker.n_full_solutions()) + " full solutions for " +
+             std::to_string(points.size() - n_before) + " samples, the centre and bars.");
+    const ModeTracker::Seconds &seconds = tracker.seconds();
+    log.line(formatted("  Processor seconds: contact and static states %.1f, counting %.1f, "
+                       "projection %.1f, full solutions %.1f, error bars %.1f.",
+                       seconds.assembly, seconds.counting, seconds.projection, seconds.full,
+                       seconds.bars));
+    study.finish();
+  }
+
+  const Sampling::Growth &Sampling::growth_of(const unsigned int sample, const int branch) const
+  {
+    return branch < 0 ? outcomes[sample].largest : outcomes[sample].branches[branch];
+  }
+
+  std::vector<double> Sampling::growth_rates(const int branch, const unsigned int first,
+                                             const unsigned int n) const
+  {
+    std::vector<double> result;
+    for (unsigned int k = first; k < first + n; ++k)
+      result.push_back(growth_of(k, branch).value);
+    return result;
+  }
+
+  Fields Sampling::probability_fields(const int branch) const
+  {
+    unsigned int n_known = 0, n_grow = 0, of_mesh[2] = {0, 0}, of_solver[2] = {0, 0};
+    const unsigned int n = outcomes.empty() ? 0 : has_indices() ? 2 * n_base : n_base;
+    std::vector<double> rates;
+    double mean = 0, square = 0;
+    for (unsigned int k = 0; k < n; ++k)
+    {
+      const Growth &growth = growth_of(k, branch);
+      if (!growth.is_known())
+        continue;
+      ++n_known;
+      rates.push_back(growth.value);
+      n_grow += growth.value > 0;
+      for (unsigned int side = 0; side < 2; ++side)
+      {
+        of_mesh[side] += growth.by_mesh[side] > 0;
+        of_solver[side] += growth.by_solver[side] > 0;
+      }
+    }
+    for (const double rate : rates)
+      mean += rate / n_known;
+    for (const double rate : rates)
+      square += (rate - mean) * (rate - mean) / n_known;
+    // A mode that has left the window, or is none of the centre's, does not grow on this branch.
+    const Share share = share_of(n_grow, n);
+    const auto off_by = [&](const unsigned int(&hits)[2])
+    {
+      return double(std::max(n_grow - std::min(n_grow, hits[0]),
+                             hits[1] - std::min(n_grow, hits[1]))) /
+             std::max(n, 1u);
+    };
+    const auto field = [&](const double x) { return n_known > 0 ? number(x) : ""; };
+    return {{"branch", branch < 0 ? "any" : std::to_string(branch + 1)},
+            {"frequency_hz", branch < 0 || frequencies.empty() ? "" : number(frequencies[branch])},
+            {"samples", n},
+            {"samples_with_branch", n_known},
+            {"probability", n > 0 ? number(share.value) : ""},
+            {"sampling_error", n > 0 ? number(share.error) : ""},
+            {"reduction_error", n > 0 ? number(off_by(of_solver)) : ""},
+            {"mesh_error", n > 0 && estimator ? number(off_by(of_mesh)) : ""},
+            {"growth_rate_mean_1_per_s", field(mean)},
+            {"growth_rate_deviation_1_per_s", field(std::sqrt(square))},
+            {"growth_rate_5_percent_1_per_s", field(quantile_of(rates, 0.05))},
+            {"growth_rate_50_percent_1_per_s", field(quantile_of(rates, 0.5))},
+            {"growth_rate_95_percent_1_per_s", field(quantile_of(rates, 0.95))}};
+  }
+
+  SensitivityIndices Sampling::indices_of(const int branch, const unsigned int parameter) const
+  {
+    return sensitivity_indices(growth_rates(branch, 0, n_base),
+                               growth_rates(branch, n_base, n_base),
+                               growth_rates(branch, (2 + parameter) * n_base, n_base));
+  }
+
+  Fields Sampling::indices_fields(const int branch, const unsigned int parameter,
+                                  const SensitivityIndices &indices) const
+  {
+    return {{"branch", branch < 0 ? "any" : std::to_string(branch + 1)},
+            {"parameter", study.parameters[parameter]},
+            {"first_order", indices.first_order.value},
+            {"first_order_error", indices.first_order.error},
+            {"total", indices.total.value},
+            {"total_error", indices.total.error}};
+  }
+
+  void Sampling::write_results()
+  {
+    Table probability(study.directory + "/probability.csv", probability_fields(-1), study.comm);
+    const unsigned int n = has_indices() ? 2 * n_base : n_base;
+    log.line("\n  branch   frequency, Hz   probability of growth   +- samples    +- solver      "
+             "+- mesh   growth rate, 1/s: 5 %, 50 %, 95 %");
+    for (int branch = -1; branch < int(frequencies.size()); ++branch)
+    {
+      const Fields fields = probability_fields(branch);
+      probability.add(fields);
+      const auto value = [&](const std::string &column)
+      {
+        const auto at = std::find_if(fields.begin(), fields.end(),
+                                     [&](const Field &field) { return field.column == column; });
+        return at->text.empty() ? std::nan("") : std::stod(at->text);
+      };
+      if (branch >= 0 && value("probability") == 0 &&
+          !(value("mesh_error") > 0 || value("reduction_error") > 0))
+        continue;
+      log.line(formatted(
+          "  %6s   %13s   %21.4f   %10.4f   %10.4f   %10.4f   %.5g, %.5g, %.5g",
+          branch < 0 ? "any" : std::to_string(branch + 1).c_str(),
+          branch < 0 ? "" : number(frequencies[branch], 6).c_str(), value("probability"),
+          value("sampling_error"), value("reduction_error"), estimator ? value("mesh_error") : 0.,
+          value("growth_rate_5_percent_1_per_s"), value("growth_rate_50_percent_1_per_s"),
+          value("growth_rate_95_percent_1_per_s")));
+    }
+    log.line("  Branches that grow at none of " + std::to_string(n) +
+             " samples, nor may, are in probability.csv only." +
+             (estimator ? "" : " There are no bars of the mesh."));
+    if (!has_indices())
+      return;
+    Table table(study.directory + "/indices.csv", indices_fields(-1, 0, {}), study.comm);
+    log.line("\n  Shares of the variance of the largest growth rate: first order, total");
+    for (int branch = -1; branch < int(frequencies.size()); ++branch)
+      for (unsigned int i = 0; i < study.parameters.size(); ++i)
+      {
+        const SensitivityIndices indices = indices_of(branch, i);
+        table.add(indices_fields(branch, i, indices));
+        if (branch < 0)
+          log.line(formatted("  %8.3f +- %.3f   %8.3f +- %.3f   ", indices.first_order.value,
+                             indices.first_order.error, indices.total.value, indices.total.error) +
+                   study.parameters[i]);
+      }
+  }
+} // namespace squeal
