@@ -2,6 +2,10 @@
 #include <squeal/parameters/expressions.h>
 #include <squeal/parameters/friction_laws.h>
 
+#include <Sacado.hpp>
+
+#include <algorithm>
+
 namespace squeal
 {
   void FrictionLaw::declare(dealii::ParameterHandler &prm)
@@ -44,5 +48,32 @@ namespace squeal
     if (text.empty())
       throw InputError(key + ": the law expression needs mu as a function of v and p.");
     expression = friction_expression(text, key);
+  }
+
+  FrictionTraction FrictionLaw::traction(const double v, const double p) const
+  {
+    using Dual = Sacado::Fad::SFad<double, 2>;
+    const Dual speed(2, 0, v), pressure(2, 1, p);
+    Dual mu = coefficient_of(speed);
+    if (kind == Kind::expression)
+    {
+      const auto slope = [](const auto &f, const double x, const double h)
+      { return (8 * (f(x + h) - f(x - h)) - (f(x + 2 * h) - f(x - 2 * h))) / (12 * h); };
+      const double p_1 = std::max(p, 1.);
+      const double dv  = slope([&](const double x) { return expression(x, p_1); }, v,
+                              1e-3 * (v + smoothing_speed));
+      const double dp  = slope([&](const double x) { return expression(v, x); }, p_1, 1e-3 * p_1);
+      mu               = expression(v, p_1) + dv * (speed - v);
+      if (p >= 1)
+        mu += dp * (pressure - p);
+    }
+    if (smoothing_speed == 0)
+    {
+      const Dual tau = mu * pressure;
+      return {tau.val(), tau.dx(0), tau.dx(1), tau.val() / v};
+    }
+    const Dual over_speed = mu * pressure / sqrt(speed * speed + smoothing_speed * smoothing_speed);
+    const Dual tau        = over_speed * speed;
+    return {tau.val(), tau.dx(0), tau.dx(1), over_speed.val()};
   }
 } // namespace squeal

@@ -2,6 +2,7 @@
 
 #include <squeal/equations/parity.h>
 #include <squeal/equations/parity_space.h>
+#include <squeal/linalg/complex_multi_vector.h>
 
 #include <memory>
 #include <optional>

@@ -2,16 +2,17 @@
 
 #include <squeal/base/names.h>
 
-#include <deal.II/base/parameter_handler.h>
-
-#include <Sacado.hpp>
-
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace dealii
+{
+  class ParameterHandler;
+}
 
 namespace squeal
 {
@@ -99,32 +100,6 @@ namespace squeal
     ///
     /// An expression may be singular at p = 0 (a negative power, say), where the traction is zero
     /// all the same: it is evaluated at a pressure of at least one pascal.
-    FrictionTraction traction(const double v, const double p) const
-    {
-      using Dual = Sacado::Fad::SFad<double, 2>;
-      const Dual speed(2, 0, v), pressure(2, 1, p);
-      Dual mu = coefficient_of(speed);
-      if (kind == Kind::expression)
-      {
-        const auto slope = [](const auto &f, const double x, const double h)
-        { return (8 * (f(x + h) - f(x - h)) - (f(x + 2 * h) - f(x - 2 * h))) / (12 * h); };
-        const double p_1 = std::max(p, 1.);
-        const double dv  = slope([&](const double x) { return expression(x, p_1); }, v,
-                                1e-3 * (v + smoothing_speed));
-        const double dp  = slope([&](const double x) { return expression(v, x); }, p_1, 1e-3 * p_1);
-        mu               = expression(v, p_1) + dv * (speed - v);
-        if (p >= 1)
-          mu += dp * (pressure - p);
-      }
-      if (smoothing_speed == 0)
-      {
-        const Dual tau = mu * pressure;
-        return {tau.val(), tau.dx(0), tau.dx(1), tau.val() / v};
-      }
-      const Dual over_speed =
-          mu * pressure / sqrt(speed * speed + smoothing_speed * smoothing_speed);
-      const Dual tau = over_speed * speed;
-      return {tau.val(), tau.dx(0), tau.dx(1), over_speed.val()};
-    }
+    FrictionTraction traction(double v, double p) const;
   };
 } // namespace squeal

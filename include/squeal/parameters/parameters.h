@@ -4,8 +4,6 @@
 #include <squeal/parameters/friction_laws.h>
 #include <squeal/parameters/materials.h>
 
-#include <deal.II/base/parameter_handler.h>
-
 #include <array>
 #include <complex>
 #include <string>
