@@ -8,6 +8,7 @@ import csv
 import math
 import os
 import pathlib
+import resource
 import shutil
 import subprocess
 import sys
@@ -73,6 +74,12 @@ PENALTY = {"Contact/Formulation": "penalty", "Contact/Penalty stiffness": 1e12}
 MORTAR = {"Contact/Formulation": "mortar"}
 
 
+def processor_seconds():
+    """What this process and all that it started and waited for have taken."""
+    return sum(usage.ru_utime + usage.ru_stime
+               for usage in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+
+
 def parameter_file(settings):
     """The text of a parameter file, from {"Section/Key": value}."""
     lines = []
@@ -123,7 +130,12 @@ class TestCase(unittest.TestCase):
 
     def setUp(self):
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="squeal-test-"))
+        self.addCleanup(self.tell_seconds, processor_seconds())
         self.addCleanup(shutil.rmtree, self.directory, ignore_errors=True)
+
+    def tell_seconds(self, before):
+        """For tests/minutes.py."""
+        print(f"Processor seconds of {type(self).__name__}.{self._testMethodName}: {processor_seconds() - before:.2f}", flush=True)
 
     def write(self, name, content):
         """Writes a file into the temporary directory: text, or a parameter file from a dictionary."""
