@@ -2,7 +2,7 @@
 
 The default brake: lines of modes in README's *A first result* and the tutorial's step 2. The realistic brake: the numbers of
 modes and of undecided ones in doc/mesh.md, the whole brake likewise in doc/joints.md; skipped where there is no Gmsh. Scripts
-shown as commands can be started.
+shown as commands can be started, links lead somewhere, and files of the code that are named exist.
 """
 
 import os
@@ -43,13 +43,62 @@ class Commands(st.TestCase):
             self.assertTrue(os.access(st.PROJECT / command, os.X_OK), command)
 
 
+def documents():
+    """{path: text} of what users and contributors read, but for the history."""
+    return {path: path.read_text() for path in [st.PROJECT / "README.md", st.PROJECT / "CONTRIBUTING.md",
+                                                *sorted((st.PROJECT / "doc").glob("*.md"))]}
+
+
+def anchors(text):
+    """Of the headings, as GitHub makes them."""
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+            for heading in re.findall(r"(?m)^#+ (.+)$", text)}
+
+
+class Names(st.TestCase):
+    def test_links(self):
+        """Files and headings that links lead to are there, and every page of the manual is reached from README."""
+        texts = documents()
+        dead, reached = [], set()
+        for path, text in texts.items():
+            for link in re.findall(r"\]\(([^)\s]+)\)", text):
+                file, _, anchor = link.partition("#")
+                if file.startswith("http"):
+                    continue
+                target = (path.parent / file).resolve() if file else path
+                if not target.exists() or anchor and anchor not in anchors(target.read_text()):
+                    dead.append(f"{path.name}: {link}")
+                if path.name == "README.md":
+                    reached.add(target)
+        self.assertFalse(dead, "\n".join(dead))
+        self.assertFalse([path.name for path in texts if path.name != "README.md" and path not in reached])
+
+    def test_files_of_the_code(self):
+        """What is written as room/name.cc or .h exists."""
+        missing = []
+        for path, text in documents().items():
+            for name in re.findall(r"(?<![\w./-])(?:\.\./)?((?:[\w-]+/)+\w+\.(?:cc|h))\b", text):
+                if not any((st.PROJECT / place / name).exists() for place in ("", "source", "include/squeal", "tests")):
+                    missing.append(f"{path.name}: {name}")
+        self.assertFalse(missing, "\n".join(missing))
+
+    def test_functions_of_the_code(self):
+        """So do functions and classes of theory.md's table *Where each term and step stands*."""
+        code = "\n".join(path.read_text() for folder in ("source", "include") for path in (st.PROJECT / folder).glob("**/*.*"))
+        words = set(re.findall(r"\w+", code))
+        rows = [line.split(" | ") for line in section("doc/theory.md", "## 9.", "## 10.").splitlines() if line.startswith("| ")]
+        names = [name.split("::")[-1] for row in rows[1:] for name in re.findall(r"`([\w:]+)`", " ".join(row[1:3]))]
+        self.assertGreater(len(names), 40)
+        self.assertFalse(set(names) - words)
+
+
 class DefaultBrake(st.TestCase):
     def test_modes(self):
         result = st.run(st.PROJECT / "prm/brake.prm", "--set", "Output/Fields=none", "--set", "Output/Directory=brake",
                         "--set", "Output/Sensitivities=true", directory=self.directory, timeout=1100)
         self.assertEqual(result.returncode, 0, result.stderr)
         rows = {int(row["mode"]): row for row in st.read_table(self.directory / "brake/modes.csv")}
-        printed = {"README.md": section("README.md", "## A first result", "![Eigenvalues"),
+        printed = {"README.md": section("README.md", "## A first result", "## Manual"),
                    "doc/tutorial.md": section("doc/tutorial.md", "**The modes.**", "## 3. ")}
         for document, text in printed.items():
             lines = MODE.findall(text)
@@ -81,7 +130,7 @@ class DefaultBrake(st.TestCase):
 
     def check_screen(self, screen):
         """The table of modes on the screen has the lines of README, but for backward errors, which are rounding."""
-        for line in MODE.finditer(section("README.md", "## A first result", "![Eigenvalues")):
+        for line in MODE.finditer(section("README.md", "## A first result", "## Manual")):
             printed = line[0].rsplit(None, 3)[0].removeprefix("    ")
             self.assertIn(printed, screen)
         pad = " ".join(section("doc/tutorial.md", "Pad upper", "The force is").split())

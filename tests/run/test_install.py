@@ -68,7 +68,8 @@ class Install(st.TestCase):
         self.assertIn(f'\nversion = "{version}"\n', (st.PROJECT / "python/pyproject.toml").read_text())
 
     def test_what_is_installed(self):
-        for name in ["README.md", "CHANGELOG.md", "CITATION.cff", "LICENSE", "doc/python.md", "python/squeal/__init__.py", "doc/tutorial.md", "doc/theory.md", "doc/images",
+        for name in ["README.md", "CHANGELOG.md", "CITATION.cff", "LICENSE", "doc/python.md", "python/squeal/__init__.py", "doc/tutorial.md", "doc/results.md", "doc/theory.md",
+                     "doc/images",
                      "prm/brake.prm", "prm/theory/mass.mtx", "scripts/report.py", "scripts/plot.py"]:
             self.assertTrue((self.shared / name).exists(), name)
 
