@@ -10,7 +10,7 @@ namespace squeal
 {
   namespace
   {
-    /// Of a term of the velocities.
+    /// Whether a term of the velocities damps, in contrast to transport and friction.
     bool is_damping(const Term &term)
     {
       return term.origin == Origin::material_damping || term.origin == Origin::joint ||

@@ -35,7 +35,7 @@ namespace squeal
       double weight = 0;
       std::array<std::array<Complex, 2 * n_orders>, n_components> sums{};
 
-      /// Of exp(+ i n phi) and exp(- i n phi): weight times the amplitude.
+      /// Weight times the amplitude of exp(+ i n phi) and of exp(- i n phi).
       std::array<Complex, 2> waves(const unsigned int component, const unsigned int n) const
       {
         const Complex c = sums[component][n], i_s = Complex(0, 1) * sums[component][n_orders + n];

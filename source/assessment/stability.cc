@@ -6,6 +6,13 @@
 #include <map>
 #include <tuple>
 
+// From eigenpairs to a table of verdicts. A mode's Rayleigh coefficients d + j g = x^H P x and k +
+// j n = x^H Q x say what feeds it; rayleigh_parts() splits them by origin and body, contributions()
+// turns the parts into shares of the growth rate. verdict() compares the growth rate with its bar,
+// or with rounding where there is none; assess_stability() does all of this for one mesh. Below
+// stand what other rooms ask of a table: sensitivities of eigenvalues, the least stable mode, and
+// which mode of a fine mesh is which of a coarse one (an assignment of least cost).
+
 namespace squeal
 {
   using Complex = std::complex<double>;

@@ -6,6 +6,13 @@
 #include <functional>
 #include <numeric>
 
+// Bars between two full estimates. Estimates are dear, so a sweep makes them at the ends of a
+// course and carries the effects F of the discretisation along it: first the change of basis from
+// place to place (Pairs), then carry_forward(), carry_back() and the blend of both,
+// effects_along(). The second half is about critical values: a local pencil A(p) between two places
+// (CriticalProblem), whose critical value is found again with each effect that F may have; how far
+// it moves is the bar.
+
 namespace squeal
 {
   using Complex = std::complex<double>;
@@ -81,7 +88,7 @@ namespace squeal
       std::vector<unsigned int> before, after;
       ComplexDense c, inverse;
 
-      /// Of the modes before only those that are @p known, or after.
+      /// Pairs the modes that are @p known, by their numbers before or after.
       Pairs(const ModesOnCourse &from, const ModesOnCourse &to,
             const std::vector<unsigned int> &known, const bool known_before)
       {
@@ -129,7 +136,7 @@ namespace squeal
           visit(effect);
     }
 
-    /// Of the effects on some modes, whose numbers are @p modes, those on @p chosen, in this order.
+    /// Selects the known effects on the modes @p chosen, in this order.
     ErrorEffects of_modes(const KnownEffects &known, const std::vector<unsigned int> &chosen)
     {
       std::vector<unsigned int> members;
@@ -289,7 +296,7 @@ namespace squeal
   namespace
   {
     /// A_0 + q A_1 + q^2 A_2 + s E for a few modes, with q from 0 to 1 along the step.
-    struct SmallProblem
+    struct CriticalProblem
     {
       std::array<ComplexDense, 3> a;
       double start   = 0; ///< where it is critical without E, nearly
@@ -494,7 +501,7 @@ namespace squeal
           part(i, j) = a(order[i], order[j]);
       return part;
     };
-    SmallProblem problem;
+    CriticalProblem problem;
     for (unsigned int power = 0; power < 3; ++power)
       problem.a[power] = part_of(whole->a[power]);
     problem.start              = share;

@@ -7,6 +7,14 @@
 #include <cmath>
 #include <map>
 
+// Residuals of modes on the space of one degree more. The constructor goes in this order: factors
+// of each body's matrices at each eigenvalue; the modes' vectors as columns of the coarse space,
+// interpolated; products of the bodies' operators cell by cell (add_bodies); contact, paired anew
+// (pair_contact, add_contact); what is there as matrices (add_matrices) and measured damping; loads
+// of the static state. Last, multipliers beside the edge of the contact zone are released, for the
+// pressure has no smooth continuation there; close_at_edge() takes that back for the local
+// problems.
+
 namespace squeal
 {
   using namespace dealii;
@@ -139,8 +147,8 @@ namespace squeal
     space.copy_rows_without_cells(columns, in_fine_space);
   }
 
-  /// Of modes with measured ratios, (f(l) - 1) sum_k (M phi_k) c_k (M phi_k)^T x: the inner
-  /// product is the model's, the force is M phi_k in the enriched space.
+  /// Adds the damping of modes with measured ratios, (f(l) - 1) sum_k (M phi_k) c_k (M phi_k)^T x:
+  /// the inner product is the model's, the force is M phi_k in the enriched space.
   template <int dim>
   void EnrichedResiduals<dim>::add_measured_damping()
   {

@@ -14,6 +14,12 @@
 #include <map>
 #include <numeric>
 
+// Bars of eigenvalues by local problems (theory.md, section 6). Estimator::run() shows the order:
+// products Z^H Q+ X of the interpolated vectors; shares of the residuals on faces, which several
+// cells have; elimination of the complement W cell by cell, which gives T and its parts by cells
+// and by kinds of cells; then the effects that are no residual of a cell: the steady pressure's own
+// error, other edges of the contact zone, locking. bound_errors() makes bars of them.
+
 namespace squeal
 {
   using namespace dealii;

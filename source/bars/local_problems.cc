@@ -6,6 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+// The problem of one cell in the hierarchical complement of V_h. make() assembles it in this order:
+// stiffness of the complement's functions, without those of fixed and hanging nodes; tractions of
+// joints on first sides of ties; on a pad's contact face its pressures, with friction. resistance()
+// tells how stiffly the cell answers on faces and edges, by which residuals there are divided among
+// neighbours.
+
 namespace squeal
 {
   using namespace dealii;

@@ -78,7 +78,8 @@ namespace squeal
       }
     }
 
-    /// Of the control groups of this process, versions 2 ("0::/path") and 1 ("7:cpu,memory:/path").
+    /// Memory that the control groups of this process leave, MiB: versions 2 ("0::/path") and 1
+    /// ("7:cpu,memory:/path").
     double available_in_groups_mib(const std::string &root)
     {
       std::ifstream in(root + "/proc/self/cgroup");

@@ -11,10 +11,10 @@ namespace squeal
   /// How a mode looks, by its kinetic energy rho |u|^2 without the motion of transport.
   struct ModeShape
   {
-    /// Of the energy in all bodies that have a mesh.
+    /// Share of the kinetic energy of all meshed bodies that is in the rotor.
     double rotor_share = 0;
-    /// Of the rotor's energy that of u_z. A mode of which it is at least one half is called
-    /// bending, another one in-plane.
+    /// Share of the rotor's kinetic energy that is in u_z: at least one half in a bending mode,
+    /// less in an in-plane one.
     double axial_share = 0;
     /// The order n of the waves exp(+- i n phi) with most of the energy, bending of that of u_z,
     /// in-plane of that of the other components, and their share of it.

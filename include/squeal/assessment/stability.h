@@ -83,7 +83,7 @@ namespace squeal
   std::vector<ModeRow> analyse(const QuadraticEigenproblem &problem, const EigenPairs &modes,
                                unsigned int cycle, double tolerance);
 
-  /// The same with given x^H P x and x^H Q x.
+  /// Analyses modes whose forms x^H P x and x^H Q x are given, one number for each mode.
   std::vector<ModeRow> analyse(const EigenPairs &modes,
                                const std::vector<std::complex<double>> &of_p,
                                const std::vector<std::complex<double>> &of_q, unsigned int cycle,

@@ -31,7 +31,7 @@ namespace squeal
   };
 
   /// Carries the effects F of the discretisation from a place to the next one or back: in the basis
-  /// of its modes, x' = x C, the same first-order effect is
+  /// of its modes, x' = x C, the first-order effect is
   ///     F' = C^{-1} F C.
   /// Modes without a partner on the same branch lose it, all do where C cannot be inverted.
   KnownEffects carry_forward(const KnownEffects &known, const ModesOnCourse &from,
@@ -87,8 +87,8 @@ namespace squeal
                                                   const KnownEffects &at_from,
                                                   const KnownEffects &at_to,
                                                   const CriticalModes &critical);
-  /// The same by the eigenvalue's derivative dl/dp alone, for modes with these effects: where there
-  /// is no place on one of the sides, and for divergence.
+  /// Bounds a critical value by the eigenvalue's derivative dl/dp = @p slope alone: where there is
+  /// no place on one of the sides, and for divergence. Nothing if it cannot be known.
   std::optional<CriticalBar> bound_critical_value(const ModesOnCourse &at,
                                                   const KnownEffects &known, unsigned int mode,
                                                   double slope);

@@ -48,6 +48,6 @@ namespace squeal
   /// Frequencies and growth rates over the meshes as the screen shows them.
   std::string convergence_table(const std::vector<ConvergenceRow> &rows);
 
-  /// The same with error bars as tables for LaTeX with the package booktabs.
+  /// Tables of frequencies and growth rates with error bars, for LaTeX with the package booktabs.
   std::string convergence_tex(const std::vector<ConvergenceRow> &rows);
 } // namespace squeal

@@ -23,7 +23,7 @@ namespace squeal
   class EnrichedResiduals
   {
   public:
-    /// Of at least one mode; both must outlive it. Collective.
+    /// Computes the residuals of at least one mode. Model and modes must outlive it. Collective.
     EnrichedResiduals(const BrakeModel<dim> &model, const EigenPairs &modes);
 
     unsigned int

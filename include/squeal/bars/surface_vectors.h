@@ -75,7 +75,8 @@ namespace squeal
     }
 
   private:
-    /// Those that do not vanish: directions in or across a flat face have such components.
+    /// Functions of a trace that do not vanish: directions in or across a flat face have components
+    /// that do.
     struct Functions
     {
       Functions() = default;
@@ -98,7 +99,7 @@ namespace squeal
       DenseMatrix at_points;
     };
 
-    /// They are kept while the pair is the same: traces and forces need them.
+    /// Finds the functions of a trace. They stay while the pair does: traces and forces need them.
     const Functions &functions_on(const Trace trace, const Kinematics &k) const
     {
       if (pair != k.shapes)
