@@ -316,11 +316,12 @@ namespace squeal
       else
         text << n_found << " modes around the window, " << task.region.lower() / (2 * M_PI)
              << " to " << task.region.upper() / (2 * M_PI) << " Hz";
-      text << "; the inertia of "
+      text << ", " << n_expected << " counted independently, by the inertia of "
            << (task.problem.has_reference() ? task.problem.reference_name
-                                            : std::string("the problem itself (it is symmetric)"))
-           << " proves " << n_expected << " there";
-      if (n_found != n_expected)
+                                            : std::string("the problem itself (it is symmetric)"));
+      if (n_found == n_expected)
+        text << ": none is missing";
+      else
       {
         const EigenSolution again  = search(task, 1);
         const unsigned int n_again = count_in_region(again);

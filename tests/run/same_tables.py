@@ -76,11 +76,11 @@ LOG_COUNTS = {
     "multigrid cycles": r"(\d+) multigrid cycles",
     # step, active, changes, tension, penetration, pressure change, steps of GMRES
     "active sets and steps of GMRES": r"(?m)^ +(\d+) +(\d+) +(\d+)(?: +\S+e[+-]\d+){3}(?: +(\d+))?$",
-    "proven modes": r"(\d+) modes with \|l(?:ambda)?\| <=|proves (\d+)",
+    "proven modes": r"(\d+) modes with \|l(?:ambda)?\| <=|(\d+) (?:there|counted independently)\b",
     "border": r"(\d+) crossings of the border|Border curve \d+: (\d+) points",
 }
 # Lines of log.txt that differ from run to run, or whose numbers tables have.
-LOG_MACHINE = re.compile(r"^(?:squeal|Command:|Started:) |rocessor seconds|[Mm]emory| MiB|^  (\w+ +\d+\.\d\d +\d+\.\d %|total +\d+\.\d\d)$")
+LOG_MACHINE = re.compile(r"^(?:squeal|Command:|Started:|Completeness:|Damping) |rocessor seconds|[Mm]emory| MiB|^  (\w+ +\d+\.\d\d +\d+\.\d %|total +\d+\.\d\d)$")
 
 
 def sections(text):

@@ -270,7 +270,7 @@ class Brake(BrakeCase):
         """Rayleigh damping of one material is modal, that of one of two is not."""
         def share(settings):
             log = (self.analyse({**self.BRAKE, "Eigenproblem/Error bars": "false", **settings}) / "log.txt").read_text()
-            found = re.search(r"Damping is not modal by (\S+) %", log)
+            found = re.search(r"Damping couples modes: (\S+) % of it is not modal", log)
             return float(found[1]) if found else None
 
         alone = {"Pads/Arrangement": "none", "Operation/Angular velocity": 0}
