@@ -14,6 +14,10 @@
 #include <memory>
 #include <numeric>
 
+// Assembly of the bodies' matrices M, D, G, M*, K (theory.md, section 2). First where the blocks of
+// a cell go in a matrix whose pattern is made exactly once; then one pass over the cells of a
+// material for all matrices that are wanted; the stiffness by elastic constant; loads by pressure.
+
 namespace squeal
 {
   using namespace dealii;

@@ -45,7 +45,7 @@ namespace squeal
       }
     }
 
-    /// The same along coordinate @p direction for all lines of a grid of @p n_points; neighbours in
+    /// Transforms all lines along coordinate @p direction of a grid of @p n_points; neighbours in
     /// the first direction stand in_step and out_step apart.
     template <int n, int width, bool add>
     SQUEAL_INLINE void transform_lines(const double *matrix, const unsigned int direction,

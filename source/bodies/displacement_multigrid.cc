@@ -11,6 +11,11 @@
 
 #include <algorithm>
 
+// Multigrid for the displacements without a matrix of the present degree, in this order: the matrix
+// of elements of degree 1 on the same mesh and its rigid-body motions; interpolation between both
+// degrees; products with the matrix-free operator for PETSc; the algebraic cycle on degree 1
+// (GAMG or BoomerAMG); set_up() with the contact's part, and the Chebyshev smoother around it.
+
 namespace squeal
 {
   using namespace dealii;

@@ -37,7 +37,7 @@ namespace squeal
       return laws;
     }
 
-    /// Of the polynomials through the nodes at the points (rows): values or derivatives.
+    /// Values or derivatives at the points (rows) of the polynomials through the nodes.
     std::vector<double> polynomials_at(const std::vector<Point<1>> &nodes,
                                        const std::vector<Point<1>> &points,
                                        const unsigned int derivative)

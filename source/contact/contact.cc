@@ -4,6 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+// The contact of one mesh, in this order: what each multiplier is and which surfaces touch at
+// first; tables of shape functions and the loop over pairs of faces; constraints that supports make
+// superfluous; scaling of the constraints; pressures of a state; the step of the primal-dual active
+// set; lists of what is closed and released.
+
 namespace squeal
 {
   using namespace dealii;
@@ -26,8 +31,6 @@ namespace squeal
     std::fill(local(space->first_local_tie), mark.data() + mark.n_local(), double(Unknown::other));
     for (const double value : replicate(mark))
       unknowns.push_back(Unknown(int(value)));
-    if (space->geometry.has_stick())
-      find_held_tractions();
     std::size_t n_all_points = 0;
     for (const PairedInterface<dim> &interface : paired_interfaces())
     {
@@ -40,6 +43,44 @@ namespace squeal
     // Three numbers for each node
     constexpr double largest_table = 1024. * 1024. * 1024.;
     keeps_table = 3. * element.n_nodes() * n_all_points * sizeof(double) < largest_table;
+    tabulate_shapes();
+    if (space->geometry.has_stick())
+      find_held_tractions();
+  }
+
+  template <int dim>
+  template <typename Function>
+  void Contact<dim>::for_each_shapes(const Function &function) const
+  {
+    for (unsigned int i = 0; i < paired_interfaces().size(); ++i)
+    {
+      const PairedInterface<dim> &interface = paired_interfaces()[i];
+      unsigned int first_point              = 0;
+      for (const FacePair<dim> &pair : interface.pairs)
+      {
+        auto shapes = std::make_shared<PairShapes<dim>>(
+            element, interface.rotor_faces[pair.rotor_face], interface.pad_faces[pair.pad_face],
+            pair, space->geometry, model.angular_velocity, slides(i) ? nullptr : &interface.along);
+        shapes->first_point = first_point;
+        first_point += pair.points.size();
+        function(i, pair, std::move(shapes));
+      }
+    }
+  }
+
+  template <int dim>
+  void Contact<dim>::tabulate_shapes()
+  {
+    if (!keeps_table ||
+        (table && table->angular_velocity == model.angular_velocity &&
+         std::signbit(table->angular_velocity) == std::signbit(model.angular_velocity)))
+      return;
+    auto made              = std::make_shared<TabulatedShapes>();
+    made->angular_velocity = model.angular_velocity;
+    for_each_shapes([&](const unsigned int i, const FacePair<dim> &,
+                        std::shared_ptr<const PairShapes<dim>> shapes)
+                    { made->pairs.emplace_back(i, std::move(shapes)); });
+    table = std::move(made);
   }
 
   template <int dim>
@@ -47,37 +88,21 @@ namespace squeal
       const std::function<void(unsigned int interface, const Kinematics &)> &work,
       const bool with_slopes) const
   {
-    const bool keeps = keeps_table && !with_slopes;
-    if (keeps && cached.shapes && cached.shapes->angular_velocity == model.angular_velocity &&
-        std::signbit(cached.shapes->angular_velocity) == std::signbit(model.angular_velocity))
+    if (table && !with_slopes)
     {
-      for (const auto &[interface, shapes] : cached.shapes->pairs)
+      for (const auto &[interface, shapes] : table->pairs)
         work(interface, Kinematics(shapes));
       return;
     }
-    auto table              = std::make_shared<TabulatedShapes>();
-    table->angular_velocity = model.angular_velocity;
-    for (unsigned int i = 0; i < paired_interfaces().size(); ++i)
-    {
-      unsigned int first_point = 0;
-      for (const FacePair<dim> &pair : paired_interfaces()[i].pairs)
-      {
-        const auto shapes = std::make_shared<PairShapes<dim>>(
-            element, paired_interfaces()[i].rotor_faces[pair.rotor_face],
-            paired_interfaces()[i].pad_faces[pair.pad_face], pair, space->geometry,
-            model.angular_velocity, slides(i) ? nullptr : &paired_interfaces()[i].along);
-        shapes->first_point = first_point;
-        first_point += pair.points.size();
-        Kinematics kinematics(shapes);
-        if (with_slopes)
-          kinematics.add_slopes(element, pair, space->geometry);
-        work(i, kinematics);
-        if (keeps)
-          table->pairs.emplace_back(i, shapes);
-      }
-    }
-    if (keeps)
-      cached.shapes = std::move(table);
+    for_each_shapes(
+        [&](const unsigned int i, const FacePair<dim> &pair,
+            std::shared_ptr<const PairShapes<dim>> shapes)
+        {
+          Kinematics kinematics(std::move(shapes));
+          if (with_slopes)
+            kinematics.add_slopes(element, pair, space->geometry);
+          work(i, kinematics);
+        });
   }
 
   template <int dim>
@@ -214,93 +239,109 @@ namespace squeal
   ActiveSetChange Contact<dim>::update_active_set(const MultiVector &state, const bool only_one)
   {
     const std::vector<double> global = replicate(state);
-    ActiveSetChange change;
-    double size = 0; // of the displacements, for what counts as rounding
+    double size                      = 0; // of the displacements, for what counts as rounding
     for (unsigned int row = 0; row < space->rows.size; ++row)
       if (unknowns[row] == Unknown::displacement)
         size = std::max(size, std::abs(global[row]));
 
-    if (model.mortar)
-    {
-      // Weighted gaps int psi_j ([[u]].n - g_0 - p/k_C), what the constraints of closed contacts
-      // make zero: pressures of their neighbours reach open ones. And the weights' sizes int
-      // |psi_j|.
-      std::vector<double> gaps(2 * space->rows.size);
-      for_each_pair(
-          [&](const unsigned int i, const Kinematics &k)
-          {
-            std::vector<double> jump = k.at_points(k.n(), k.local_values(global));
-            if (model.compliance > 0)
-            {
-              const std::vector<double> p = k.at_points(k.psi, k.local_multipliers(global));
-              for (unsigned int q = 0; q < k.n_points; ++q)
-                jump[q] -= model.compliance * scale * p[q];
-            }
-            for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
-              for (const FreeNode<dim> &node : k.pad->nodes[m])
-                if (node.equations[dim] >= 0)
-                  for (unsigned int q = 0; q < k.n_points; ++q)
-                  {
-                    const double w = node.weight * k.weights[q] * k.psi(m, q);
-                    gaps[2 * node.equations[dim]] += w * (jump[q] - initial_gap(i, k.positions[q]));
-                    gaps[2 * node.equations[dim] + 1] += std::abs(w);
-                  }
-          });
-      MPI_Allreduce(MPI_IN_PLACE, gaps.data(), gaps.size(), MPI_DOUBLE, MPI_SUM, space->comm);
-      double largest_pressure = 0;
-      for (unsigned int row = 0; row < space->rows.size; ++row)
-        if (unknowns[row] == Unknown::pressure)
-          largest_pressure = std::max(largest_pressure, std::abs(global[row]));
-      std::vector<unsigned int> broken;
-      for (unsigned int row = 0; row < space->rows.size; ++row)
-        if (unknowns[row] == Unknown::pressure)
+    return model.mortar ? update_multipliers(global, size, only_one) : update_points(global, size);
+  }
+
+  template <int dim>
+  std::vector<double> Contact<dim>::mean_penetrations(const std::vector<double> &state) const
+  {
+    std::vector<double> gaps(2 * space->rows.size); // and weights
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
         {
-          const double penetration = gaps[2 * row] / gaps[2 * row + 1];
-          if (active.by_row[row])
-            change.largest_tension = std::max(change.largest_tension, -scale * global[row]);
-          else
-            change.largest_penetration = std::max(change.largest_penetration, penetration);
-          const bool now = active.by_row[row] ? global[row] >= -1e-12 * largest_pressure
-                                              : penetration > 1e-12 * size;
-          change.n_active += now;
-          if (now != active.by_row[row])
-            broken.push_back(row);
-        }
-      change.n_changed = broken.size();
-      if (only_one && !broken.empty())
-        broken = {broken.back()};
-      for (const unsigned int row : broken)
-        if (only_one && active.by_row[row] && with_tractions(row).size() > 1)
-          let_slip(row);
-        else
-          set_closed(with_tractions(row), !active.by_row[row]);
-    }
-    else
-    {
-      for_each_pair(
-          [&](const unsigned int i, const Kinematics &k)
+          std::vector<double> jump = k.at_points(k.n(), k.local_values(state));
+          if (model.compliance > 0)
           {
-            const std::vector<double> jump = k.at_points(k.n(), k.local_values(global));
+            const std::vector<double> p = k.at_points(k.psi, k.local_multipliers(state));
             for (unsigned int q = 0; q < k.n_points; ++q)
-            {
-              const double penetration = jump[q] - initial_gap(i, k.positions[q]);
-              const bool before        = active.by_point[i][k.first_point + q],
-                         now           = penetration > -1e-12 * size;
-              if (before)
-                change.largest_tension =
-                    std::max(change.largest_tension, -model.penalty_stiffness * penetration);
-              else
-                change.largest_penetration = std::max(change.largest_penetration, penetration);
-              change.n_changed += now != before;
-              change.n_active += now;
-              active.by_point[i][k.first_point + q] = now;
-            }
-          });
-      change.n_changed           = Utilities::MPI::sum(change.n_changed, space->comm);
-      change.n_active            = Utilities::MPI::sum(change.n_active, space->comm);
-      change.largest_tension     = Utilities::MPI::max(change.largest_tension, space->comm);
-      change.largest_penetration = Utilities::MPI::max(change.largest_penetration, space->comm);
-    }
+              jump[q] -= model.compliance * scale * p[q];
+          }
+          for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
+            for (const FreeNode<dim> &node : k.pad->nodes[m])
+              if (node.equations[dim] >= 0)
+                for (unsigned int q = 0; q < k.n_points; ++q)
+                {
+                  const double w = node.weight * k.weights[q] * k.psi(m, q);
+                  gaps[2 * node.equations[dim]] += w * (jump[q] - initial_gap(i, k.positions[q]));
+                  gaps[2 * node.equations[dim] + 1] += std::abs(w);
+                }
+        });
+    MPI_Allreduce(MPI_IN_PLACE, gaps.data(), gaps.size(), MPI_DOUBLE, MPI_SUM, space->comm);
+    std::vector<double> result(space->rows.size);
+    for (unsigned int row = 0; row < space->rows.size; ++row)
+      if (unknowns[row] == Unknown::pressure)
+        result[row] = gaps[2 * row] / gaps[2 * row + 1];
+    return result;
+  }
+
+  template <int dim>
+  ActiveSetChange Contact<dim>::update_multipliers(const std::vector<double> &state,
+                                                   const double size, const bool only_one)
+  {
+    const std::vector<double> penetrations = mean_penetrations(state);
+    double largest_pressure                = 0;
+    for (unsigned int row = 0; row < space->rows.size; ++row)
+      if (unknowns[row] == Unknown::pressure)
+        largest_pressure = std::max(largest_pressure, std::abs(state[row]));
+    ActiveSetChange change;
+    std::vector<unsigned int> broken;
+    for (unsigned int row = 0; row < space->rows.size; ++row)
+      if (unknowns[row] == Unknown::pressure)
+      {
+        const double penetration = penetrations[row];
+        if (active.by_row[row])
+          change.largest_tension = std::max(change.largest_tension, -scale * state[row]);
+        else
+          change.largest_penetration = std::max(change.largest_penetration, penetration);
+        const bool now = active.by_row[row] ? state[row] >= -1e-12 * largest_pressure
+                                            : penetration > 1e-12 * size;
+        change.n_active += now;
+        if (now != active.by_row[row])
+          broken.push_back(row);
+      }
+    change.n_changed = broken.size();
+    if (only_one && !broken.empty())
+      broken = {broken.back()};
+    for (const unsigned int row : broken)
+      if (only_one && active.by_row[row] && with_tractions(row).size() > 1)
+        let_slip(row);
+      else
+        set_closed(with_tractions(row), !active.by_row[row]);
+    return change;
+  }
+
+  template <int dim>
+  ActiveSetChange Contact<dim>::update_points(const std::vector<double> &state, const double size)
+  {
+    ActiveSetChange change;
+    for_each_pair(
+        [&](const unsigned int i, const Kinematics &k)
+        {
+          const std::vector<double> jump = k.at_points(k.n(), k.local_values(state));
+          for (unsigned int q = 0; q < k.n_points; ++q)
+          {
+            const double penetration = jump[q] - initial_gap(i, k.positions[q]);
+            const bool before        = active.by_point[i][k.first_point + q],
+                       now           = penetration > -1e-12 * size;
+            if (before)
+              change.largest_tension =
+                  std::max(change.largest_tension, -model.penalty_stiffness * penetration);
+            else
+              change.largest_penetration = std::max(change.largest_penetration, penetration);
+            change.n_changed += now != before;
+            change.n_active += now;
+            active.by_point[i][k.first_point + q] = now;
+          }
+        });
+    change.n_changed           = Utilities::MPI::sum(change.n_changed, space->comm);
+    change.n_active            = Utilities::MPI::sum(change.n_active, space->comm);
+    change.largest_tension     = Utilities::MPI::max(change.largest_tension, space->comm);
+    change.largest_penetration = Utilities::MPI::max(change.largest_penetration, space->comm);
     return change;
   }
 
@@ -351,16 +392,6 @@ namespace squeal
       if (!active.by_row[row])
         released.push_back(row);
     return released;
-  }
-
-  template <int dim>
-  bool Contact<dim>::is_cached(const CachedMatrix &cached, const std::vector<double> &constants,
-                               const ContactPressure &coefficients) const
-  {
-    int is = cached.matrix && cached.constants == constants && cached.active == active &&
-             cached.coefficients == coefficients;
-    MPI_Allreduce(MPI_IN_PLACE, &is, 1, MPI_INT, MPI_MIN, space->comm);
-    return is;
   }
 
   template class Contact<2>;

@@ -102,6 +102,61 @@ namespace squeal
             DataOutBase::write_pvtu_record(out, pieces, names, vectors, DataOutBase::VtkFlags());
           });
     }
+
+    /// The static state at a node of a pad's face.
+    template <int dim>
+    struct NodeState
+    {
+      double pressure = 0, gap = 0, status = 0; ///< Pa, m, 1: closed
+      Tensor<1, dim> traction;                  ///< of friction on the rotor, Pa
+    };
+
+    template <int dim>
+    NodeState<dim> state_at(const Contact<dim> &contact, const unsigned int interface,
+                            const ContactFace<dim> &face, const unsigned int a,
+                            const std::vector<const ContactFace<dim> *> &opposite,
+                            const std::vector<double> &global, const bool with_friction)
+    {
+      const ContactModel<dim> &model    = contact.contact_model();
+      const PairedInterface<dim> &pairs = contact.paired_interfaces()[interface];
+      const Point<dim> &x               = face.shape.nodes[a];
+      const auto [u_rotor, frame] = opposite_point(contact.face_element(), opposite, x, global);
+      const double penetration    = (u_rotor - displacement(face.nodes[a], global)) * frame.normal -
+                                 contact.initial_gap(interface, x);
+      NodeState<dim> state;
+      state.gap = -penetration;
+      if (model.mortar)
+        for (const FreeNode<dim> &node : face.nodes[a])
+        {
+          state.pressure += contact.pressure_scale() * node.weight * global[node.equations[dim]];
+          state.status += node.weight * contact.is_active(node);
+        }
+      else
+      {
+        state.pressure = model.penalty_stiffness * std::max(0., penetration);
+        state.status   = penetration > 0;
+      }
+      if (pairs.kind == ContactKind::sliding)
+      {
+        Tensor<1, dim> w = contact.spaces().geometry.transport(x);
+        w -= (w * frame.normal) * frame.normal;
+        const double speed = std::abs(model.angular_velocity) * w.norm();
+        const double tau =
+            with_friction ? contact.friction(interface).traction(speed, state.pressure).value : 0;
+        state.traction = -tau * model.direction() * w / w.norm();
+      }
+      else if (pairs.kind == ContactKind::stick)
+      {
+        const Tensor<1, dim> e = direction_in_surface(frame.normal, pairs.along);
+        for (unsigned int direction = 1; direction < dim; ++direction)
+          for (const FreeNode<dim> &node : face.nodes[a])
+            if (contact.is_active(node, direction))
+              state.traction -= contact.pressure_scale() * node.weight *
+                                global[node.multiplier(direction)] *
+                                (direction == 1 ? e : binormal_of<dim>(frame.normal, e));
+      }
+      return state;
+    }
   } // namespace
 
   template <int dim>
@@ -110,9 +165,7 @@ namespace squeal
                      const std::string &directory, const unsigned int cycle)
   {
     const std::vector<double> global = replicate(state);
-    const ContactModel<dim> &model   = contact.contact_model();
     const FaceElement<dim> &element  = contact.face_element();
-    const unsigned int n             = element.n_nodes();
 
     // Rows of each patch's data: pressure, gap, status, traction.
     constexpr unsigned int first_traction = 3, n_fields = 3 + dim;
@@ -127,51 +180,15 @@ namespace squeal
         if (opposite[f].empty())
           continue;
         auto patch = patch_of(face, element, n_fields, patches.size());
-        for (unsigned int a = 0; a < n; ++a)
+        for (unsigned int a = 0; a < element.n_nodes(); ++a)
         {
-          const Point<dim> &x         = face.shape.nodes[a];
-          const auto [u_rotor, frame] = opposite_point(element, opposite[f], x, global);
-          const double penetration =
-              (u_rotor - displacement(face.nodes[a], global)) * frame.normal -
-              contact.initial_gap(i, x);
-          double pressure = 0, status = 0;
-          if (model.mortar)
-            for (const FreeNode<dim> &node : face.nodes[a])
-            {
-              pressure += contact.pressure_scale() * node.weight * global[node.equations[dim]];
-              status += node.weight * contact.is_active(node);
-            }
-          else
-          {
-            pressure = model.penalty_stiffness * std::max(0., penetration);
-            status   = penetration > 0;
-          }
-          Tensor<1, dim> traction;
-          if (interface.kind == ContactKind::sliding)
-          {
-            Tensor<1, dim> w = spaces.geometry.transport(x);
-            w -= (w * frame.normal) * frame.normal;
-            const double speed = std::abs(model.angular_velocity) * w.norm();
-            const double tau =
-                with_friction ? contact.friction(i).traction(speed, pressure).value : 0;
-            traction = -tau * model.direction() * w / w.norm();
-          }
-          else if (interface.kind == ContactKind::stick)
-          {
-            const Tensor<1, dim> e = direction_in_surface(frame.normal, interface.along);
-            for (unsigned int direction = 1; direction < dim; ++direction)
-              for (const FreeNode<dim> &node : face.nodes[a])
-                if (contact.is_active(node, direction))
-                  traction -= contact.pressure_scale() * node.weight *
-                              global[node.multiplier(direction)] *
-                              (direction == 1 ? e : binormal_of<dim>(frame.normal, e));
-          }
-
-          patch.data(0, a) = pressure;
-          patch.data(1, a) = -penetration;
-          patch.data(2, a) = status;
+          const NodeState<dim> node =
+              state_at(contact, i, face, a, opposite[f], global, with_friction);
+          patch.data(0, a) = node.pressure;
+          patch.data(1, a) = node.gap;
+          patch.data(2, a) = node.status;
           for (unsigned int d = 0; d < dim; ++d)
-            patch.data(first_traction + d, a) = traction[d];
+            patch.data(first_traction + d, a) = node.traction[d];
         }
         patches.push_back(std::move(patch));
       }

@@ -5,17 +5,46 @@
 #include <complex>
 #include <iterator>
 
+// Forces of the contact as integrals over the pairs of faces, in this order: the right side of the
+// static problem; the nonlinear forces whose derivatives the matrices are; resultants on a pad; the
+// work of friction in a mode, by what causes it.
+
 namespace squeal
 {
   using namespace dealii;
+
+  namespace
+  {
+    /// Rows and values that are summed to a vector.
+    struct Forces
+    {
+      std::vector<PetscInt> rows;
+      std::vector<double> values;
+    };
+
+    /// Adds int Psi f of the active multipliers of a direction (0: pressures) at a point q.
+    template <int dim>
+    void add_constraint(const Contact<dim> &contact, const ContactKinematics<dim> &k,
+                        const unsigned int q, const unsigned int direction, const double f,
+                        Forces &forces)
+    {
+      for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
+        for (const FreeNode<dim> &node : k.pad->nodes[m])
+          if (contact.is_active(node, direction))
+          {
+            forces.rows.push_back(node.multiplier(direction));
+            forces.values.push_back(node.weight * contact.pressure_scale() * k.weights[q] *
+                                    k.psi(m, q) * f);
+          }
+    }
+  } // namespace
 
   template <int dim>
   MultiVector contact_load(const Contact<dim> &contact, const ContactPressure &pressure,
                            const bool with_friction)
   {
     const ContactModel<dim> &model = contact.contact_model();
-    std::vector<PetscInt> rows;
-    std::vector<double> values;
+    Forces forces;
     contact.for_each_pair(
         [&](const unsigned int i, const ContactKinematics<dim> &k)
         {
@@ -29,17 +58,9 @@ namespace squeal
                                  ? contact.friction(i).traction(k.speeds[q], p)
                                  : FrictionTraction();
             along_e[q]     = -w * (tau.value - p * tau.d_pressure);
-            if (model.mortar)
-            {
-              for (unsigned int m = 0; m < k.pad->nodes.size() && g != 0; ++m)
-                for (const FreeNode<dim> &node : k.pad->nodes[m])
-                  if (contact.is_active(node))
-                  {
-                    rows.push_back(node.equations[dim]);
-                    values.push_back(node.weight * contact.pressure_scale() * w * k.psi(m, q) * g);
-                  }
-            }
-            else if (contact.active_set().by_point[i][point])
+            if (model.mortar && g != 0)
+              add_constraint(contact, k, q, 0, g, forces);
+            else if (!model.mortar && contact.active_set().by_point[i][point])
             {
               along_n[q] = w * model.penalty_stiffness * g;
               along_e[q] += w * model.penalty_stiffness * g * tau.d_pressure;
@@ -48,12 +69,85 @@ namespace squeal
           // A friction law without an offset has no part in it, and mortar no normal forces.
           const auto is_zero = [](const double c) { return c == 0; };
           if (!std::all_of(along_n.begin(), along_n.end(), is_zero))
-            k.add_forces(rows, values, k.n(), along_n);
+            k.add_forces(forces.rows, forces.values, k.n(), along_n);
           if (!std::all_of(along_e.begin(), along_e.end(), is_zero))
-            k.add_forces(rows, values, k.e(), along_e);
+            k.add_forces(forces.rows, forces.values, k.e(), along_e);
         });
-    return sum_entries(contact.spaces().rows, rows, values);
+    return sum_entries(contact.spaces().rows, forces.rows, forces.values);
   }
+
+  namespace
+  {
+    /// How the points of a pair move, by components along the reference basis n, e, b.
+    template <int dim>
+    struct PairMotion
+    {
+      using Components = Tensor<1, 3>;
+      using Field      = std::vector<Components>; ///< by point
+
+      /// The displacements @p u, their velocities and, from a steady state on, @p du.
+      PairMotion(const ContactKinematics<dim> &k, const std::vector<double> &u,
+                 const std::vector<double> &u_t, const std::vector<double> &du)
+      {
+        const std::vector<double> local = k.local_values(u), local_t = k.local_values(u_t),
+                                  local_du = k.local_values(du);
+        jump                               = components(k, {{&k.n(), &k.e(), &k.b()}}, local);
+        jump_t                             = components(k, {{&k.n(), &k.e(), &k.b()}}, local_t);
+        d_phi   = components(k, {{nullptr, &k.e_phi(), &k.b_phi()}}, local);
+        moved   = components(k, {{nullptr, &k.e(), &k.b()}}, local_du);
+        moved_w = components(k, {{nullptr, &k.moved_w[0], &k.moved_w[1]}}, local_du);
+        for (unsigned int s = 0; s < 2; ++s)
+          slopes[s] =
+              components(k, {{&k.slopes[s][0], &k.slopes[s][1], &k.slopes[s][2]}}, local_du);
+      }
+
+      Field jump, jump_t, d_phi, moved, moved_w;
+      std::array<Field, 2> slopes;
+
+    private:
+      static Field components(const ContactKinematics<dim> &k,
+                              const std::array<const DenseMatrix *, 3> &rows_of,
+                              const std::vector<double> &local)
+      {
+        Field result(k.n_points);
+        for (unsigned int c = 0; c < 3; ++c)
+          if (rows_of[c] && rows_of[c]->n_rows > 0)
+          {
+            const std::vector<double> component = k.at_points(*rows_of[c], local);
+            for (unsigned int q = 0; q < k.n_points; ++q)
+              result[q][c] = component[q];
+          }
+        return result;
+      }
+    };
+
+    /// The traction p n + tau v/|v| at a point, with
+    ///     v = (I - n n) [Omega w + d_t [[u]] + Omega d_phi u_R];   e points along Omega w.
+    template <int dim>
+    Tensor<1, 3> traction_at(const Contact<dim> &contact, const unsigned int interface,
+                             const ContactKinematics<dim> &k, const unsigned int q,
+                             const PairMotion<dim> &motion, const double p,
+                             const bool with_friction, const bool turns)
+    {
+      const ContactModel<dim> &model = contact.contact_model();
+      Tensor<1, 3> e({0, 1, 0}), b({0, 0, 1});
+      e += motion.slopes[0][q];
+      b += motion.slopes[1][q];
+      Tensor<1, 3> normal = cross_product_3d(e, b); // (n, e, b) is right-handed
+      normal /= normal.norm();
+      Tensor<1, 3> v = motion.jump_t[q] + model.convective_velocity() * motion.d_phi[q] +
+                       model.angular_velocity * motion.moved_w[q];
+      v[1] += k.speeds[q];
+      v[0] += k.speeds[q] * motion.slopes[0][q][0]; // d_phi u_R . n
+      if (!turns)
+        v[0] = 0;
+      v -= (v * normal) * normal;
+      Tensor<1, 3> traction = p * normal;
+      if (with_friction && contact.slides(interface))
+        traction += contact.friction(interface).traction(v.norm(), p).over_speed * v;
+      return traction;
+    }
+  } // namespace
 
   template <int dim>
   MultiVector nonlinear_forces(const Contact<dim> &contact, const MultiVector &state,
@@ -68,117 +162,64 @@ namespace squeal
     for (unsigned int row = 0; row < du.size() && turned_from; ++row)
       du[row] = u[row] - du[row];
     const ContactPressure pressure = contact.pressure_of(state);
-    std::vector<PetscInt> rows;
-    std::vector<double> values;
-    contact.for_each_pair(
-        [&](const unsigned int i, const ContactKinematics<dim> &k)
+    Forces forces;
+    const auto add_pair = [&](const unsigned int i, const ContactKinematics<dim> &k)
+    {
+      const PairMotion<dim> motion(k, u, u_t, du);
+      std::array<std::vector<double>, 3> force;
+      std::array<std::array<std::vector<double>, 3>, 2> moved_force; // on d_a du_R
+      for (unsigned int c = 0; c < 3; ++c)
+      {
+        force[c].resize(k.n_points);
+        for (unsigned int s = 0; s < 2; ++s)
+          moved_force[s][c].resize(k.n_points);
+      }
+      for (unsigned int q = 0; q < k.n_points; ++q)
+      {
+        const double p = pressure[i][k.first_point + q], w = k.weights[q];
+        const Tensor<1, 3> traction =
+            traction_at(contact, i, k, q, motion, p, with_friction, turned_from != nullptr);
+        for (unsigned int c = 0; c < 3; ++c)
         {
-          // Components along the reference basis n, e, b.
-          using Components      = Tensor<1, 3>;
-          const auto components = [&](const std::array<const DenseMatrix *, 3> &rows_of,
-                                      const std::vector<double> &local)
-          {
-            std::vector<Components> result(k.n_points);
-            for (unsigned int c = 0; c < 3; ++c)
-              if (rows_of[c] && rows_of[c]->n_rows > 0)
-              {
-                const std::vector<double> component = k.at_points(*rows_of[c], local);
-                for (unsigned int q = 0; q < k.n_points; ++q)
-                  result[q][c] = component[q];
-              }
-            return result;
-          };
-          const std::vector<double> local = k.local_values(u), local_t = k.local_values(u_t),
-                                    local_du = k.local_values(du);
-          const auto jump                    = components({{&k.n(), &k.e(), &k.b()}}, local),
-                     jump_t                  = components({{&k.n(), &k.e(), &k.b()}}, local_t),
-                     d_phi   = components({{nullptr, &k.e_phi(), &k.b_phi()}}, local),
-                     moved   = components({{nullptr, &k.e(), &k.b()}}, local_du),
-                     moved_w = components({{nullptr, &k.moved_w[0], &k.moved_w[1]}}, local_du);
-          std::array<std::vector<Components>, 2> slopes;
+          force[c][q] = w * traction[c];
           for (unsigned int s = 0; s < 2; ++s)
-            slopes[s] = components({{&k.slopes[s][0], &k.slopes[s][1], &k.slopes[s][2]}}, local_du);
-
-          std::array<std::vector<double>, 3> force;
-          std::array<std::array<std::vector<double>, 3>, 2> moved_force; // on d_a du_R
-          for (unsigned int c = 0; c < 3; ++c)
-          {
-            force[c].resize(k.n_points);
-            for (unsigned int s = 0; s < 2; ++s)
-              moved_force[s][c].resize(k.n_points);
-          }
-          const double omega = model.angular_velocity, carried = model.convective_velocity();
-          for (unsigned int q = 0; q < k.n_points; ++q)
-          {
-            const double p = pressure[i][k.first_point + q], w = k.weights[q];
-            Components e({0, 1, 0}), b({0, 0, 1});
-            e += slopes[0][q];
-            b += slopes[1][q];
-            Components normal = cross_product_3d(e, b); // (n, e, b) is right-handed
-            normal /= normal.norm();
-            // v = (I - n n) [Omega w + d_t [[u]] + Omega d_phi u_R]; e points along Omega w.
-            Components v = jump_t[q] + carried * d_phi[q] + omega * moved_w[q];
-            v[1] += k.speeds[q];
-            v[0] += k.speeds[q] * slopes[0][q][0]; // d_phi u_R . n
-            if (!turned_from)
-              v[0] = 0;
-            v -= (v * normal) * normal;
-            Components traction = p * normal;
-            if (with_friction && contact.slides(i))
-              traction += contact.friction(i).traction(v.norm(), p).over_speed * v;
-            for (unsigned int c = 0; c < 3; ++c)
-            {
-              force[c][q] = w * traction[c];
-              for (unsigned int s = 0; s < 2; ++s)
-                moved_force[s][c][q] = -w * traction[c] * moved[q][1 + s];
-            }
-            if (model.mortar)
-              for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
-                for (const FreeNode<dim> &node : k.pad->nodes[m])
-                  if (contact.is_active(node))
-                  {
-                    rows.push_back(node.equations[dim]);
-                    values.push_back(node.weight * contact.pressure_scale() * w * k.psi(m, q) *
-                                     (jump[q][0] - contact.initial_gap(i, k.positions[q]) -
-                                      model.compliance * p));
-                  }
-          }
-          for (unsigned int direction = 1; direction < dim && contact.sticks(i); ++direction)
-          {
-            // int T . d[[u]] and int Psi [[u]].e, and the same along b
-            const std::vector<double> T =
-                k.at_points(k.psi, k.local_multipliers(u, &contact.active_set().by_row, direction));
-            for (unsigned int q = 0; q < k.n_points; ++q)
-            {
-              force[direction][q] += k.weights[q] * contact.pressure_scale() * T[q];
-              for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
-                for (const FreeNode<dim> &node : k.pad->nodes[m])
-                  if (contact.is_active(node, direction))
-                  {
-                    rows.push_back(node.multiplier(direction));
-                    values.push_back(node.weight * contact.pressure_scale() * k.weights[q] *
-                                     k.psi(m, q) * jump[q][direction]);
-                  }
-            }
-          }
-          const std::array<const DenseMatrix *, 3> basis = {{&k.n(), &k.e(), &k.b()}};
-          for (unsigned int c = 0; c < dim; ++c)
-          {
-            k.add_forces(rows, values, *basis[c], force[c]);
-            for (unsigned int s = 0; s < dim - 1 && turned_from; ++s)
-              k.add_forces(rows, values, k.slopes[s][c], moved_force[s][c]);
-          }
-        },
-        turned_from != nullptr);
+            moved_force[s][c][q] = -w * traction[c] * motion.moved[q][1 + s];
+        }
+        if (model.mortar)
+          add_constraint(contact, k, q, 0,
+                         motion.jump[q][0] - contact.initial_gap(i, k.positions[q]) -
+                             model.compliance * p,
+                         forces);
+      }
+      for (unsigned int direction = 1; direction < dim && contact.sticks(i); ++direction)
+      {
+        // int T . d[[u]] and int Psi [[u]].e, and the same along b
+        const std::vector<double> T =
+            k.at_points(k.psi, k.local_multipliers(u, &contact.active_set().by_row, direction));
+        for (unsigned int q = 0; q < k.n_points; ++q)
+        {
+          force[direction][q] += k.weights[q] * contact.pressure_scale() * T[q];
+          add_constraint(contact, k, q, direction, motion.jump[q][direction], forces);
+        }
+      }
+      const std::array<const DenseMatrix *, 3> basis = {{&k.n(), &k.e(), &k.b()}};
+      for (unsigned int c = 0; c < dim; ++c)
+      {
+        k.add_forces(forces.rows, forces.values, *basis[c], force[c]);
+        for (unsigned int s = 0; s < dim - 1 && turned_from; ++s)
+          k.add_forces(forces.rows, forces.values, k.slopes[s][c], moved_force[s][c]);
+      }
+    };
+    contact.for_each_pair(add_pair, turned_from != nullptr);
     if (model.mortar)
       for (unsigned int row = contact.spaces().first_local_multiplier;
            row < contact.spaces().first_local_tie; ++row)
         if (!contact.active_set().by_row[row])
         {
-          rows.push_back(row);
-          values.push_back(contact.constraint_stiffness() * u[row]);
+          forces.rows.push_back(row);
+          forces.values.push_back(contact.constraint_stiffness() * u[row]);
         }
-    return sum_entries(contact.spaces().rows, rows, values);
+    return sum_entries(contact.spaces().rows, forces.rows, forces.values);
   }
 
   namespace
@@ -235,6 +276,40 @@ namespace squeal
     }
   } // namespace
 
+  namespace
+  {
+    /// Adds the tangential tractions of a pair that sticks: their sum and, in 3D, their torque.
+    /// They are the forces on the first body: with [[u]] = u_2 - u_1 the left side has -T there.
+    template <int dim>
+    void add_tractions(const Contact<dim> &contact, const ContactKinematics<dim> &k,
+                       const std::vector<double> &state, Tensor<1, dim> &sum, double &torque)
+    {
+      for (unsigned int direction = 1; direction < dim; ++direction)
+      {
+        const std::vector<double> T =
+            k.at_points(k.psi, k.local_multipliers(state, &contact.active_set().by_row, direction));
+        for (unsigned int q = 0; q < k.n_points; ++q)
+        {
+          const Tensor<1, dim> force =
+              k.weights[q] * contact.pressure_scale() * T[q] * k.direction(direction, q);
+          sum += force;
+          if (dim == 3)
+            torque += k.positions[q][0] * force[1] - k.positions[q][1] * force[0];
+        }
+      }
+    }
+
+    /// Makes what is known on each rank that of all ranks.
+    void sum_over_ranks(ContactResultants &r, const MPI_Comm comm)
+    {
+      for (double *sum : {&r.area, &r.normal_force, &r.friction_force, &r.friction_torque})
+        *sum = Utilities::MPI::sum(*sum, comm);
+      for (double *maximum : {&r.max_pressure, &r.max_penetration})
+        *maximum = Utilities::MPI::max(*maximum, comm);
+      r.min_pressure = Utilities::MPI::min(r.min_pressure, comm);
+    }
+  } // namespace
+
   template <int dim>
   std::vector<ContactResultants>
   resultants(const Contact<dim> &contact, const ContactPressure &pressure, const MultiVector *state)
@@ -253,8 +328,8 @@ namespace squeal
         [&](const unsigned int i, const ContactKinematics<dim> &k)
         {
           ContactResultants &r = results[i];
-          // Mortar: a face's part of the area in contact is that of its contact.active_set().by_row
-          // shape functions.
+          // Mortar: a face's part of the area in contact is that of the shape functions of its
+          // active nodes.
           std::vector<double> flags(k.psi.n_rows);
           for (unsigned int m = 0; m < flags.size(); ++m)
             for (const FreeNode<dim> &node : k.pad->nodes[m])
@@ -291,21 +366,8 @@ namespace squeal
             r.max_penetration =
                 std::max(r.max_penetration, jump[q] - contact.initial_gap(i, k.positions[q]));
           }
-          // The forces on the first body: with [[u]] = u_2 - u_1 the left side has -T there.
-          for (unsigned int direction = 1; direction < dim && state && contact.sticks(i);
-               ++direction)
-          {
-            const std::vector<double> T = k.at_points(
-                k.psi, k.local_multipliers(global, &contact.active_set().by_row, direction));
-            for (unsigned int q = 0; q < k.n_points; ++q)
-            {
-              const Tensor<1, dim> force =
-                  k.weights[q] * contact.pressure_scale() * T[q] * k.direction(direction, q);
-              tangential[i] += force;
-              if (dim == 3)
-                r.friction_torque += k.positions[q][0] * force[1] - k.positions[q][1] * force[0];
-            }
-          }
+          if (state && contact.sticks(i))
+            add_tractions(contact, k, global, tangential[i], r.friction_torque);
         });
     if (state)
       for (unsigned int i = 0; i < results.size(); ++i)
@@ -315,13 +377,7 @@ namespace squeal
           results[i].n_slipping      = n_slipping(contact, i);
         }
     for (ContactResultants &r : results)
-    {
-      for (double *sum : {&r.area, &r.normal_force, &r.friction_force, &r.friction_torque})
-        *sum = Utilities::MPI::sum(*sum, contact.spaces().comm);
-      for (double *maximum : {&r.max_pressure, &r.max_penetration})
-        *maximum = Utilities::MPI::max(*maximum, contact.spaces().comm);
-      r.min_pressure = Utilities::MPI::min(r.min_pressure, contact.spaces().comm);
-    }
+      sum_over_ranks(r, contact.spaces().comm);
     for (unsigned int i = 0; i < results.size(); ++i)
       if (contact.sticks(i))
         results[i].friction_force =

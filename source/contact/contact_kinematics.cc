@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+// Kinematics of a pair of contact faces: tangential directions; shape functions of both faces at
+// common points and their derivative along the turning; traces along a direction; products of two
+// traces and where they go in a matrix; slopes of the surfaces, on demand, for contact that turns
+// with them.
+
 namespace squeal
 {
   using namespace dealii;

@@ -48,6 +48,23 @@ namespace squeal
 
   namespace
   {
+    /// d tau/d p at every point.
+    template <int dim>
+    ContactPressure traction_slopes(const Contact<dim> &contact, const ContactPressure &pressure)
+    {
+      ContactPressure slopes = contact.uniform_pressure(0);
+      contact.for_each_sliding_pair(
+          [&](const unsigned int i, const ContactKinematics<dim> &k)
+          {
+            for (unsigned int q = 0; q < k.n_points; ++q)
+              slopes[i][k.first_point + q] =
+                  contact.friction(i)
+                      .traction(k.speeds[q], pressure[i][k.first_point + q])
+                      .d_pressure;
+          });
+      return slopes;
+    }
+
     /// int c d[[u]].e Dp with a coefficient at every point.
     template <int dim>
     Matrix tangential_matrix(const Contact<dim> &contact, const ContactPressure &coefficients)
@@ -63,49 +80,18 @@ namespace squeal
   template <int dim>
   Matrix friction_matrix(const Contact<dim> &contact, const ContactPressure &pressure)
   {
-    ContactPressure slopes = contact.uniform_pressure(0);
-    contact.for_each_sliding_pair(
-        [&](const unsigned int i, const ContactKinematics<dim> &k)
-        {
-          for (unsigned int q = k.first_point; q < k.first_point + k.n_points; ++q)
-            slopes[i][q] = contact.friction(i)
-                               .traction(k.speeds[q - k.first_point], pressure[i][q])
-                               .d_pressure;
-        });
-    return tangential_matrix(contact, slopes);
-  }
-
-  template <int dim>
-  std::shared_ptr<const Matrix> shared_normal(const Contact<dim> &contact)
-  {
-    const std::vector<double> constants = contact.constants_of_normal();
-    typename Contact<dim>::Cache &cache = contact.cache();
-    if (!contact.is_cached(cache.normal, constants, {}))
-      cache.normal = {contact.active_set(),
-                      constants,
-                      {},
-                      std::make_shared<const Matrix>(normal_matrix(contact))};
-    return cache.normal.matrix;
+    return tangential_matrix(contact, traction_slopes(contact, pressure));
   }
 
   template <int dim>
   std::pair<double, ContactPressure> friction_slopes(const Contact<dim> &contact,
                                                      const ContactPressure &pressure)
   {
-    ContactPressure slopes = contact.uniform_pressure(0);
+    ContactPressure slopes = traction_slopes(contact, pressure);
     double largest         = 0;
-    contact.for_each_sliding_pair(
-        [&](const unsigned int i, const ContactKinematics<dim> &k)
-        {
-          for (unsigned int q = 0; q < k.n_points; ++q)
-          {
-            double &slope = slopes[i][k.first_point + q];
-            slope         = contact.friction(i)
-                        .traction(k.speeds[q], pressure[i][k.first_point + q])
-                        .d_pressure;
-            largest = std::max(largest, std::abs(slope));
-          }
-        });
+    for (const std::vector<double> &of_interface : slopes)
+      for (const double slope : of_interface)
+        largest = std::max(largest, std::abs(slope));
     largest = Utilities::MPI::max(largest, contact.spaces().comm);
     if (largest > 0)
       for (std::vector<double> &of_interface : slopes)
@@ -115,33 +101,59 @@ namespace squeal
   }
 
   template <int dim>
-  std::pair<double, std::shared_ptr<const Matrix>> shared_friction(const Contact<dim> &contact,
-                                                                   const ContactPressure &pressure)
+  template <typename Function>
+  std::shared_ptr<const Matrix>
+  ContactMatrices<dim>::kept_or_made(Kept &kept, const Contact<dim> &contact,
+                                     const std::vector<double> &constants,
+                                     const ContactPressure &coefficients, const Function &make)
   {
-    auto [largest, slopes] = friction_slopes(contact, pressure);
+    int serves = kept.matrix && kept.constants == constants &&
+                 kept.active == contact.active_set() && kept.coefficients == coefficients;
+    MPI_Allreduce(MPI_IN_PLACE, &serves, 1, MPI_INT, MPI_MIN, contact.spaces().comm);
+    if (!serves)
+      kept = {contact.active_set(), constants, coefficients,
+              std::make_shared<const Matrix>(make())};
+    return kept.matrix;
+  }
+
+  template <int dim>
+  std::shared_ptr<const Matrix> ContactMatrices<dim>::normal(const Contact<dim> &contact)
+  {
+    return kept_or_made(of_normal, contact, contact.constants_of_normal(), {},
+                        [&]() { return normal_matrix(contact); });
+  }
+
+  template <int dim>
+  std::pair<double, std::shared_ptr<const Matrix>>
+  ContactMatrices<dim>::friction(const Contact<dim> &contact, const ContactPressure &pressure)
+  {
+    const auto [largest, slopes] = friction_slopes(contact, pressure);
+    const auto make = [&contact, &slopes = slopes]() { return tangential_matrix(contact, slopes); };
     if (largest == 0)
-      return {0., std::make_shared<const Matrix>(tangential_matrix(contact, slopes))};
+      return {0., std::make_shared<const Matrix>(make())};
     const ContactModel<dim> &model = contact.contact_model();
     // The matrix holds the direction of sliding.
-    const double direction              = model.direction();
-    const std::vector<double> constants = {double(model.mortar), contact.pressure_scale(),
-                                           model.penalty_stiffness, direction};
-    typename Contact<dim>::Cache &cache = contact.cache();
-    if (!contact.is_cached(cache.friction, constants, slopes))
-      cache.friction = {contact.active_set(), constants, slopes,
-                        std::make_shared<const Matrix>(tangential_matrix(contact, slopes))};
-    return {largest, cache.friction.matrix};
+    return {largest, kept_or_made(of_friction, contact,
+                                  {double(model.mortar), contact.pressure_scale(),
+                                   model.penalty_stiffness, double(model.direction())},
+                                  slopes, make)};
   }
 
   template <int dim>
   FrictionDamping friction_damping(const Contact<dim> &contact, const ContactPressure &pressure)
   {
+    return ContactMatrices<dim>().damping(contact, pressure);
+  }
+
+  template <int dim>
+  FrictionDamping ContactMatrices<dim>::damping(const Contact<dim> &contact,
+                                                const ContactPressure &pressure)
+  {
     const ContactModel<dim> &model = contact.contact_model();
     EntryList P_falling, Q_falling, dashpots;
-    auto &entries = contact.cache().turning_entries;
-    if (!entries)
-      entries = std::make_shared<std::array<RepeatedEntries, 2>>();
-    auto &[P, Q] = *entries;
+    if (!of_turning)
+      of_turning = std::make_shared<std::array<RepeatedEntries, 2>>();
+    auto &[P, Q] = *of_turning;
     contact.for_each_sliding_pair(
         [&, &P = P, &Q = Q](const unsigned int i, const ContactKinematics<dim> &k)
         {
@@ -226,12 +238,10 @@ namespace squeal
 #define SQUEAL_INSTANTIATE(dim)                                                                    \
   template Matrix normal_matrix(const Contact<dim> &);                                             \
   template Matrix friction_matrix(const Contact<dim> &, const ContactPressure &);                  \
-  template std::shared_ptr<const Matrix> shared_normal(const Contact<dim> &);                      \
-  template std::pair<double, std::shared_ptr<const Matrix>> shared_friction(                       \
-      const Contact<dim> &, const ContactPressure &);                                              \
   template std::pair<double, ContactPressure> friction_slopes(const Contact<dim> &,                \
                                                               const ContactPressure &);            \
   template FrictionDamping friction_damping(const Contact<dim> &, const ContactPressure &);        \
+  template class ContactMatrices<dim>;                                                             \
   template TurningContact turning_contact(const Contact<dim> &, const ContactPressure &, bool);
   SQUEAL_INSTANTIATE(2)
   SQUEAL_INSTANTIATE(3)

@@ -8,6 +8,11 @@
 #include <algorithm>
 #include <cmath>
 
+// Derivatives of a brake's equations by its parameters, in three steps: differentiable_parameters()
+// lists what the scene uses, with d/dp of the bodies' terms; state_derivatives() finds dx_0/dp at
+// fixed active set by one tangent for all parameters; derivatives() differentiates contact and
+// prestress by central differences along that change of the state.
+
 namespace squeal
 {
   namespace
@@ -263,12 +268,10 @@ namespace squeal
             right.column(k)[i] -= term.coefficient * product.data()[i];
         }
     }
-    std::vector<Term> body_terms;
-    for (const Term &term : model.terms())
-      if (BrakeModel<dim>::is_body_term(term))
-        body_terms.push_back(term);
-    const Matrix A = sum_of_terms(
-        rows, static_terms(body_terms, *steady.contact, steady.pressure, prm.terms().friction));
+    ContactMatrices<dim> matrices = steady.contact_matrices;
+    const Matrix A =
+        sum_of_terms(rows, static_terms(steady.body_terms, *steady.contact, steady.pressure,
+                                        prm.terms().friction, matrices));
     if (nearby)
     {
       MultiVector result(rows, 0);
@@ -338,10 +341,11 @@ namespace squeal
         {
           Contact<dim> contact = *steady.contact;
           contact.set_model(BrakeModel<dim>::contact_model(p));
-          const auto pressure = state_matters        ? contact.pressure_of(state)
-                                : steady.equilibrium ? steady.pressure
-                                                     : contact.uniform_pressure(p.pads.pressure);
-          for (Term &term : BrakeModel<dim>::contact_terms(contact, pressure, p))
+          ContactMatrices<dim> matrices = steady.contact_matrices;
+          const auto pressure           = state_matters        ? contact.pressure_of(state)
+                                          : steady.equilibrium ? steady.pressure
+                                                               : contact.uniform_pressure(p.pads.pressure);
+          for (Term &term : BrakeModel<dim>::contact_terms(contact, pressure, p, matrices))
             if (term.origin != Origin::contact || prm.contact.formulation != Formulation::mortar)
               add(std::move(term));
         }

@@ -70,22 +70,25 @@ namespace squeal
   } // namespace
 
   template <int dim>
-  void BrakeModel<dim>::make_iterative_solver(const bool needs_edge)
+  std::shared_ptr<IterativeStatics<dim>>
+  BrakeModel<dim>::make_iterative_solver(const Parameters::All &prm, const bool needs_edge) const
   {
     PhaseTimer::Scope scope(timer, "assembly");
-    iterative = std::make_unique<IterativeStatics<dim>>(
+    auto iterative = std::make_shared<IterativeStatics<dim>>(
         spaces_, MatrixFreeBodies<dim>(prm, geometry).sum(0),
         IterativeOptions{prm.static_equilibrium.multigrid,
                          prm.static_equilibrium.maximum_iterations});
     log.line("Static equilibrium by GMRES: " + iterative->description());
     if (needs_edge)
       log.line("Error bars take the border of contact for known: what moves it needs factors.");
+    return iterative;
   }
 
   template <int dim>
-  void BrakeModel<dim>::add_matrix_free_bodies()
+  std::vector<Term> BrakeModel<dim>::matrix_free_bodies(const SteadyState<dim> &state) const
   {
-    const MatrixFreeBodies<dim> bodies(prm, geometry);
+    const MatrixFreeBodies<dim> bodies(state.parameters, geometry);
+    std::vector<Term> terms;
     for (unsigned int k = 0; k < bodies.parts.size(); ++k)
     {
       std::array<std::shared_ptr<const Matrix>, 4> by_kind;
@@ -95,23 +98,24 @@ namespace squeal
         if (!matrix)
         {
           const auto product = std::make_shared<const DisplacementOperator<dim>>(
-              iterative->stiffness(), bodies.single(k, term.matrix));
+              state.iterative->stiffness(), bodies.single(k, term.matrix));
           matrix = std::make_shared<const Matrix>(
               make_matrix_free(spaces_.rows, [product](const MultiVector &x, const bool transposed)
                                { return product->multiply(x, transposed); }));
         }
-        terms_.push_back({term.origin, term.order, term.coefficient, matrix});
+        terms.push_back({term.origin, term.order, term.coefficient, matrix});
       }
     }
+    return terms;
   }
 
   template <int dim>
   Matrix BrakeModel<dim>::matrix_free_sum(const unsigned int order) const
   {
-    const MatrixFreeBodies<dim> bodies(prm, geometry);
-    const auto of_bodies = std::make_shared<const DisplacementOperator<dim>>(iterative->stiffness(),
-                                                                             bodies.sum(order));
-    std::vector<Term> others = terms_of_order(terms_, order);
+    const MatrixFreeBodies<dim> bodies(parameters(), geometry);
+    const auto of_bodies = std::make_shared<const DisplacementOperator<dim>>(
+        steady.iterative->stiffness(), bodies.sum(order));
+    std::vector<Term> others = equations_.of_order(order);
     others.erase(std::remove_if(others.begin(), others.end(),
                                 [](const Term &term) { return product_of(*term.matrix); }),
                  others.end());
@@ -132,29 +136,33 @@ namespace squeal
   DavidsonProblem BrakeModel<dim>::davidson_problem() const
   {
     std::vector<Term> coupling;
-    std::copy_if(terms_.begin(), terms_.end(), std::back_inserter(coupling),
+    std::copy_if(terms().begin(), terms().end(), std::back_inserter(coupling),
                  [](const Term &term)
                  { return term.origin == Origin::contact || term.origin == Origin::friction; });
-    const bool slides = prm.terms().friction && prm.n_pads() > 0;
-    iterative->set_up(*steady.contact, steady.pressure, slides);
-    QuadraticEigenproblem problem = equations().without_matrices();
+    const bool slides                = parameters().terms().friction && parameters().n_pads() > 0;
+    IterativeStatics<dim> &iterative = *steady.iterative;
+    iterative.set_up(*steady.contact, steady.pressure, slides);
+    QuadraticEigenproblem problem = equations_.without_matrices();
     problem.M                     = matrix_free_sum(2);
-    if (!terms_of_order(terms_, 1).empty())
+    if (!equations_.of_order(1).empty())
       problem.P = matrix_free_sum(1);
     problem.Q                        = matrix_free_sum(0);
     const unsigned int n_multipliers = spaces_.rows.end - spaces_.first_local_multiplier;
     return {std::move(problem),
             ConstraintProjection(spaces_.rows, n_multipliers, sum_of_terms(spaces_.rows, coupling),
-                                 iterative->stiffness().diagonal()),
-            [this](const MultiVector &forces) { return iterative->cycle(forces); },
-            std::all_of(terms_.begin(), terms_.end(),
+                                 iterative.stiffness().diagonal()),
+            [solver = steady.iterative](const MultiVector &forces)
+            { return solver->cycle(forces); },
+            std::all_of(terms().begin(), terms().end(),
                         [](const Term &term) { return is_conservative(term.origin); })};
   }
 
-  template void BrakeModel<2>::make_iterative_solver(bool);
-  template void BrakeModel<3>::make_iterative_solver(bool);
-  template void BrakeModel<2>::add_matrix_free_bodies();
-  template void BrakeModel<3>::add_matrix_free_bodies();
+  template std::shared_ptr<IterativeStatics<2>>
+  BrakeModel<2>::make_iterative_solver(const Parameters::All &, bool) const;
+  template std::shared_ptr<IterativeStatics<3>>
+  BrakeModel<3>::make_iterative_solver(const Parameters::All &, bool) const;
+  template std::vector<Term> BrakeModel<2>::matrix_free_bodies(const SteadyState<2> &) const;
+  template std::vector<Term> BrakeModel<3>::matrix_free_bodies(const SteadyState<3> &) const;
   template DavidsonProblem BrakeModel<2>::davidson_problem() const;
   template DavidsonProblem BrakeModel<3>::davidson_problem() const;
 } // namespace squeal

@@ -11,6 +11,12 @@
 #include <iterator>
 #include <map>
 
+// The brake on a mesh, in this order: which terms a body has (body_terms(), theory.md, section 2);
+// the two steps of assemble(), find_steady_state() and linearise(), the second a function of the
+// state alone; matrices of bodies and joints, assembled once a mesh and scaled from then on; how a
+// state is found (find_state()); terms of the contact about it (theory.md, section 3); loads and
+// geometric stiffness; questions about the present state.
+
 namespace squeal
 {
   using namespace dealii;
@@ -98,25 +104,37 @@ namespace squeal
       : geometry(geometry), comm(comm), log(log), timer(timer),
         spaces_(this->geometry, parameters.discretization.degree, parameters.contact.mortar(),
                 comm),
-        prm(parameters), load_pressure(parameters.pads.pressure)
+        load_pressure(parameters.pads.pressure)
   {
+    steady.parameters = parameters;
   }
 
   template <int dim>
   BrakeModel<dim>::BrakeModel(const BrakeModel &other, const Parameters::All &parameters,
                               PhaseTimer &timer)
       : geometry(other.geometry), comm(other.comm), log(other.log), timer(timer),
-        spaces_(other.spaces_, parameters.discretization.degree), prm(parameters),
-        load_pressure(other.load_pressure)
+        spaces_(other.spaces_, parameters.discretization.degree), load_pressure(other.load_pressure)
   {
+    steady.parameters = parameters;
   }
+
+  namespace
+  {
+    /// A state at these parameters, of which nothing is known.
+    template <int dim>
+    SteadyState<dim> unknown_state(const Parameters::All &parameters)
+    {
+      SteadyState<dim> state;
+      state.parameters = parameters;
+      return state;
+    }
+  } // namespace
 
   template <int dim>
   void BrakeModel<dim>::distribute()
   {
-    terms_.clear();
-    steady = {};
-    iterative.reset();
+    equations_ = {};
+    steady     = unknown_state<dim>(parameters());
     static_solver.drop_factors();
     bodies.clear();
     ties_           = {};
@@ -131,57 +149,72 @@ namespace squeal
                                                              const LinearOperator &nearby,
                                                              const StateOptions &options)
   {
-    prm = parameters;
-    terms_.clear();
+    equations_              = {};
+    SteadyState<dim> before = std::exchange(steady, unknown_state<dim>(parameters));
+    before.body_terms.clear(); // others may be made in place of their matrices
+    before.iterative.reset();
     // Mass and gyroscopic matrices only after the factors of the static equilibrium are gone.
-    if (!prm.eigenproblem.is_matrix_free() &&
-        (prm.eigenproblem.is_solved() || !solves_iteratively()))
-      add_bodies(false, bool(nearby));
-    steady = steady_state_after(std::exchange(steady, {}), nearby, options);
+    if (!parameters.eigenproblem.is_matrix_free() &&
+        (parameters.eigenproblem.is_solved() || !solves_iteratively(parameters)))
+      steady.body_terms = bodies_and_joints(parameters, false, bool(nearby));
+    find_state(steady, std::move(before), nearby, options);
     return steady;
   }
 
   template <int dim>
-  EquationsOfMotion BrakeModel<dim>::linearise(const SteadyState<dim> &state)
+  EquationsOfMotion BrakeModel<dim>::linearise(SteadyState<dim> &state)
   {
-    terms_.clear();
+    const Parameters::All &prm = state.parameters;
+    EquationsOfMotion equations;
     if (prm.eigenproblem.is_matrix_free())
-      add_matrix_free_bodies();
+      equations.terms = matrix_free_bodies(state);
     else
-      add_bodies(true, false); // stiffnesses are there
+    {
+      equations.terms      = bodies_and_joints(prm, true, false); // stiffnesses are there
+      equations.relaxation = relaxation_of_bodies(prm);
+    }
+    equations.rows          = spaces_.rows;
+    equations.n_constraints = (state.contact ? state.contact->n_active_multipliers() : 0) +
+                              ties_.n_active + points_.n_active + superelements_.n_active;
+    equations.n_local_constraints = spaces_.rows.end - spaces_.first_local_multiplier;
+    equations.compliant           = prm.contact.compliance() > 0;
+    equations.reference_name      = "the same bodies in frictionless contact";
+    equations.may_move_rigidly    = geometry.may_move_rigidly;
     if (!geometry.interfaces.empty())
     {
       PhaseTimer::Scope scope(timer, "contact");
-      for (Term &term : contact_terms(*state.contact, state.pressure, prm))
-        terms_.push_back(std::move(term));
+      for (Term &term : contact_terms(*state.contact, state.pressure, prm, state.contact_matrices))
+        equations.terms.push_back(std::move(term));
     }
     if (prm.prestress.needs_state())
     {
       PhaseTimer::Scope scope(timer, "assembly");
       for (Matrix &matrix : stress_stiffnesses(prm, state.equilibrium->state))
-        add_term(Origin::prestress, 0, 1., std::move(matrix));
+        if (matrix)
+          equations.terms.push_back(
+              {Origin::prestress, 0, 1., std::make_shared<const Matrix>(std::move(matrix))});
     }
     if (prm.terms().material_damping && prm.modal_damping.is_active())
     {
       PhaseTimer::Scope scope(timer, "modal damping");
-      relaxation_.push_back(measured_damping(equations(), sectors(), prm));
+      equations.relaxation.push_back(measured_damping(equations, sectors_for(prm), prm));
     }
-    return equations();
+    return equations;
   }
 
   template <int dim>
   void BrakeModel<dim>::assemble(const Parameters::All &parameters, const LinearOperator &nearby)
   {
-    const SteadyState<dim> &state = find_steady_state(parameters, nearby);
-    if (!prm.eigenproblem.is_solved())
+    find_steady_state(parameters, nearby);
+    if (!parameters.eigenproblem.is_solved())
       return;
     if (!nearby)
       return_freed_memory();
-    linearise(state);
+    linearise();
   }
 
   template <int dim>
-  bool BrakeModel<dim>::solves_iteratively() const
+  bool BrakeModel<dim>::solves_iteratively(const Parameters::All &prm) const
   {
     const LinearSolver solver = prm.static_equilibrium.linear_solver;
     if (prm.eigenproblem.is_matrix_free())
@@ -244,12 +277,13 @@ namespace squeal
   }
 
   template <int dim>
-  void BrakeModel<dim>::add_bodies(const bool with_motion, const bool follows)
+  std::vector<Term> BrakeModel<dim>::bodies_and_joints(const Parameters::All &prm,
+                                                       const bool with_motion, const bool follows)
   {
     PhaseTimer::Scope scope(timer, "assembly");
     const std::vector<Parameters::BodyMaterial> materials = prm.materials();
     bodies.resize(materials.size());
-    relaxation_.clear();
+    std::vector<Term> terms;
     for (unsigned int m = 0; m < materials.size(); ++m)
     {
       if (geometry.bodies_of(m).empty())
@@ -272,22 +306,38 @@ namespace squeal
       };
       for (const BodyTerm &term : wanted)
         if (term.matrix != Kind::K)
-          terms_.push_back({term.origin, term.order,
-                            term.coefficient * (term.matrix == Kind::V ? 1. : rho),
-                            matrix_of(term.matrix)});
+          terms.push_back({term.origin, term.order,
+                           term.coefficient * (term.matrix == Kind::V ? 1. : rho),
+                           matrix_of(term.matrix)});
         else
           for (const auto &[coefficient, matrix] : stiffness)
-            terms_.push_back({term.origin, term.order, term.coefficient * coefficient, matrix});
-      if (with_motion && prm.terms().material_damping && material.stiffness_factor.is_active())
-        for (const auto &[coefficient, matrix] : stiffness)
-          relaxation_.push_back(
-              {Origin::material_damping, coefficient, matrix, material.stiffness_factor});
+            terms.push_back({term.origin, term.order, term.coefficient * coefficient, matrix});
     }
-    add_joints(with_motion);
+    assemble_joints();
+    for (Term &term : joint_terms(ties_, points_, superelements_))
+      if (with_motion || term.order == 0)
+        terms.push_back(std::move(term));
+    return terms;
   }
 
   template <int dim>
-  void BrakeModel<dim>::add_joints(const bool with_motion)
+  std::vector<RelaxationTerm>
+  BrakeModel<dim>::relaxation_of_bodies(const Parameters::All &prm) const
+  {
+    std::vector<RelaxationTerm> relaxation;
+    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+    for (unsigned int m = 0; m < materials.size(); ++m)
+      if (const Material &material = materials[m].material; !geometry.bodies_of(m).empty() &&
+                                                            prm.terms().material_damping &&
+                                                            material.stiffness_factor.is_active())
+        for (const auto &[coefficient, matrix] : bodies[m].stiffness_of(material))
+          relaxation.push_back(
+              {Origin::material_damping, coefficient, matrix, material.stiffness_factor});
+    return relaxation;
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::assemble_joints()
   {
     if (spaces_.has_ties() && !ties_.matrix)
       ties_ = assemble_ties(spaces_, stiffness_of_joints());
@@ -295,9 +345,6 @@ namespace squeal
       points_ = assemble_points(spaces_, stiffness_of_joints());
     if (!geometry.superelements.empty() && !superelements_.stiffness)
       superelements_ = assemble_superelements(spaces_, stiffness_of_joints());
-    for (Term &term : joint_terms(ties_, points_, superelements_))
-      if (with_motion || term.order == 0)
-        terms_.push_back(std::move(term));
   }
 
   template <int dim>
@@ -344,15 +391,14 @@ namespace squeal
   /// With a computed pressure the static equilibrium also decides where the pads touch, in every
   /// stage. A rotor alone has a static state only under the centrifugal load.
   template <int dim>
-  SteadyState<dim> BrakeModel<dim>::steady_state_after(SteadyState<dim> before,
-                                                       const LinearOperator &nearby,
-                                                       const StateOptions &options)
+  void BrakeModel<dim>::find_state(SteadyState<dim> &state, SteadyState<dim> before,
+                                   const LinearOperator &nearby, const StateOptions &options)
   {
-    SteadyState<dim> found;
-    const bool has_pads       = !geometry.interfaces.empty(),
-               is_matrix_free = prm.eigenproblem.is_matrix_free();
+    const Parameters::All &prm = state.parameters;
+    const bool has_pads        = !geometry.interfaces.empty(),
+               is_matrix_free  = prm.eigenproblem.is_matrix_free();
     if (!has_pads && !prm.prestress.needs_state() && !is_matrix_free)
-      return found;
+      return;
     const bool computed = has_pads ? prm.contact.steady_pressure == SteadyPressure::computed
                                    : prm.prestress.needs_state();
     const bool follows  = nearby && (before.equilibrium || !computed);
@@ -361,40 +407,40 @@ namespace squeal
                           !(prm.sweep.active() && prm.sweep.is_map());
     {
       PhaseTimer::Scope scope(timer, "contact");
-      found.contact = std::move(before.contact);
-      if (found.contact)
-        found.contact->set_model(contact_model(prm));
+      state.contact          = std::move(before.contact);
+      state.contact_matrices = std::move(before.contact_matrices);
+      if (state.contact)
+        state.contact->set_model(contact_model(prm));
       else
-        found.contact.emplace(spaces_, contact_model(prm));
+        state.contact.emplace(spaces_, contact_model(prm));
     }
-    iterative.reset();
-    if ((is_matrix_free || (computed && solves_iteratively())) && !follows)
-      make_iterative_solver(has_bars && computed);
+    if ((is_matrix_free || (computed && solves_iteratively(prm))) && !follows)
+      state.iterative = make_iterative_solver(prm, has_bars && computed);
     if (!follows)
     {
       PhaseTimer::Scope scope(timer, "contact");
-      close_contact(*found.contact, terms_, iterative.get());
+      close_contact(*state.contact, state.body_terms, state.iterative.get());
       if (options.zone && computed)
-        start_from(*options.zone, *found.contact);
+        start_from(*options.zone, *state.contact);
     }
     if (!computed)
     {
-      found.pressure = found.contact->uniform_pressure(prm.pads.pressure);
-      return found;
+      state.pressure = state.contact->uniform_pressure(prm.pads.pressure);
+      return;
     }
 
     PhaseTimer::Scope scope(timer, "static");
     log.progress("  static equilibrium");
     // What follows it are modes: pressures far more accurate than these.
     const double tolerance = std::clamp(1e-3 * prm.eigenproblem.tolerance, 1e-12, 1e-8);
-    found.equilibrium      = static_solver.solve(
-             {terms_, prm.terms().friction, static_load(prm, spaces_), has_bars && options.with_edge,
-              tolerance, [this]() { return sectors(); }},
-             *found.contact, std::move(before.equilibrium), nearby, iterative.get());
+    state.equilibrium      = static_solver.solve(
+             {state.body_terms, prm.terms().friction, static_load(prm, spaces_),
+              has_bars && options.with_edge, tolerance, [&]() { return sectors_for(prm); }},
+             *state.contact, state.contact_matrices, std::move(before.equilibrium), nearby,
+             state.iterative.get());
     if (!is_matrix_free)
-      iterative.reset();
-    found.pressure = found.equilibrium->pressure;
-    return found;
+      state.iterative.reset();
+    state.pressure = state.equilibrium->pressure;
   }
 
   template <int dim>
@@ -433,9 +479,9 @@ namespace squeal
   }
 
   template <int dim>
-  std::vector<Term> BrakeModel<dim>::contact_terms(const Contact<dim> &contact,
-                                                   const ContactPressure &pressure,
-                                                   const Parameters::All &parameters)
+  std::vector<Term>
+  BrakeModel<dim>::contact_terms(const Contact<dim> &contact, const ContactPressure &pressure,
+                                 const Parameters::All &parameters, ContactMatrices<dim> &matrices)
   {
     std::vector<Term> terms;
     const auto add = [&](const Origin origin, const unsigned int order, Matrix &&matrix)
@@ -444,15 +490,15 @@ namespace squeal
         terms.push_back({origin, order, 1., std::make_shared<const Matrix>(std::move(matrix))});
     };
     const StageTerms stage = parameters.terms();
-    terms.push_back({Origin::contact, 0, 1., shared_normal(contact)});
+    terms.push_back({Origin::contact, 0, 1., matrices.normal(contact)});
     if (stage.friction)
     {
-      auto [coefficient, matrix] = shared_friction(contact, pressure);
+      auto [coefficient, matrix] = matrices.friction(contact, pressure);
       terms.push_back({Origin::friction, 0, coefficient, std::move(matrix)});
     }
     if (stage.friction_damping)
     {
-      auto damping = friction_damping(contact, pressure);
+      auto damping = matrices.damping(contact, pressure);
       add(Origin::friction_damping, 1, std::move(damping.P));
       add(Origin::friction_damping, 0, std::move(damping.Q));
       add(Origin::falling_friction, 1, std::move(damping.P_falling));
@@ -507,27 +553,26 @@ namespace squeal
   template <int dim>
   SelfLocking BrakeModel<dim>::self_locking() const
   {
-    if (geometry.interfaces.empty() || !prm.terms().friction)
+    if (geometry.interfaces.empty() || !parameters().terms().friction)
       return {};
-    std::vector<Term> body_terms;
-    std::copy_if(terms_.begin(), terms_.end(), std::back_inserter(body_terms), is_body_term);
-    return squeal::self_locking(spaces_.rows, body_terms, *steady.contact, steady.pressure);
+    return squeal::self_locking(spaces_.rows, steady.body_terms, *steady.contact, steady.pressure);
   }
 
   template <int dim>
   MultiVector BrakeModel<dim>::static_response(const MultiVector &force) const
   {
-    const bool with_friction = prm.terms().friction;
-    if (iterative)
+    const bool with_friction = parameters().terms().friction;
+    if (steady.iterative)
     {
       constexpr double tolerance = 1e-3; // of what is an estimate
       MultiVector response(spaces_.rows, 1);
-      iterative->solve(*steady.contact, steady.pressure, with_friction, force, tolerance, response);
+      steady.iterative->solve(*steady.contact, steady.pressure, with_friction, force, tolerance,
+                              response);
       return response;
     }
     // Without what is the rotor's alone
     std::vector<Term> terms;
-    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+    const std::vector<Parameters::BodyMaterial> materials = parameters().materials();
     for (unsigned int m = 0; m < materials.size(); ++m)
       if (!materials[m].of_rotor && !geometry.bodies_of(m).empty())
         for (auto &[coefficient, matrix] : bodies[m].stiffness_of(materials[m].material))
@@ -538,9 +583,10 @@ namespace squeal
     const auto &[names, body_of_row] = bodies_of_rows();
     for (unsigned int i = 0; i < body_of_row.size(); ++i)
       is_rotor[spaces_.rows.begin + i] = names[body_of_row[i]] == "rotor";
+    ContactMatrices<dim> matrices = steady.contact_matrices;
     return solve_beside_held(
-        sum_of_terms(spaces_.rows,
-                     static_terms(terms, *steady.contact, steady.pressure, with_friction)),
+        sum_of_terms(spaces_.rows, static_terms(terms, *steady.contact, steady.pressure,
+                                                with_friction, matrices)),
         std::move(is_rotor), force, "the stiffness of the static equilibrium");
   }
 
@@ -550,23 +596,7 @@ namespace squeal
   {
     return squeal::friction_work(*steady.contact, modes.right.columns({mode}),
                                  modes.lambda[mode].imag(), steady.pressure,
-                                 prm.terms().friction_damping);
-  }
-
-  template <int dim>
-  EquationsOfMotion BrakeModel<dim>::equations() const
-  {
-    EquationsOfMotion equations;
-    equations.rows          = spaces_.rows;
-    equations.terms         = terms_;
-    equations.relaxation    = relaxation_;
-    equations.n_constraints = (steady.contact ? steady.contact->n_active_multipliers() : 0) +
-                              ties_.n_active + points_.n_active + superelements_.n_active;
-    equations.n_local_constraints = spaces_.rows.end - spaces_.first_local_multiplier;
-    equations.compliant           = prm.contact.compliance() > 0;
-    equations.reference_name      = "the same bodies in frictionless contact";
-    equations.may_move_rigidly    = geometry.may_move_rigidly;
-    return equations;
+                                 parameters().terms().friction_damping);
   }
 
   template <int dim>

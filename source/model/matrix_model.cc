@@ -78,41 +78,36 @@ namespace squeal
 
   void MatrixModel::assemble(const Parameters::All &parameters, const LinearOperator &)
   {
-    circulatory_factor = parameters.matrices.circulatory_factor;
-    velocity_factor    = parameters.matrices.velocity_factor;
-    terms_             = {{Origin::inertia, 2, 1., mass},
-                          {Origin::velocity, 1, velocity_factor, velocity},
-                          {Origin::elasticity, 0, 1., stiffness},
-                          {Origin::friction, 0, circulatory_factor, circulatory}};
-    relaxation_.clear();
+    circulatory_factor            = parameters.matrices.circulatory_factor;
+    velocity_factor               = parameters.matrices.velocity_factor;
+    equations_                    = {};
+    equations_.rows               = rows;
+    equations_.matrices_are_given = true;
+    equations_.reference          = EquationsOfMotion::Reference::symmetric_part;
+    equations_.reference_name =
+        "the symmetric part of the position matrix, without velocity terms,";
+    std::vector<Term> &terms                = equations_.terms;
+    std::vector<RelaxationTerm> &relaxation = equations_.relaxation;
+
+    terms = {{Origin::inertia, 2, 1., mass},
+             {Origin::velocity, 1, velocity_factor, velocity},
+             {Origin::elasticity, 0, 1., stiffness},
+             {Origin::friction, 0, circulatory_factor, circulatory}};
     for (unsigned int k = 0; k < viscoelastic.size(); ++k)
     {
       const auto &[file, factor, stiffness_factor] = parameters.matrices.viscoelastic[k];
       if (!viscoelastic[k])
         continue;
-      terms_.push_back({Origin::elasticity, 0, factor, viscoelastic[k]});
+      terms.push_back({Origin::elasticity, 0, factor, viscoelastic[k]});
       if (stiffness_factor.is_active())
-        relaxation_.push_back(
-            {Origin::material_damping, factor, viscoelastic[k], stiffness_factor});
+        relaxation.push_back({Origin::material_damping, factor, viscoelastic[k], stiffness_factor});
     }
-    terms_.erase(
-        std::remove_if(terms_.begin(), terms_.end(), [](const Term &term) { return !term.matrix; }),
-        terms_.end());
+    terms.erase(
+        std::remove_if(terms.begin(), terms.end(), [](const Term &term) { return !term.matrix; }),
+        terms.end());
     damping_factor = parameters.modal_damping.factor;
     if (parameters.modal_damping.is_active())
-      relaxation_.push_back(measured_damping(equations(), sectors(), parameters));
-  }
-
-  EquationsOfMotion MatrixModel::equations() const
-  {
-    EquationsOfMotion equations;
-    equations.rows               = rows;
-    equations.terms              = terms_;
-    equations.relaxation         = relaxation_;
-    equations.matrices_are_given = true;
-    equations.reference          = EquationsOfMotion::Reference::symmetric_part;
-    equations.reference_name = "the symmetric part of the position matrix, without velocity terms,";
-    return equations;
+      relaxation.push_back(measured_damping(equations_, sectors(), parameters));
   }
 
   std::vector<ParameterDerivative> MatrixModel::derivatives(const std::string &only,
@@ -126,7 +121,7 @@ namespace squeal
     if (velocity)
       all.push_back(
           {"Matrices/Velocity factor", velocity_factor, {{Origin::velocity, 1, 1., velocity}}});
-    for (const RelaxationTerm &term : relaxation_)
+    for (const RelaxationTerm &term : relaxation())
     {
       if (term.low_rank)
       {

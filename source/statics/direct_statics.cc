@@ -10,16 +10,22 @@
 #include <tuple>
 #include <utility>
 
+// Static problems by factors. static_terms() is the tangent as a list of terms. ReleaseSolver has
+// the factors of one sector and mends what differs from them, released contacts and another
+// friction, by changes of low rank. DirectStatics divides a problem among sectors and ranks,
+// decides when new factors are needed, and puts the parts together.
+
 namespace squeal
 {
   template <int dim>
   std::vector<Term> static_terms(const std::vector<Term> &body_terms, const Contact<dim> &contact,
-                                 const ContactPressure &pressure, const bool with_friction)
+                                 const ContactPressure &pressure, const bool with_friction,
+                                 ContactMatrices<dim> &matrices)
   {
-    std::vector<Term> terms = {{Origin::contact, 0, 1., shared_normal(contact)}};
+    std::vector<Term> terms = {{Origin::contact, 0, 1., matrices.normal(contact)}};
     if (with_friction)
     {
-      auto [coefficient, matrix] = shared_friction(contact, pressure);
+      auto [coefficient, matrix] = matrices.friction(contact, pressure);
       terms.push_back({Origin::friction, 0, coefficient, std::move(matrix)});
     }
     terms.insert(terms.end(), body_terms.begin(), body_terms.end());
@@ -370,7 +376,8 @@ namespace squeal
   {
     for (Part &part : parts)
       part.solver.reset();
-    const std::vector<Term> sum = static_terms(of_bodies, contact, pressure, with_friction);
+    const std::vector<Term> sum =
+        static_terms(of_bodies, contact, pressure, with_friction, contact_matrices);
     if (sectors.are_two() && !sectors.keep(std::vector<std::vector<Term>>{sum}))
       forget_sectors();
     make_parts();
@@ -460,7 +467,7 @@ namespace squeal
     if (base->slopes.empty())
       base->slopes = std::move(slopes);
     base->contact.set_model(contact.contact_model());
-    base->friction = shared_friction(base->contact, pressure).second;
+    base->friction = contact_matrices.friction(base->contact, pressure).second;
     if (sectors.are_two() &&
         !sectors.keep(std::vector<std::vector<Term>>{{{Origin::friction, 0, 1., base->friction}}}))
     {
@@ -576,9 +583,9 @@ namespace squeal
   }
 
   template std::vector<Term> static_terms(const std::vector<Term> &, const Contact<2> &,
-                                          const ContactPressure &, bool);
+                                          const ContactPressure &, bool, ContactMatrices<2> &);
   template std::vector<Term> static_terms(const std::vector<Term> &, const Contact<3> &,
-                                          const ContactPressure &, bool);
+                                          const ContactPressure &, bool, ContactMatrices<3> &);
   template class DirectStatics<2>;
   template class DirectStatics<3>;
 } // namespace squeal

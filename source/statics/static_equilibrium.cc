@@ -12,6 +12,11 @@
 #include <set>
 #include <sstream>
 
+// The steady sliding state by the primal-dual active set. iterate() has the loop, with linear
+// problems by a LinearSolver: new factors, factors that are there, or GMRES; around it
+// solve_static_equilibrium() tries a known contact zone first and explains failures. The second
+// follow_static_equilibrium() has a loop of its own, in the space that earlier states span.
+
 namespace squeal
 {
   namespace
@@ -37,8 +42,9 @@ namespace squeal
                            const Contact<dim> &contact, const ContactPressure &pressure)
   {
     // Damping proportional to mass has a skew position term, which does not belong to the statics.
+    ContactMatrices<dim> matrices;
     const Matrix frictionless = symmetric_part(
-        rows, sum_of_terms(rows, static_terms(body_terms, contact, pressure, false)));
+        rows, sum_of_terms(rows, static_terms(body_terms, contact, pressure, false, matrices)));
     return self_locking(rows, frictionless, friction_matrix(contact, pressure));
   }
 
@@ -158,7 +164,7 @@ namespace squeal
       return result;
     }
 
-    /// The same of those terms that are not known for all of X.
+    /// Projects those terms of the contact that are not known for all of X.
     void project_contact(const std::vector<Term> &in_contact, StateSpace &space)
     {
       const MultiVector &X = space.basis.basis();
@@ -497,7 +503,8 @@ namespace squeal
   template <int dim>
   std::optional<StaticEquilibrium>
   follow_static_equilibrium(StaticEquilibrium before, const LinearOperator &nearby,
-                            const StaticProblem &problem, Contact<dim> &contact)
+                            const StaticProblem &problem, Contact<dim> &contact,
+                            ContactMatrices<dim> &matrices)
   {
     constexpr unsigned int most_corrections = 60, most_vectors = 400, most_kept = 8;
     constexpr double of_active_set    = 1e-5; // what decides about it needs no more
@@ -528,7 +535,7 @@ namespace squeal
     {
       project(of_bodies, space);
       const std::vector<Term> in_contact =
-          static_terms({}, contact, result.pressure, problem.with_friction);
+          static_terms({}, contact, result.pressure, problem.with_friction, matrices);
       project_contact(in_contact, space);
       const MultiVector b   = total_load(contact, result.pressure, problem);
       std::vector<Term> all = of_bodies;
@@ -562,10 +569,9 @@ namespace squeal
                                                       Contact<2> &);
   template std::optional<StaticEquilibrium>
   follow_static_equilibrium(DirectStatics<2> &, const StaticProblem &, Contact<2> &);
-  template std::optional<StaticEquilibrium> follow_static_equilibrium(StaticEquilibrium,
-                                                                      const LinearOperator &,
-                                                                      const StaticProblem &,
-                                                                      Contact<2> &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(StaticEquilibrium, const LinearOperator &, const StaticProblem &,
+                            Contact<2> &, ContactMatrices<2> &);
   template SelfLocking self_locking(const RowRange &, const std::vector<Term> &, const Contact<3> &,
                                     const ContactPressure &);
   template StaticEquilibrium solve_static_equilibrium(const StaticProblem &, Contact<3> &);
@@ -573,8 +579,7 @@ namespace squeal
                                                       Contact<3> &);
   template std::optional<StaticEquilibrium>
   follow_static_equilibrium(DirectStatics<3> &, const StaticProblem &, Contact<3> &);
-  template std::optional<StaticEquilibrium> follow_static_equilibrium(StaticEquilibrium,
-                                                                      const LinearOperator &,
-                                                                      const StaticProblem &,
-                                                                      Contact<3> &);
+  template std::optional<StaticEquilibrium>
+  follow_static_equilibrium(StaticEquilibrium, const LinearOperator &, const StaticProblem &,
+                            Contact<3> &, ContactMatrices<3> &);
 } // namespace squeal

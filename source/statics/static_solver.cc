@@ -42,10 +42,10 @@ namespace squeal
   }
 
   template <int dim>
-  StaticEquilibrium StaticSolver<dim>::solve(const StaticProblem &problem, Contact<dim> &contact,
-                                             std::optional<StaticEquilibrium> before,
-                                             const LinearOperator &nearby,
-                                             IterativeStatics<dim> *const iterative)
+  StaticEquilibrium
+  StaticSolver<dim>::solve(const StaticProblem &problem, Contact<dim> &contact,
+                           ContactMatrices<dim> &matrices, std::optional<StaticEquilibrium> before,
+                           const LinearOperator &nearby, IterativeStatics<dim> *const iterative)
   {
     const bool follows = nearby && before;
     if (!nearby)
@@ -68,7 +68,7 @@ namespace squeal
           [&]()
           {
             return follow_static_equilibrium(*std::exchange(before, std::nullopt), nearby, problem,
-                                             contact);
+                                             contact, matrices);
           });
     if (iterative)
       candidates.emplace_back([&]()

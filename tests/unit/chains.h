@@ -65,22 +65,15 @@ namespace squeal::tests
       if (most_assemblies-- == 0)
         throw SolverError("killed");
       factors = {{1, parameters.matrices.circulatory_factor, parameters.matrices.velocity_factor}};
-      terms_.clear();
+      equations_                  = {};
+      equations_.rows             = rows;
+      equations_.reference_name   = "the conservative chain";
+      equations_.may_move_rigidly = false;
       for (const Part &part : parts)
       {
-        terms_.push_back(part.term);
-        terms_.back().coefficient = factors[part.factor];
+        equations_.terms.push_back(part.term);
+        equations_.terms.back().coefficient = factors[part.factor];
       }
-    }
-
-    EquationsOfMotion equations() const override
-    {
-      EquationsOfMotion equations;
-      equations.rows             = rows;
-      equations.terms            = terms_;
-      equations.reference_name   = "the conservative chain";
-      equations.may_move_rigidly = false;
-      return equations;
     }
 
     std::vector<ParameterDerivative> derivatives(const std::string &only,

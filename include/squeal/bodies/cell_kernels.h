@@ -40,7 +40,7 @@ namespace squeal
     unsigned int degree = 0;
     std::vector<unsigned int> laws;    ///< by batch
     std::vector<unsigned int> indices; ///< of the vectors' entries, by batch and place
-    /// Of each batch: places without an entry of their own (whose index is a valid one all the
+    /// Places of each batch without an entry of their own (whose index is a valid one all the
     /// same), and what is in some of them.
     std::vector<std::vector<unsigned int>> without_entry;
     std::vector<std::vector<Share>> shares;

@@ -47,7 +47,7 @@ namespace squeal
     {
       std::vector<unsigned int> number_of_part; ///< by material id of cells
       CellBatches<dim> batches;
-      /// Those in the lanes of the batches.
+      /// Cells in the lanes of the batches.
       std::vector<std::vector<typename dealii::DoFHandler<dim>::active_cell_iterator>> members;
       std::shared_ptr<const dealii::Utilities::MPI::Partitioner> partitioner;
     };

@@ -178,6 +178,7 @@ namespace squeal
     void set_model(const ContactModel<dim> &other)
     {
       model = other;
+      tabulate_shapes();
     }
     /// g_0, m: between the pads and the rotor.
     double initial_gap(const unsigned int interface, const dealii::Point<dim> &x) const
@@ -197,11 +198,11 @@ namespace squeal
       return paired_interfaces()[interface].kind == ContactKind::stick;
     }
 
-    /// Calls the function with the kinematics of each pair of faces. What they are made of is
-    /// cached for the next time unless that is too much in all. With slopes they are made anew.
+    /// Calls the function with the kinematics of each pair of faces. They are made anew for each
+    /// call with slopes, and where their table would be too large.
     void for_each_pair(const std::function<void(unsigned int interface, const Kinematics &)> &work,
                        bool with_slopes = false) const;
-    /// The same for the pads on the rotor: what has friction.
+    /// Calls the function for the pads on the rotor only: for what has friction.
     void for_each_sliding_pair(
         const std::function<void(unsigned int interface, const Kinematics &)> &work,
         bool with_slopes = false) const;
@@ -213,39 +214,30 @@ namespace squeal
               model.compliance};
     }
 
-    /// A matrix of the last call and what it was made with.
-    struct CachedMatrix
-    {
-      ActiveSet active;
-      std::vector<double> constants;
-      ContactPressure coefficients;
-      std::shared_ptr<const Matrix> matrix;
-    };
-    /// Whether a matrix is that of the present active set, with these constants and coefficients.
-    /// Collective.
-    bool is_cached(const CachedMatrix &cached, const std::vector<double> &constants,
-                   const ContactPressure &coefficients) const;
+  private:
+    /// Steps of the active set for mortar and for penalty. Differences up to rounding of @p size,
+    /// m, that of the displacements, count for nothing.
+    ActiveSetChange update_multipliers(const std::vector<double> &state, double size,
+                                       bool only_one);
+    ActiveSetChange update_points(const std::vector<double> &state, double size);
+    /// How far surfaces overlap on average about each pressure, m: int psi_j ([[u]].n - g_0 -
+    /// p/k_C), what the constraints of closed contacts make zero (pressures of their neighbours
+    /// reach open ones), by int |psi_j|.
+    std::vector<double> mean_penetrations(const std::vector<double> &state) const;
 
+    /// The shape functions of all pairs of faces at one speed.
     struct TabulatedShapes
     {
       double angular_velocity;
       /// With the interface's number.
       std::vector<std::pair<unsigned int, std::shared_ptr<const PairShapes<dim>>>> pairs;
     };
-    /// What is made once and serves again; copies share it until theirs differs.
-    struct Cache
-    {
-      std::shared_ptr<const TabulatedShapes> shapes;
-      CachedMatrix normal, friction;
-      /// P and Q of the turning direction, which every value of a sweep asks for.
-      std::shared_ptr<std::array<RepeatedEntries, 2>> turning_entries;
-    };
-    Cache &cache() const
-    {
-      return cached;
-    }
+    /// Makes the table for the present speed, unless it is there or would be too large.
+    void tabulate_shapes();
+    /// Calls the function with the shape functions of each pair of faces, made anew.
+    template <typename Function>
+    void for_each_shapes(const Function &function) const;
 
-  private:
     const FiniteElementSpace<dim> *space;
     ContactModel<dim> model;
     FaceElement<dim> element;
@@ -263,6 +255,6 @@ namespace squeal
     ActiveSet active;
     double scale = 1, stiffness_of_constraints = 1;
     bool keeps_table = true;
-    mutable Cache cached;
+    std::shared_ptr<const TabulatedShapes> table; ///< shared with copies of that speed
   };
 } // namespace squeal

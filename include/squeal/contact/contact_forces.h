@@ -33,12 +33,13 @@ namespace squeal
   {
     std::string name;
     ContactKind kind = ContactKind::sliding;
-    /// Of a pad the sum of the friction's size and its torque about the axis, of a stick contact
-    /// the size of the tangential tractions' sum and their torque on the first body.
+    /// friction_force, friction_torque: on a pad the sum of the friction's size and its torque
+    /// about the axis, in a stick contact the size of the tangential tractions' sum and their
+    /// torque on the first body. N, N m.
     double normal_force = 0, friction_force = 0, friction_torque = 0;
-    /// Of a stick contact, at a node: the largest tangential traction by the pressure, where that
-    /// is more than a thousandth of the largest; and the coefficient up to which it sticks, or
-    /// zero: it is not known.
+    /// needed_friction: the largest tangential traction by the pressure at a node of a stick
+    /// contact, where the pressure is more than a thousandth of the largest. friction: the
+    /// coefficient up to which it sticks; zero: it is not known.
     double needed_friction = 0, friction = 0;
     /// Closed nodes of a stick contact that cannot stick (Contact::let_slip).
     unsigned int n_slipping = 0;

@@ -11,6 +11,13 @@
 #include <utility>
 #include <vector>
 
+// What a pair of contact faces knows of sliding (theory.md, section 3). FreeNode and ContactFace
+// are a face's nodes with their equations; PairShapes has the shape functions of both faces at the
+// points that the pair shares; ContactKinematics makes of them, when they are asked for, the traces
+// [[u]].n, [[u]].e, [[u]].b and their derivatives along the turning as matrices (unknowns by
+// points), and distributes products of two traces over the unknowns. PairedInterface holds all
+// pairs of a pad and the rotor, or of two bodies that stick.
+
 namespace squeal
 {
   /// A node that carries unknowns, as a node of a contact face sees it.

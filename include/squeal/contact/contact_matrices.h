@@ -2,8 +2,10 @@
 
 #include <squeal/contact/contact.h>
 
+#include <array>
 #include <memory>
 #include <utility>
+#include <vector>
 
 /// The contact's terms of the equations of motion (theory.md, section 3) at its active set.
 namespace squeal
@@ -18,16 +20,8 @@ namespace squeal
   template <int dim>
   Matrix friction_matrix(const Contact<dim> &contact, const ContactPressure &pressure);
 
-  /// N and the friction term as multiples of matrices that stay the same as long as only that
-  /// changes: sweeps over the friction coefficient assemble neither.
-  template <int dim>
-  std::shared_ptr<const Matrix> shared_normal(const Contact<dim> &contact);
-  template <int dim>
-  std::pair<double, std::shared_ptr<const Matrix>> shared_friction(const Contact<dim> &contact,
-                                                                   const ContactPressure &pressure);
-
-  /// The largest |d tau/d p| and, at every point, d tau/d p as its share: shared_friction()'s
-  /// matrix depends on the shares only.
+  /// The largest |d tau/d p| and, at every point, d tau/d p as its share: the matrix of
+  /// ContactMatrices::friction() depends on the shares only.
   template <int dim>
   std::pair<double, ContactPressure> friction_slopes(const Contact<dim> &contact,
                                                      const ContactPressure &pressure);
@@ -41,6 +35,43 @@ namespace squeal
   };
   template <int dim>
   FrictionDamping friction_damping(const Contact<dim> &contact, const ContactPressure &pressure);
+
+  /// The matrices of one contact, kept from one state to the next: sweeps over the friction
+  /// coefficient assemble neither N nor T. What is asked for is always that of the contact given;
+  /// a copy keeps what there was until then. All are collective.
+  template <int dim>
+  class ContactMatrices
+  {
+  public:
+    /// normal_matrix(), the one of before if neither the active set nor its constants have changed.
+    std::shared_ptr<const Matrix> normal(const Contact<dim> &contact);
+    /// The friction term as a multiple of a matrix, the one of before if only that has changed.
+    std::pair<double, std::shared_ptr<const Matrix>> friction(const Contact<dim> &contact,
+                                                              const ContactPressure &pressure);
+    /// friction_damping(), made in the places of the matrices before.
+    FrictionDamping damping(const Contact<dim> &contact, const ContactPressure &pressure);
+
+  private:
+    /// A matrix and what it was made with.
+    struct Kept
+    {
+      ActiveSet active;
+      std::vector<double> constants;
+      ContactPressure coefficients;
+      std::shared_ptr<const Matrix> matrix;
+    };
+    /// The matrix of the present active set with these constants and coefficients, made by the
+    /// function if the one that is kept is another.
+    template <typename Function>
+    static std::shared_ptr<const Matrix>
+    kept_or_made(Kept &kept, const Contact<dim> &contact, const std::vector<double> &constants,
+                 const ContactPressure &coefficients, const Function &make);
+
+    Kept of_normal, of_friction;
+    /// P and Q of the turning direction, which every value of a sweep asks for: shared by copies,
+    /// because what a call leaves in them are places alone.
+    std::shared_ptr<std::array<RepeatedEntries, 2>> of_turning;
+  };
 
   /// What turns with the surface (Prestress/Turning contact): the normal and the sliding
   /// direction turn with the rotor's surface, and the contact point moves along it,

@@ -13,7 +13,7 @@ namespace squeal
   {
     using Points = std::vector<std::array<double, 3>>; ///< m; in 2D the last number is zero
 
-    /// Of one interface: nodes of the pad's face (mortar) or quadrature points (penalty).
+    /// Points of one interface: nodes of the pad's face (mortar) or quadrature points (penalty).
     struct Interface
     {
       Points closed, open;

@@ -56,7 +56,8 @@ namespace squeal
     BrakeModel(const Geometry<dim> &geometry, const Parameters::All &parameters, MPI_Comm comm,
                Log &log, PhaseTimer &timer);
 
-    /// The same brake on the same mesh, which must stay as it is, with elements of another degree.
+    /// Takes the brake and the mesh of another model, which must stay as they are, with elements of
+    /// another degree.
     BrakeModel(const BrakeModel &other, const Parameters::All &parameters, PhaseTimer &timer);
 
     /// Numbers the unknowns of the present mesh and forgets all matrices. Call it after every
@@ -69,12 +70,18 @@ namespace squeal
     const SteadyState<dim> &find_steady_state(const Parameters::All &parameters,
                                               const LinearOperator &nearby = {},
                                               const StateOptions &options  = {});
-    /// M, D + 2 Omega G + P_R and K - Omega^2 M* + N + mu T + Q_R about a state at the parameters
-    /// of find_steady_state().
-    EquationsOfMotion linearise(const SteadyState<dim> &state);
+    /// M, D + 2 Omega G + P_R and K - Omega^2 M* + N + mu T + Q_R about a state of this mesh. They
+    /// depend on the state alone, whose parameters it was found at; the matrices of its contact
+    /// stay with it for the state that follows. Throws SolverError. Collective.
+    EquationsOfMotion linearise(SteadyState<dim> &state);
+    /// Linearises about the present state, which equations() and derivatives() are of from then on:
+    /// the second step of assemble().
+    const EquationsOfMotion &linearise()
+    {
+      return equations_ = linearise(steady);
+    }
 
     void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) override;
-    EquationsOfMotion equations() const override;
     std::vector<ParameterDerivative> derivatives(const std::string &only,
                                                  const LinearOperator &nearby = {}) const override;
 
@@ -85,13 +92,13 @@ namespace squeal
     }
     Sectors sectors() const override
     {
-      return prm.eigenproblem.mirror_symmetry ? find_sectors(spaces_) : Sectors();
+      return sectors_for(parameters());
     }
     /// Makes what marks cells the same for those that are images of each other, so that the mesh
     /// keeps its sectors. Collective.
     void keep_sectors(std::vector<double> &by_cell) const
     {
-      if (prm.eigenproblem.mirror_symmetry)
+      if (parameters().eigenproblem.mirror_symmetry)
         average_over_images(spaces_, by_cell);
     }
 
@@ -127,9 +134,10 @@ namespace squeal
     {
       return spaces_;
     }
+    /// Parameters of the present state.
     const Parameters::All &parameters() const
     {
-      return prm;
+      return steady.parameters;
     }
 
     /// The loads at these parameters on a space of the mesh: the geometry's, scaled from the
@@ -141,13 +149,14 @@ namespace squeal
     /// N, mu T, P_R and Q_R of theory.md, section 3, and the turning, as far as the parameters ask.
     static std::vector<Term> contact_terms(const Contact<dim> &contact,
                                            const ContactPressure &pressure,
-                                           const Parameters::All &parameters);
+                                           const Parameters::All &parameters,
+                                           ContactMatrices<dim> &matrices);
     /// The gain of friction on the contact pressure; zero without friction.
     SelfLocking self_locking() const;
     /// What a force changes in the static state while its contacts stay as they are, and while the
     /// rotor rests, which is stiff beside what presses on it: the tangent of theory.md, section 3,
-    /// of the other bodies is factorised, but where modes are found without factors. Only once the
-    /// model is linearised. Collective; throws SolverError.
+    /// of the other bodies is factorised, but where modes are found without factors. Collective;
+    /// throws SolverError.
     MultiVector static_response(const MultiVector &force) const;
     /// Where friction feeds energy into a mode.
     FrictionWork friction_work(const EigenPairs &modes, unsigned int mode) const;
@@ -171,7 +180,7 @@ namespace squeal
     {
       return bodies[material];
     }
-    /// Of the bodies whose static stress the parameters ask for.
+    /// Geometric stiffnesses of the bodies whose static stress the parameters ask for.
     std::vector<Matrix> stress_stiffnesses(const Parameters::All &parameters,
                                            const MultiVector &state) const;
     static bool is_body_term(const Term &term)
@@ -194,27 +203,36 @@ namespace squeal
     std::vector<Term> joint_terms(const FiniteElementSpace<dim> &spaces) const;
 
   private:
-    /// The terms of the bodies, of order zero only or all. Matrices that are there already stay;
-    /// @p follows: others than these are expected to come as well.
-    void add_bodies(bool with_motion, bool follows);
+    Sectors sectors_for(const Parameters::All &parameters) const
+    {
+      return parameters.eigenproblem.mirror_symmetry ? find_sectors(spaces_) : Sectors();
+    }
+    /// The terms of the bodies and joints, of order zero only or all. Matrices that are there
+    /// already stay; @p follows: others than these are expected to come as well.
+    std::vector<Term> bodies_and_joints(const Parameters::All &parameters, bool with_motion,
+                                        bool follows);
+    /// What relaxes in the bodies, whose stiffnesses are there.
+    std::vector<RelaxationTerm> relaxation_of_bodies(const Parameters::All &parameters) const;
     /// The matrices that a material lacks for the terms that are wanted.
     void assemble_missing(unsigned int number, const Material &material,
                           const BodyMatrixChoice &choice, bool follows);
-    /// What joins the bodies, assembled once a mesh.
-    void add_joints(bool with_motion);
+    /// Assembles what joins the bodies, once a mesh.
+    void assemble_joints();
     double stiffness_of_joints();
-    /// The terms of the bodies without matrices.
-    void add_matrix_free_bodies();
+    /// The terms of the bodies without matrices, as products by the state's iterative solver.
+    std::vector<Term> matrix_free_bodies(const SteadyState<dim> &state) const;
     /// The terms of one order, those of the bodies in one pass over the cells.
     Matrix matrix_free_sum(unsigned int order) const;
     /// Makes the iterative solver and tells the log.
-    void make_iterative_solver(bool needs_edge);
+    std::shared_ptr<IterativeStatics<dim>> make_iterative_solver(const Parameters::All &parameters,
+                                                                 bool needs_edge) const;
     /// Whether the static equilibrium is solved without factors.
-    bool solves_iteratively() const;
-    /// Follows from @p before with @p nearby.
-    SteadyState<dim> steady_state_after(SteadyState<dim> before, const LinearOperator &nearby,
-                                        const StateOptions &options);
-    /// Of the rotor's materials.
+    bool solves_iteratively(const Parameters::All &parameters) const;
+    /// Finds the state at the parameters and with the bodies' terms that @p state has; with @p
+    /// nearby it follows from @p before.
+    void find_state(SteadyState<dim> &state, SteadyState<dim> before, const LinearOperator &nearby,
+                    const StateOptions &options);
+    /// The centrifugal load of the rotor's materials.
     MultiVector centrifugal_load(const Parameters::All &parameters,
                                  const FiniteElementSpace<dim> &spaces) const;
     const Geometry<dim> geometry;
@@ -222,16 +240,13 @@ namespace squeal
     Log &log;
     PhaseTimer &timer;
     FiniteElementSpace<dim> spaces_;
-    Parameters::All prm;               ///< of the terms
     const double load_pressure;        ///< Pads/Pressure of the geometry's loads, Pa
     std::vector<AssembledBody> bodies; ///< by material
     Ties ties_;                        ///< without matrix before it is needed
     Points points_;                    ///< likewise
     Superelements superelements_;      ///< likewise
     double joint_stiffness = 0;        ///< N/m, as large as the bodies' rows
-    SteadyState<dim> steady;
+    SteadyState<dim> steady;           ///< found last
     StaticSolver<dim> static_solver;
-    /// While the equilibrium is solved for, and where modes are to be found without factors.
-    std::unique_ptr<IterativeStatics<dim>> iterative;
   };
 } // namespace squeal

@@ -13,7 +13,6 @@ namespace squeal
     MatrixModel(const Parameters::Matrices &names, MPI_Comm comm);
 
     void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) override;
-    EquationsOfMotion equations() const override;
     std::vector<ParameterDerivative> derivatives(const std::string &only,
                                                  const LinearOperator &nearby = {}) const override;
 

@@ -47,24 +47,25 @@ namespace squeal
     /// iteration.
     virtual void assemble(const Parameters::All &parameters, const LinearOperator &nearby = {}) = 0;
 
+    /// The terms, and what is known of the problem that they make.
+    const EquationsOfMotion &equations() const
+    {
+      return equations_;
+    }
     const std::vector<Term> &terms() const
     {
-      return terms_;
+      return equations_.terms;
     }
-
     /// What relaxes or has hysteresis, beside the terms.
     const std::vector<RelaxationTerm> &relaxation() const
     {
-      return relaxation_;
+      return equations_.relaxation;
     }
-
-    /// The terms, and what is known of the problem that they make.
-    virtual EquationsOfMotion equations() const = 0;
 
     /// { M, P, Q } and the reference problem for counting modes.
     QuadraticEigenproblem problem() const
     {
-      return sum_of(equations());
+      return sum_of(equations_);
     }
 
     /// The derivatives of the terms with respect to the parameters that the scene uses, the steady
@@ -91,15 +92,7 @@ namespace squeal
     }
 
   protected:
-    void add_term(const Origin origin, const unsigned int order, const double coefficient,
-                  Matrix matrix)
-    {
-      if (matrix)
-        terms_.push_back(
-            {origin, order, coefficient, std::make_shared<const Matrix>(std::move(matrix))});
-    }
-    std::vector<Term> terms_;
-    std::vector<RelaxationTerm> relaxation_;
+    EquationsOfMotion equations_; ///< of the last assemble()
   };
 
   /// Makes a model with a mesh of its own, where a parameter changes the mesh.

@@ -2,6 +2,8 @@
 
 #include <squeal/parameters/parameters.h>
 
+#include <deal.II/base/parameter_handler.h>
+
 #include <mpi.h>
 
 #include <iosfwd>

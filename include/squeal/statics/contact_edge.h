@@ -24,8 +24,8 @@ namespace squeal
   /// in the pressure that is lost, for a contact that opens is no small perturbation.
   struct ContactEdge
   {
-    /// Of an interface what lies at faces of one level of refinement: between small cells the edge
-    /// is elsewhere, in spacings, than between large ones. The interfaces' parts of level k come
+    /// Part of an interface at faces of one level of refinement: between small cells the edge is
+    /// elsewhere, in spacings, than between large ones. The interfaces' parts of level k come
     /// before those of level k + 1.
     struct Part
     {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/contact/contact.h>
+#include <squeal/contact/contact_matrices.h>
 #include <squeal/equations/sector.h>
 
 #include <algorithm>
@@ -13,10 +13,12 @@
 namespace squeal
 {
   /// The tangent of the static problem at fixed active set, the sum of these terms: the body terms
-  /// of order 0, N, and with friction d tau/dp at the given pressure.
+  /// of order 0, N, and with friction d tau/dp at the given pressure. Those of the contact are made
+  /// by @p matrices.
   template <int dim>
   std::vector<Term> static_terms(const std::vector<Term> &body_terms, const Contact<dim> &contact,
-                                 const ContactPressure &pressure, bool with_friction);
+                                 const ContactPressure &pressure, bool with_friction,
+                                 ContactMatrices<dim> &matrices);
 
   /// Terms as they were, without keeping their matrices.
   class KnownTerms
@@ -114,7 +116,7 @@ namespace squeal
     /// New factors of the tangent, with the constraints of the multipliers @p open released.
     void factorise(const Contact<dim> &contact, const ContactPressure &pressure,
                    const std::vector<unsigned int> &open);
-    /// Those that serve other active sets, too.
+    /// Makes factors that serve other active sets, too.
     void factorise_once(const Contact<dim> &contact, const ContactPressure &pressure);
     bool needs_factors(const std::vector<unsigned int> &released) const;
     double change_of_friction(const Contact<dim> &contact, const ContactPressure &pressure);
@@ -128,6 +130,7 @@ namespace squeal
     bool factor_once;
     Sectors sectors;
     std::vector<Part> parts;
+    ContactMatrices<dim> contact_matrices;
     /// What factors for all active sets were made with.
     struct Base
     {

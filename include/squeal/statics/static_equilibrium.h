@@ -41,10 +41,10 @@ namespace squeal
   {
     MultiVector state; ///< one column, contact pressures in the multipliers' rows
     std::vector<StaticIteration> iterations;
-    std::vector<std::vector<double>> pressure; ///< Contact::Pressure of the state
-    ContactEdge edge;                          ///< on demand
-    StateSpace space;                          ///< of those before it, if it followed them
-    /// Of the state relative to its length, how much at most is beyond that space.
+    ContactPressure pressure; ///< of the state, Pa, at the contact's quadrature points
+    ContactEdge edge;         ///< on demand
+    StateSpace space; ///< spanned by the states that this one followed; empty for a first state
+    /// Upper bound of the part of `state` outside `space`, relative to its length.
     double beyond_space = std::numeric_limits<double>::infinity();
   };
 
@@ -55,7 +55,7 @@ namespace squeal
     bool with_friction;
     MultiVector load;
     bool with_edge = false; ///< asks for StaticEquilibrium::edge
-    /// Of a state that follows another one: its last correction relative to its length.
+    /// Largest last correction, relative to its length, of a state that follows another one.
     double tolerance = 1e-12;
     /// Asked for the sectors of the mesh where the state is factorised for. Empty: the whole is the
     /// only one.
@@ -98,11 +98,12 @@ namespace squeal
   ///     x = X c,   X^T (f - A x) = 0,
   /// with the active set that belongs to it; then X gets the correction B (f - A x), B ~ A^{-1} the
   /// products @p nearby, until that is small. Returns nothing if it does not become so; @p contact
-  /// is then to be closed again.
+  /// is then to be closed again. The contact's matrices are made by @p matrices.
   template <int dim>
   std::optional<StaticEquilibrium>
   follow_static_equilibrium(StaticEquilibrium before, const LinearOperator &nearby,
-                            const StaticProblem &problem, Contact<dim> &contact);
+                            const StaticProblem &problem, Contact<dim> &contact,
+                            ContactMatrices<dim> &matrices);
 
   /// Follows an equilibrium nearby from its active set on, by factors that serve it
   /// (DirectStatics::serves). Returns nothing if no state is found; @p contact is then to be closed

@@ -1,19 +1,27 @@
 #pragma once
 
+#include <squeal/parameters/parameters.h>
 #include <squeal/statics/static_equilibrium.h>
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace squeal
 {
-  /// The steady sliding state about which the equations of motion are linearised.
+  /// The steady sliding state about which the equations of motion are linearised, with all that a
+  /// linearisation depends on.
   template <int dim>
   struct SteadyState
   {
+    Parameters::All parameters;                   ///< at which it was found
+    std::vector<Term> body_terms;                 ///< of order 0; none without matrices
     std::optional<Contact<dim>> contact;          ///< with the active set; none without surfaces
     std::optional<StaticEquilibrium> equilibrium; ///< none: the pressure is given
     ContactPressure pressure;                     ///< Pa, at the contact's quadrature points
+    ContactMatrices<dim> contact_matrices;        ///< kept for the state that follows
+    /// Where modes are to be found without factors, too: the solver of the equilibrium.
+    std::shared_ptr<IterativeStatics<dim>> iterative;
   };
 
   /// Closes the contact everywhere and scales its constraints to the stiffness of the bodies: that
@@ -36,11 +44,11 @@ namespace squeal
   public:
     /// @p contact is closed or has the active set of another mesh, or with @p nearby has the active
     /// set of @p before; it leaves with that of the state. Only with @p nearby the state may depend
-    /// on what came before: candidates 1 and
-    /// 2. @p iterative may be null. Throws SolverError.
+    /// on what came before: candidates 1 and 2. @p matrices are those of the contact, @p iterative
+    /// may be null. Throws SolverError.
     StaticEquilibrium solve(const StaticProblem &problem, Contact<dim> &contact,
-                            std::optional<StaticEquilibrium> before, const LinearOperator &nearby,
-                            IterativeStatics<dim> *iterative);
+                            ContactMatrices<dim> &matrices, std::optional<StaticEquilibrium> before,
+                            const LinearOperator &nearby, IterativeStatics<dim> *iterative);
 
     /// Drops the cached factors, which keep the matrices of the bodies.
     void drop_factors()

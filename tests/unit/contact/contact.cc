@@ -311,32 +311,33 @@ namespace squeal::tests::contact_tests
     // law that depends on it, another scale, or released contacts they are.
     ContactScene scene("upper", true, 2);
     Contact<3> contact(scene.spaces, scene.model);
-    ContactModel<3> model    = scene.model;
+    ContactModel<3> model = scene.model;
+    ContactMatrices<3> kept;
     const auto pressure      = contact.uniform_pressure(1e6);
     const auto is_as_present = [&]()
     {
-      const auto [factor, T] = shared_friction(contact, pressure);
+      const auto [factor, T] = kept.friction(contact, pressure);
       const Matrix fresh = friction_matrix(contact, pressure), normal = normal_matrix(contact),
                    difference = sum_of(scene.spaces.rows, {{factor, *T}, {-1., fresh}}),
                    of_normal =
-                       sum_of(scene.spaces.rows, {{1., *shared_normal(contact)}, {-1., normal}});
+                       sum_of(scene.spaces.rows, {{1., *kept.normal(contact)}, {-1., normal}});
       return difference.infinity_norm() <= 1e-14 * fresh.infinity_norm() &&
              of_normal.infinity_norm() <= 1e-14 * normal.infinity_norm();
     };
     CHECK(is_as_present());
-    const auto T = shared_friction(contact, pressure).second, N = shared_normal(contact);
+    const auto T = kept.friction(contact, pressure).second, N = kept.normal(contact);
     model.friction.coefficient *= 3;
     contact.set_model(model);
     CHECK(is_as_present());
-    CHECK(shared_friction(contact, pressure).second == T);
-    CHECK(shared_normal(contact) == N);
+    CHECK(kept.friction(contact, pressure).second == T);
+    CHECK(kept.normal(contact) == N);
 
     model.friction.kind               = FrictionLaw::Kind::falling;
     model.friction.coefficient_moving = 0.1;
     model.friction.decay_speed        = 1;
     contact.set_model(model);
     CHECK(is_as_present());
-    CHECK(shared_friction(contact, pressure).second != T);
+    CHECK(kept.friction(contact, pressure).second != T);
     contact.scale_constraints(1e3 * normal_matrix(contact).infinity_norm());
     CHECK(is_as_present());
     // A state of tension releases what carries it.

@@ -276,8 +276,10 @@ namespace squeal::tests::unilateral_contact_tests
     StaticEquilibrium state = solve_static_equilibrium({terms_at(1), true, load}, contact);
     Contact<3> closed(spaces, model(0.3));
     closed.scale_constraints(stiffness);
+    ContactMatrices<3> matrices;
     const Factorization factors(
-        sum_of_terms(spaces.rows, static_terms(terms_at(1), closed, state.pressure, true)),
+        sum_of_terms(spaces.rows,
+                     static_terms(terms_at(1), closed, state.pressure, true, matrices)),
         Factorization::Kind::lu, "the middle's stiffness");
     const LinearOperator nearby = [&factors](const MultiVector &b) { return factors.solve(b); };
 
@@ -291,7 +293,8 @@ namespace squeal::tests::unilateral_contact_tests
       const double mu = 0.1 + 0.4 * share(0.6180339887), of_pad = 0.7 + 0.6 * share(0.7548776662);
       contact.set_model(model(mu));
       const StaticProblem problem{terms_at(of_pad), true, load, false, tolerance};
-      auto followed = follow_static_equilibrium(std::move(state), nearby, problem, contact);
+      auto followed =
+          follow_static_equilibrium(std::move(state), nearby, problem, contact, matrices);
       REQUIRE(followed);
       state = std::move(*followed);
       sets.insert(contact.released_multipliers());
