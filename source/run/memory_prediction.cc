@@ -1,10 +1,12 @@
 #include <squeal/base/memory.h>
+#include <squeal/mesh/finite_element_space.h>
 #include <squeal/run/memory_prediction.h>
 
 #include <deal.II/base/numbers.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace squeal
 {
@@ -17,6 +19,34 @@ namespace squeal
       return {0, 1}; // there is no rotor: not known
     const double area = std::min(numbers::PI * (outer * outer - inner * inner), surface / 2);
     return {area, volume / area};
+  }
+
+  template <int dim>
+  Plate plate_like_rotor(const FiniteElementSpace<dim> &spaces)
+  {
+    double inner = std::numeric_limits<double>::max(), outer = 0, volume = 0, surface = 0;
+    if constexpr (dim == 3)
+      for (const auto &cell : spaces.triangulation.active_cell_iterators())
+        if (cell->is_locally_owned() &&
+            spaces.geometry.parts[cell->material_id()].body == rotor_body)
+        {
+          volume += cell->measure();
+          for (const unsigned int v : cell->vertex_indices())
+          {
+            const double radius = std::hypot(cell->vertex(v)[0], cell->vertex(v)[1]);
+            inner               = std::min(inner, radius);
+            outer               = std::max(outer, radius);
+          }
+          for (const auto &face : cell->face_iterators())
+            if (face->at_boundary())
+              surface += cross_product_3d(face->vertex(3) - face->vertex(0),
+                                          face->vertex(2) - face->vertex(1))
+                             .norm() /
+                         2;
+        }
+    return plate_like(
+        Utilities::MPI::min(inner, spaces.comm), Utilities::MPI::max(outer, spaces.comm),
+        Utilities::MPI::sum(surface, spaces.comm), Utilities::MPI::sum(volume, spaces.comm));
   }
 
   double expected_number_of_modes(const Parameters::All &parameters, const Plate &rotor)
@@ -58,4 +88,7 @@ namespace squeal
     const double more = expected_peak_mib(size) / largest_error - peak_memory_mib(comm);
     return memory_load(std::max(0., more) / size.n_ranks, comm);
   }
+
+  template Plate plate_like_rotor(const FiniteElementSpace<2> &);
+  template Plate plate_like_rotor(const FiniteElementSpace<3> &);
 } // namespace squeal

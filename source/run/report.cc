@@ -10,6 +10,11 @@
 #include <algorithm>
 #include <cmath>
 
+// What a run tells, in the order of a run: the banner; static.csv and the pads; modes.csv and
+// contributions.csv, with the screen's table, its causes and near coincidences; sensitivities.csv;
+// response.csv; cycles.csv and the seconds of phases; the ladder; convergence. describe() at the
+// end is the summary of the parameters with which a log begins, and all that --check prints.
+
 namespace squeal
 {
   namespace
@@ -374,11 +379,10 @@ namespace squeal
     log.line("\nResults: " + directory);
   }
 
-  std::string describe(const Parameters::All &prm, const std::string &directory)
+  namespace
   {
-    std::ostringstream text;
-    text << "Scene " << name_of(prm.scene);
-    if (prm.scene != Scene::matrices)
+    /// Bodies, contact and mesh.
+    void describe_scene(const Parameters::All &prm, std::ostream &text)
     {
       text << ", stage " << name_of(prm.stage) << ", " << prm.n_pads() << " pads";
       if (prm.n_pads() > 0)
@@ -420,6 +424,38 @@ namespace squeal
                << number(fit.loss_factor, 3) << " fit it within " << number(100 * fit.error, 3)
                << " %, at " << prm.operation.temperature << " degrees Celsius";
     }
+
+    /// Parameters with which results are worse than they might be.
+    void warn(const Parameters::All &prm, std::ostream &text)
+    {
+      if (prm.scene != Scene::matrices)
+        for (const Parameters::BodyMaterial &body : prm.materials())
+          if (may_lock(body.material, prm.discretization.degree))
+            text << "Warning, nearly incompressible: " << body.section
+                 << "/Material/Poisson ratio = " << body.material.poisson_ratio
+                 << ". Elements of degree " << prm.discretization.degree
+                 << " lock: error bars allow for what may be, and are long. Take degree "
+                 << free_of_locking << ".\n";
+      if (prm.scene != Scene::matrices && prm.scene != Scene::strip && prm.n_pads() > 0 &&
+          prm.terms().friction && prm.operation.angular_velocity == 0 && prm.contact.is_smoothed())
+        text << "Warning, no friction: at rest (Operation/Angular velocity = 0) a law with "
+                "Contact/Friction/Smoothing speed gives zero.\n";
+      if (const double ratio = too_long_cells(prm); ratio > 0)
+        text << "Warning, thin rotor: its cells are " << number(std::round(ratio))
+             << " times as long as thick. "
+             << (prm.discretization.degree < free_of_locking
+                     ? "They may lock: error bars allow for what may be, and are long. "
+                     : "Error bars may be too short. ")
+             << "Take more radial cells.\n";
+    }
+  } // namespace
+
+  std::string describe(const Parameters::All &prm, const std::string &directory)
+  {
+    std::ostringstream text;
+    text << "Scene " << name_of(prm.scene);
+    if (prm.scene != Scene::matrices)
+      describe_scene(prm, text);
     if (prm.eigenproblem.is_solved())
       text << "\nEvery mode " << window_of(prm.eigenproblem) << " by the solver "
            << name_of(prm.eigenproblem.solver) << ", tolerance " << prm.eigenproblem.tolerance;
@@ -427,25 +463,7 @@ namespace squeal
       text << "\nThe static equilibrium only, linear solver "
            << name_of(prm.static_equilibrium.linear_solver);
     text << "\nResults go to " << directory << "\n";
-    if (prm.scene != Scene::matrices)
-      for (const Parameters::BodyMaterial &body : prm.materials())
-        if (may_lock(body.material, prm.discretization.degree))
-          text << "Warning, nearly incompressible: " << body.section
-               << "/Material/Poisson ratio = " << body.material.poisson_ratio
-               << ". Elements of degree " << prm.discretization.degree
-               << " lock: error bars allow for what may be, and are long. Take degree "
-               << free_of_locking << ".\n";
-    if (prm.scene != Scene::matrices && prm.scene != Scene::strip && prm.n_pads() > 0 &&
-        prm.terms().friction && prm.operation.angular_velocity == 0 && prm.contact.is_smoothed())
-      text << "Warning, no friction: at rest (Operation/Angular velocity = 0) a law with "
-              "Contact/Friction/Smoothing speed gives zero.\n";
-    if (const double ratio = too_long_cells(prm); ratio > 0)
-      text << "Warning, thin rotor: its cells are " << number(std::round(ratio))
-           << " times as long as thick. "
-           << (prm.discretization.degree < free_of_locking
-                   ? "They may lock: error bars allow for what may be, and are long. "
-                   : "Error bars may be too short. ")
-           << "Take more radial cells.\n";
+    warn(prm, text);
     return text.str();
   }
 } // namespace squeal

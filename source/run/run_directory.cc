@@ -15,6 +15,11 @@
 #include <regex>
 #include <sstream>
 
+// The directory of one run, in this order: names of results; texts that are compared (parameters
+// without what does not matter, places of files); take(), which locks the directory, decides with
+// take_over() whether an interrupted run is resumed or results are replaced, and writes the record;
+// the manifest's own file; what is refused; what is removed.
+
 namespace squeal
 {
   namespace fs = std::filesystem;
@@ -171,7 +176,8 @@ namespace squeal
              (last == std::string::npos ? "" : text.substr(last + end.size()));
     }
 
-    /// The same for each name of a file; empty for a pipe, which is another one each time.
+    /// The one place of a file, however it is named; empty for a pipe, which is another one each
+    /// time.
     std::string place_of(const std::string &filename)
     {
       std::error_code code;
@@ -257,40 +263,7 @@ namespace squeal
     refuse_foreign_results(exports(file.parameters().output));
     refuse_own_input(file, used);
     if (earlier)
-    {
-      const std::string record = text_or_nothing(fs::path(directory) / "parameters.prm");
-      const bool same          = is_old ? without_output(record) == without_output(used)
-                                        : earlier->origin[model_line] == manifest.origin[model_line];
-      const bool was_interrupted =
-          !earlier->finished &&
-          std::any_of(states.begin(), states.end(),
-                      [&](const std::string &state)
-                      { return earlier->has(state) && is_there(directory + "/" + state); });
-      // Who changes a parameter file and runs it again wants the new results; what can be resumed
-      // may have taken days.
-      const bool same_file = earlier->origin[file_line] == manifest.origin[file_line] &&
-                             !place_of(file.name()).empty() && !was_interrupted;
-      if (!same && has_results(*earlier))
-      {
-        const std::string whose = "the results of another run" + differences(record, used);
-        if (!same_file && !options.overwrite)
-          throw InputError(key + ": it holds " + whose +
-                           ". They are not replaced unless you say so: add --overwrite, or name "
-                           "another Output/Directory (--set Output/Directory=...).");
-        message_ = "Replaced: " + whose + ".\n";
-      }
-      if (same && was_interrupted)
-      {
-        const std::string reason =
-            is_old ? "it was of an older version of squeal." : objection(*earlier);
-        resumes_ = reason.empty();
-        if (!resumes_)
-          message_ =
-              "The interrupted run in this directory is not resumed, this one begins anew: " +
-              reason + "\n";
-      }
-      remove_files(*earlier, resumes_);
-    }
+      take_over(*earlier, is_old, file, options, used);
     if (!resumes_)
     {
       manifest        = {};
@@ -303,6 +276,43 @@ namespace squeal
     write_file(directory + "/original.prm",
                [&](std::ostream &out) { out << file.original_text(); });
     write_file(directory + "/parameters.prm", [&](std::ostream &out) { out << used; });
+  }
+
+  void RunDirectory::take_over(const Manifest &earlier, const bool is_old,
+                               const ParameterFile &file, const Options &options,
+                               const std::string &used)
+  {
+    const std::string record = text_or_nothing(fs::path(directory) / "parameters.prm");
+    const bool same          = is_old ? without_output(record) == without_output(used)
+                                      : earlier.origin[model_line] == manifest.origin[model_line];
+    const bool was_interrupted =
+        !earlier.finished &&
+        std::any_of(states.begin(), states.end(),
+                    [&](const std::string &state)
+                    { return earlier.has(state) && is_there(directory + "/" + state); });
+    // Who changes a parameter file and runs it again wants the new results; what can be resumed
+    // may have taken days.
+    const bool same_file = earlier.origin[file_line] == manifest.origin[file_line] &&
+                           !place_of(file.name()).empty() && !was_interrupted;
+    if (!same && has_results(earlier))
+    {
+      const std::string whose = "the results of another run" + differences(record, used);
+      if (!same_file && !options.overwrite)
+        throw InputError(key + ": it holds " + whose +
+                         ". They are not replaced unless you say so: add --overwrite, or name "
+                         "another Output/Directory (--set Output/Directory=...).");
+      message_ = "Replaced: " + whose + ".\n";
+    }
+    if (same && was_interrupted)
+    {
+      const std::string reason =
+          is_old ? "it was of an older version of squeal." : objection(earlier);
+      resumes_ = reason.empty();
+      if (!resumes_)
+        message_ = "The interrupted run in this directory is not resumed, this one begins anew: " +
+                   reason + "\n";
+    }
+    remove_files(earlier, resumes_);
   }
 
   std::vector<std::string> RunDirectory::origin_of(const ParameterFile &file,

@@ -108,6 +108,44 @@ namespace squeal
           }
       return file;
     }
+
+    /// The reduced part, on the first rank; all ranks know whether it went well.
+    ReducedPart reduce(const Matrix &K, const Matrix &M, const Matrix &D, const RowRange &part,
+                       const unsigned int n_interface, const Parameters::Output &output,
+                       const MPI_Comm comm)
+    {
+      ReducedPart reduced;
+      std::string failure;
+      if (is_rank_zero(comm)) // who writes has the matrices
+        try
+        {
+          reduced = craig_bampton(K, M, D, part, n_interface, output.superelement_modes,
+                                  output.superelement_frequency);
+        }
+        catch (const SolverError &error)
+        {
+          failure = error.what();
+        }
+      failure = Utilities::MPI::broadcast(comm, failure);
+      if (!failure.empty())
+        throw SolverError(failure);
+      return reduced;
+    }
+
+    template <typename Nodes>
+    void write_nodes(const Nodes &nodes, const std::string &directory, const MPI_Comm comm)
+    {
+      std::string table = "node,x_m,y_m,z_m\n";
+      unsigned int k    = 0;
+      for (const auto &node : nodes)
+      {
+        table += std::to_string(k++);
+        for (const double x : node.second.place)
+          table += "," + exact_text(x);
+        table += "\n";
+      }
+      write_text(directory + "/superelement-nodes.csv", table, comm);
+    }
   } // namespace
 
   template <>
@@ -140,25 +178,8 @@ namespace squeal
                  M      = part_of(equations, 2, Origin::inertia, number, part),
                  D      = part_of(equations, 1, Origin::material_damping, number, part);
 
-    const Parameters::Output &output = model.parameters().output;
-    const bool is_first              = is_rank_zero(rows.comm);
-    // Who writes has the matrices; all know whether it went well.
-    ReducedPart reduced;
-    std::string failure;
-    if (is_first)
-      try
-      {
-        reduced = craig_bampton(K, M, D, part, n_interface, output.superelement_modes,
-                                output.superelement_frequency);
-      }
-      catch (const SolverError &error)
-      {
-        failure = error.what();
-      }
-    failure = Utilities::MPI::broadcast(rows.comm, failure);
-    if (!failure.empty())
-      throw SolverError(failure);
-
+    const ReducedPart reduced =
+        reduce(K, M, D, part, n_interface, model.parameters().output, rows.comm);
     const auto write = [&](const std::string &letter, const DenseMatrix &matrix)
     {
       const MatrixMarketFile file = file_of(matrix);
@@ -172,16 +193,7 @@ namespace squeal
     write("M", reduced.M);
     if (D)
       write("D", reduced.D);
-    std::string table = "node,x_m,y_m,z_m\n";
-    unsigned int k    = 0;
-    for (const auto &node : nodes)
-    {
-      table += std::to_string(k++);
-      for (const double x : node.second.place)
-        table += "," + exact_text(x);
-      table += "\n";
-    }
-    write_text(directory + "/superelement-nodes.csv", table, rows.comm);
+    write_nodes(nodes, directory, rows.comm);
     return text_of("\nSuperelement of '", name, "': ", nodes.size(), " nodes of the interface, ",
                    reduced.n_modes, " of ", reduced.n_internal, " modes with the interface held",
                    reduced.n_modes > 0 ? text_of(", up to ", reduced.highest, " Hz") : "",

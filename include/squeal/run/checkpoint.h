@@ -22,7 +22,7 @@ namespace squeal
       double seconds = 0, memory_gib = 0;
       CellNames divided_cells; ///< to make the next mesh
     };
-    /// Those divided before the first mesh, one list after the other.
+    /// Cells divided at the contact's edge before the first mesh, one list after the other.
     std::vector<CellNames> divided_at_edge;
     std::vector<Cycle> cycles; ///< finished ones
     ContactZone zone;          ///< of the last mesh: the next one begins with it

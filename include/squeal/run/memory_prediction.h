@@ -6,6 +6,9 @@
 
 namespace squeal
 {
+  template <int dim>
+  class FiniteElementSpace;
+
   /// What a run's need of memory depends on.
   struct RunSize
   {
@@ -27,6 +30,9 @@ namespace squeal
   /// the annulus, whichever is less: a rotor beside the axis is no ring, a hat has more surface
   /// than the ring that it rises from.
   Plate plate_like(double inner, double outer, double surface, double volume);
+  /// The plate like the rotor of a mesh; without area for the strip. Collective.
+  template <int dim>
+  Plate plate_like_rotor(const FiniteElementSpace<dim> &spaces);
 
   /// The number of modes below a frequency, Hz, before there is any model: in proportion to the
   /// bending modes of such a plate.

@@ -61,7 +61,7 @@ namespace squeal
       /// What must be equal for a run to be resumed: lines as "input <checksum> <key> = <file>".
       std::vector<std::string> origin;
       std::vector<std::string> files; ///< in the order in which they were made
-      std::set<std::string> names;    ///< the same, to look up
+      std::set<std::string> names;    ///< of files, to look up
       bool finished = false;
 
       bool has(const std::string &name) const
@@ -84,6 +84,10 @@ namespace squeal
     std::optional<Manifest> read_manifest() const;
     std::optional<Manifest> of_older_version() const;
     void write_manifest();
+    /// Decides what becomes of what an @p earlier run left, of an older version of squeal or not,
+    /// and removes what does not stay.
+    void take_over(const Manifest &earlier, bool is_old, const ParameterFile &file,
+                   const Options &options, const std::string &used);
     void refuse_foreign_results(bool exports) const;
     void refuse_own_input(const ParameterFile &file, const std::string &used) const;
     bool has_results(const Manifest &earlier) const;

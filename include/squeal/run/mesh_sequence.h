@@ -1,0 +1,78 @@
+#pragma once
+
+#include <squeal/model/brake_model.h>
+#include <squeal/run/checkpoint.h>
+#include <squeal/run/memory_prediction.h>
+#include <squeal/run/refinement.h>
+#include <squeal/run/report.h>
+#include <squeal/run/wanted.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace squeal
+{
+  /// The meshes of a run, one made from the other, and the steady state on each.
+  ///
+  /// The first one is refined where the contact ends, if that is asked for; the others by the error
+  /// bars of the modes or everywhere. A mesh that is beyond the budget or the memory is not begun.
+  /// What an interrupted run has divided is divided again, in the same order. All are collective.
+  template <int dim>
+  class MeshSequence
+  {
+  public:
+    /// All must outlive it; @p model is the one on the present mesh.
+    MeshSequence(BrakeModel<dim> &model, const Parameters::All &prm, const Wanted &wanted,
+                 Checkpoint &checkpoint, Report &report, const std::string &directory);
+
+    /// Divides the cells that an interrupted run has divided. Returns the number of its meshes.
+    unsigned int resume();
+    /// Whether modes are wanted on a mesh of this number.
+    bool has(unsigned int cycle) const
+    {
+      return wanted.meshes && !checkpoint.finished && cycle < prm.refinement.n_cycles();
+    }
+    /// Numbers the unknowns of the mesh, the first one after it was refined at the contact's edge,
+    /// and tells about it. Throws SolverError where memory does not suffice.
+    void make(unsigned int cycle);
+    /// Makes the mesh that studies are on, unless modes have been found on it.
+    void make_last();
+    /// The state on the present mesh, from where the pads touched on the mesh before. Throws
+    /// SolverError.
+    const SteadyState<dim> &find_steady_state();
+    /// Notes what was found and divides cells for the next mesh, if there is one, or notes that
+    /// this is the last; saves how far the run has come.
+    void refine(unsigned int cycle, const EigenSolution::Cost &cost,
+                const std::vector<ModeRow> &rows, const EigenvalueErrors &errors);
+
+  private:
+    /// Divides cells where the static equilibrium says that the contact ends: modes are sensitive
+    /// to the place, and it takes no modes to find it.
+    void refine_at_contact_edge();
+    /// False if the pads touch everywhere, or if the budget does not allow for it.
+    bool divide_at_contact_edge(unsigned int level, const SteadyState<dim> &state);
+    /// False if nothing is left to refine for, or if the next mesh is beyond the budget.
+    bool divide_cells(const std::vector<ModeRow> &rows, const EigenvalueErrors &errors);
+    /// False if every mode is known well enough.
+    bool flag(const std::vector<ModeRow> &rows, const EigenvalueErrors &errors);
+    /// Why a mesh that is @p growth times as large must not be begun; empty if it may.
+    std::string objection(double growth) const;
+    const SteadyState<dim> &find_steady_state(bool with_edge);
+    void number_unknowns();
+    void need_memory();
+    bool predicts_memory() const;
+    bool has_other_way() const;
+    RunSize size_of_run(double growth = 1) const;
+
+    BrakeModel<dim> &model;
+    const Parameters::All &prm;
+    const Wanted &wanted;
+    Checkpoint &checkpoint;
+    Report &report;
+    const std::string directory;
+    RefinementBudget budget;
+    bool has_state = false;              ///< the model has that of the mesh to come
+    std::optional<unsigned int> present; ///< number of the mesh
+  };
+} // namespace squeal
