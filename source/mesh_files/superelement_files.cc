@@ -1,3 +1,4 @@
+#include <squeal/base/csv_reader.h>
 #include <squeal/base/errors.h>
 #include <squeal/linalg/factorization.h>
 #include <squeal/mesh/nearest_point.h>
@@ -24,33 +25,16 @@ namespace squeal
     /// The table of nodes: a line "node,x_m,y_m,z_m", then one for each.
     std::vector<Point<3>> read_nodes(const std::string &filename)
     {
-      std::ifstream in;
-      std::error_code impossible;
-      if (std::filesystem::is_regular_file(filename, impossible))
-        in.open(filename);
-      if (!in.is_open())
-        throw InputError(superelements_key + " = " + filename + ": the file cannot be read.");
-      LineReader reader(in, filename);
-      const std::string header = "node,x_m,y_m,z_m";
-      if (const std::string found = reader.need("the line " + header); found != header)
-        reader.fail("expected '" + header + "', found '" + found + "'.");
+      CsvReader reader(superelements_key + " = " + filename, filename);
+      if (reader.columns() != std::vector<std::string>{"node", "x_m", "y_m", "z_m"})
+        reader.fail("expected 'node,x_m,y_m,z_m', found other names of columns.");
       std::vector<Point<3>> nodes;
       std::set<std::string> names;
-      for (std::string line; reader.next(line);)
+      while (reader.next())
       {
-        if (line.empty())
-          continue;
-        std::vector<std::string> words;
-        std::istringstream cells(line);
-        for (std::string word; std::getline(cells, word, ',');)
-          words.push_back(word);
-        if (words.size() != 4 || line.back() == ',')
-          reader.fail("expected node,x,y,z, found '" + line + "'.");
-        if (!names.insert(words[0]).second)
-          reader.fail("the node '" + words[0] + "' is there twice.");
-        Point<3> x;
-        for (unsigned int d = 0; d < 3; ++d)
-          x[d] = reader.real(words[1 + d]);
+        if (!names.insert(reader.field(0)).second)
+          reader.fail("the node '" + reader.field(0) + "' is there twice.");
+        const Point<3> x(reader.number(1), reader.number(2), reader.number(3));
         check_distance(filename, x, x);
         nodes.push_back(x);
       }

@@ -1,11 +1,10 @@
+#include <squeal/base/csv_reader.h>
 #include <squeal/studies/sampling.h>
 
 #include <boost/math/distributions/normal.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 namespace squeal
 {
@@ -14,61 +13,26 @@ namespace squeal
 
   namespace
   {
-    /// The lines of a CSV file of numbers, the first of which names keys.
     struct GivenSamples
     {
       std::vector<std::string> keys;
       std::vector<std::vector<double>> points;
     };
 
+    /// The samples of a file: a first line of keys and a line of numbers for each.
     GivenSamples read_samples(const std::string &name)
     {
-      const std::string where = "Sampling/File = " + name;
-      std::ifstream file(name);
-      if (!file)
-        throw InputError(where + ": it cannot be read.");
-      GivenSamples result;
-      const auto fields_of = [](const std::string &line)
+      const std::string what = "Sampling/File = " + name;
+      CsvReader reader(what, name);
+      GivenSamples result{reader.columns(), {}};
+      while (reader.next())
       {
-        std::vector<std::string> fields;
-        std::istringstream stream(line);
-        for (std::string field; std::getline(stream, field, ',');)
-        {
-          field.erase(0, field.find_first_not_of(" \t\r"));
-          field.erase(field.find_last_not_of(" \t\r") + 1);
-          fields.push_back(field);
-        }
-        return fields;
-      };
-      unsigned int number = 0;
-      for (std::string line; std::getline(file, line);)
-      {
-        ++number;
-        const std::vector<std::string> fields = fields_of(line);
-        if (fields.empty())
-          continue;
-        if (result.keys.empty())
-        {
-          result.keys = fields;
-          continue;
-        }
-        if (fields.size() != result.keys.size())
-          throw InputError(where + ", line " + std::to_string(number) + ": " +
-                           std::to_string(fields.size()) + " fields; the first line has " +
-                           std::to_string(result.keys.size()) + ".");
         result.points.emplace_back();
-        for (const std::string &field : fields)
-        {
-          char *end          = nullptr;
-          const double value = std::strtod(field.c_str(), &end);
-          if (field.empty() || *end != '\0' || !std::isfinite(value))
-            throw InputError(where + ", line " + std::to_string(number) + ": '" + field +
-                             "' is not a number.");
-          result.points.back().push_back(value);
-        }
+        for (std::size_t i = 0; i < result.keys.size(); ++i)
+          result.points.back().push_back(reader.number(i));
       }
       if (result.points.empty())
-        throw InputError(where +
+        throw InputError(what +
                          ": no samples; a first line of keys and a line for each are wanted.");
       return result;
     }

@@ -1,0 +1,64 @@
+#include <squeal/base/csv_reader.h>
+#include <squeal/base/errors.h>
+#include <squeal/base/files.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace squeal
+{
+  CsvReader::CsvReader(const std::string &what, const std::string &filename)
+      : what(what), in(open_regular_file(filename))
+  {
+    if (!in.is_open() || !next())
+      throw InputError(what + ": the file cannot be read, is empty, or is not a regular file.");
+    names = std::move(fields);
+  }
+
+  std::size_t CsvReader::find(const std::string &column) const
+  {
+    return std::find(names.begin(), names.end(), column) - names.begin();
+  }
+
+  bool CsvReader::next()
+  {
+    const char *const blanks = " \t\r";
+    fields.clear();
+    std::string line;
+    do
+    {
+      if (!std::getline(in, line))
+        return false;
+      ++line_number;
+    } while (line.find_first_not_of(blanks) == std::string::npos);
+    place_ = what + ", line " + std::to_string(line_number) + ": ";
+    for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1)
+    {
+      end               = line.find(',', begin);
+      std::string field = line.substr(begin, end - begin);
+      field.erase(0, field.find_first_not_of(blanks));
+      field.erase(field.find_last_not_of(blanks) + 1);
+      fields.push_back(std::move(field));
+    }
+    if (!names.empty() && fields.size() != names.size())
+      fail(std::to_string(fields.size()) + " fields; the first line has " +
+           std::to_string(names.size()) + ".");
+    return true;
+  }
+
+  double CsvReader::number(const std::size_t column) const
+  {
+    const std::string &text = fields[column];
+    char *end               = nullptr;
+    const double value      = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0' || !std::isfinite(value))
+      fail("'" + text.substr(0, 60) + "' is not a number (column " + names[column] + ").");
+    return value;
+  }
+
+  void CsvReader::fail(const std::string &message) const
+  {
+    throw InputError(place_ + message);
+  }
+} // namespace squeal
