@@ -58,10 +58,6 @@ class RunDirectory(st.TestCase):
     def tables(self, results):
         return {path.name: path.read_bytes() for path in sorted(results.iterdir()) if path.name not in MAY_DIFFER}
 
-    def other(self):
-        """What tells a run that it may replace the results of another one; nothing for programs before this test."""
-        return ["--overwrite"] if "--overwrite" in self.squeal("--help").stdout else []
-
     def write_mesh(self, thickness=1.):
         mesh = mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1))
         mesh.move(lambda x, y, z: (x, y, thickness * z))
@@ -73,6 +69,11 @@ class RunDirectory(st.TestCase):
                             (results / "sweep.csv").read_text().count("\n") > n_lines)
         self.assertTrue((results / "sweep.state").exists(), "the sweep ended too early for this test")
         return results
+
+    def put_back(self, results, kept):
+        """The directory of a run that was stopped, as it was."""
+        shutil.rmtree(results)
+        shutil.copytree(kept, results)
 
     def assertBeginsAnew(self, settings, reason, ranks=1):
         """killed.prm started again gives the tables of a run of its own, and says why it does not go on."""
@@ -176,27 +177,34 @@ class RunDirectory(st.TestCase):
     def test_accuracy_of_a_border(self):
         """A point of the border is where Re l = 0 for a run of its own, up to the accuracy that is told.
 
-        The run of its own finds the growth rate to 1e-9 |l| at most, and the slope is that of a difference quotient."""
+        The run of its own finds the growth rate to 1e-9 |l| at most. The slope is that of its sensitivities, at the first
+        point compared with a difference quotient."""
         directory = self.analyse(FALLING_MAP)
         border = st.read_table(directory / "border.csv")
         self.assertGreater(len(border), 3)
-        cell = [0.5 / 8, 9 / 2]
+        keys, cell = [FRICTION, "Operation/Angular velocity"], [0.5 / 8, 9 / 2]
         single = {key: value for key, value in FALLING_MAP.items() if not key.startswith("Sweep/")}
 
-        def growth(first, second, frequency):
-            modes = self.eigenvalues({**single, FRICTION: repr(first), "Operation/Angular velocity": repr(second),
-                                      "Eigenproblem/Solver": "dense", "Eigenproblem/Tolerance": 1e-12})
-            return min(modes, key=lambda l: abs(l.imag - 2 * math.pi * frequency)).real
+        def growth_and_slopes(values, frequency):
+            """1/s, and by both numbers 1/s per cell."""
+            results = self.analyse({**single, **dict(zip(keys, map(repr, values))), "Eigenproblem/Solver": "dense",
+                                    "Eigenproblem/Tolerance": 1e-12, "Output/Sensitivities": "true"})
+            mode = min(st.read_table(results / "modes.csv"), key=lambda row: abs(row["frequency_hz"] - frequency))
+            by = {row["parameter"]: row["d_growth_rate_1_per_s"] for row in st.read_table(results / "sensitivities.csv")
+                  if row["mode"] == mode["mode"]}
+            return mode["growth_rate_1_per_s"], [by[key] * width for key, width in zip(keys, cell)]
 
         for row in border:
-            mu, speed, frequency = row[FRICTION], row["Operation/Angular velocity"], row["frequency_hz"]
-            h = 1e-3
-            slope = math.hypot(*((growth(mu + h * cell[0] * i, speed + h * cell[1] * j, frequency) -
-                                  growth(mu - h * cell[0] * i, speed - h * cell[1] * j, frequency)) / (2 * h)
-                                 for i, j in [(1, 0), (0, 1)]))
+            values, frequency = [row[key] for key in keys], row["frequency_hz"]
+            growth, slopes = growth_and_slopes(values, frequency)
+            if row is border[0]:
+                h = 1e-3
+                for k in range(2):
+                    above, below = (growth_and_slopes([value + sign * h * cell[k] * (i == k) for i, value in enumerate(values)],
+                                                      frequency)[0] for sign in (1, -1))
+                    self.assertLess(abs((above - below) / (2 * h) - slopes[k]), 1e-3 * math.hypot(*slopes))
             rounding = 1e-12 * 2 * math.pi * frequency
-            distance = abs(growth(mu, speed, frequency)) / slope
-            self.assertLessEqual(distance, row["accuracy_cells"] + rounding / slope)
+            self.assertLessEqual(abs(growth), row["accuracy_cells"] * math.hypot(*slopes) + rounding)
 
     # Point 4: the order of writing. A kill at each system call that changes a name.
 
@@ -206,13 +214,15 @@ class RunDirectory(st.TestCase):
         Started again it must not go on with the first brake's values."""
         other = {**MEDIUM, "Pads/Thickness": 0.02}
         whole = self.tables(self.analyse(other))
+        results = self.stopped(MEDIUM, n_lines=1)
+        kept = shutil.copytree(results, self.directory / "kept")
+        self.write("killed.prm", other)
         for call in ["unlink", "rename"]:
             for number in range(1, 6):
                 with self.subTest(call=call, number=number):
-                    self.stopped(MEDIUM, n_lines=1)
-                    self.write("killed.prm", other)
-                    self.traced(call, number, "killed.prm", *self.other())
-                    result = self.squeal("killed.prm", *self.other())
+                    self.put_back(results, kept)
+                    self.traced(call, number, "killed.prm", "--overwrite")
+                    result = self.squeal("killed.prm", "--overwrite")
                     self.assertEqual(result.returncode, 0, result.stderr)
                     self.assertEqual(self.tables(self.directory / "output/killed"), whole)
 
@@ -250,14 +260,14 @@ class RunDirectory(st.TestCase):
         self.assertEqual(self.squeal(file.name).returncode, 0)
         reference = self.directory / "output/b/modes.csv"
         before = reference.read_text()
-        result = self.squeal(file.name, "--set", f"Refinement/Reference={reference}", *self.other())
+        result = self.squeal(file.name, "--set", f"Refinement/Reference={reference}", "--overwrite")
         self.assertEqual(result.returncode, 2, result.stdout)
         self.assertIn("Refinement/Reference = ", result.stderr)
         self.assertIn("Copy it", result.stderr)
         self.assertEqual(reference.read_text(), before)
         copy = self.directory / "coarse.csv"
         copy.write_text(before)
-        result = self.squeal(file.name, "--set", f"Refinement/Reference={copy}", *self.other())
+        result = self.squeal(file.name, "--set", f"Refinement/Reference={copy}", "--overwrite")
         self.assertEqual(result.returncode, 0, result.stderr)
 
     # Point 6: foreign files, and the results of another run.
@@ -282,7 +292,7 @@ class RunDirectory(st.TestCase):
                 (results / name).parent.mkdir(parents=True)
                 (results / name).write_text("mine")
                 self.write("b.prm", {**BRAKE, "Output/Directory": results})
-                for option in [[], self.other()]:
+                for option in [[], ["--overwrite"]]:
                     result = self.squeal("b.prm", *option)
                     self.assertEqual(result.returncode, 2, result.stdout)
                     self.assertIn(name, result.stderr)
@@ -353,9 +363,11 @@ class RunDirectory(st.TestCase):
                    "a bit": lambda data: data[:40] + bytes([data[40] ^ 1]) + data[41:],
                    "a size": lambda data: data[:15] + b"\xff" * 8 + data[23:], "noise": lambda data: os.urandom(len(data)),
                    "longer": lambda data: data + b"12345678"}
+        results = self.stopped(MEDIUM, n_lines=1)
+        kept = shutil.copytree(results, self.directory / "kept")
         for name, damage in damages.items():
             with self.subTest(damage=name):
-                results = self.stopped(MEDIUM, n_lines=1)
+                self.put_back(results, kept)
                 state = results / "sweep.state"
                 state.write_bytes(damage(state.read_bytes()))
                 result = self.squeal("killed.prm")
@@ -368,9 +380,11 @@ class RunDirectory(st.TestCase):
         whole = self.tables(self.analyse(MEDIUM))
         changes = {"shorter": lambda text: text[:60], "saved": lambda text: text.replace(",", ";"),
                    "carriage returns": lambda text: text.replace("\n", "\r\n")}
+        results = self.stopped(MEDIUM, n_lines=1)
+        kept = shutil.copytree(results, self.directory / "kept")
         for name, change in changes.items():
             with self.subTest(change=name):
-                results = self.stopped(MEDIUM, n_lines=1)
+                self.put_back(results, kept)
                 table = results / "sweep.csv"
                 table.write_bytes(change(table.read_bytes().decode()).encode())
                 result = self.squeal("killed.prm")
