@@ -42,17 +42,7 @@ class DebugBuild(st.TestCase):
     def test_unit_tests(self):
         if not UNIT_TESTS.exists():
             self.skipTest("built without doctest")
-        # Without those that take minutes here, and whose parts are in others: error bars of a brake in the runs below.
-        # Convergence and other friction run what single solutions of their neighbours run; hanging nodes of iterative states
-        # what modes without factors do, on two ranks.
-        slow = ",".join(["*needs the same steps on a finer mesh", "*modes without factors are those of the assembled equations",
-                         "*the correction is what one degree more changes*", "inf_sup: strip*", "inf_sup: blocks*",
-                         "iterative_statics: products without matrices are those with*",
-                         "iterative_statics: the state is that of the direct solver where nodes hang",
-                         "unilateral_contact: one factorisation serves other friction*", "contact_convergence*",
-                         "friction work: its integral*", "unilateral_contact: the zone of another mesh is a start",
-                         "time integration*"])
-        result = subprocess.run([UNIT_TESTS, f"--test-case-exclude={slow}"], env=st.ENVIRONMENT,
+        result = subprocess.run([UNIT_TESTS, "--test-suite-exclude=*optimised*"], env=st.ENVIRONMENT,
                                 capture_output=True, text=True, timeout=1800)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
 

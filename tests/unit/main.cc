@@ -1,3 +1,10 @@
+// Suites say where a test case is left out, by words in their names (tests/CMakeLists.txt and
+// tests/run/test_debug_build.py; a case without a suite runs everywhere):
+//   slow               in the quick run
+//   one rank           on several ranks: what each rank does for itself
+//   two ranks at most  on three ranks, slow on two cores: what two ranks show as well
+//   optimised          in the Debug build: what takes minutes there, its parts being in other tests
+
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
 

@@ -98,7 +98,8 @@ namespace squeal::tests::error_estimators_tests
     }
   } // namespace
 
-  TEST_CASE("error estimators: the correction is what one degree more changes, strip")
+  TEST_CASE("error estimators: the correction is what one degree more changes, strip" *
+            doctest::test_suite("slow, two ranks at most, optimised"))
   {
     for (const std::string formulation : {"mortar", "penalty", "mortar_penalty"})
       for (const unsigned int degree : {1u, 2u, 3u})
@@ -114,7 +115,8 @@ namespace squeal::tests::error_estimators_tests
         }
   }
 
-  TEST_CASE("error estimators: transversely isotropic bodies")
+  TEST_CASE("error estimators: transversely isotropic bodies" *
+            doctest::test_suite("slow, two ranks at most, optimised"))
   {
     Parameters::All prm = strip();
     for (Parameters::MaterialSection *material : {&prm.rotor.material, &prm.pads.material})
@@ -128,7 +130,7 @@ namespace squeal::tests::error_estimators_tests
       CHECK(worst_correction(make_strip(prm), prm, degree) <= 0.2);
   }
 
-  TEST_CASE("error estimators: hanging nodes")
+  TEST_CASE("error estimators: hanging nodes" * doctest::test_suite("slow, two ranks at most"))
   {
     Parameters::All prm = strip();
     const auto refined  = [](const Point<2> &x, const types::material_id)
@@ -137,7 +139,8 @@ namespace squeal::tests::error_estimators_tests
       CHECK(worst_correction<2>(make_strip(prm), prm, degree, refined) <= 0.2);
   }
 
-  TEST_CASE("error estimators: the correction is what one degree more changes, brake")
+  TEST_CASE("error estimators: the correction is what one degree more changes, brake" *
+            doctest::test_suite("slow, one rank, optimised"))
   {
     Parameters::All prm;
     prm.discretization.degree          = 2;
@@ -153,7 +156,8 @@ namespace squeal::tests::error_estimators_tests
     }
   }
 
-  TEST_CASE("error estimators: geometric stiffness of the static stress")
+  TEST_CASE("error estimators: geometric stiffness of the static stress" *
+            doctest::test_suite("slow, two ranks at most"))
   {
     // The centrifugal load stiffens the disc by a third of a percent and changes its discretisation
     // errors by as little. Left out of the residuals, the stiffness would count as an error itself,
@@ -178,7 +182,8 @@ namespace squeal::tests::error_estimators_tests
   }
 
   TEST_CASE(
-      "error estimators: a static state without contact, in the stage with friction's damping")
+      "error estimators: a static state without contact, in the stage with friction's damping" *
+      doctest::test_suite("slow"))
   {
     Parameters::All prm;
     prm.pads.arrangement               = Arrangement::none;
@@ -192,7 +197,9 @@ namespace squeal::tests::error_estimators_tests
       CHECK(bar > 0);
   }
 
-  TEST_CASE("error estimators: no bars where there is no error, none of a conservative growth rate")
+  TEST_CASE(
+      "error estimators: no bars where there is no error, none of a conservative growth rate" *
+      doctest::test_suite("slow"))
   {
     // Conservative: T is Hermitian up to the friction, so growth rates have no error at all.
     Parameters::All prm = strip();

@@ -16,7 +16,7 @@ namespace squeal::tests::prestress_tests
   // e_x x x is a static solution: the stress that the centrifugal load causes must hold it against
   // the transport terms, (K + K_sigma - Omega^2 M*) u = 0, with K u = 0. In the weak form it holds
   // to rounding on any mesh, because the tilted test functions are test functions too.
-  TEST_CASE("prestress: a spinning free rotor may tilt")
+  TEST_CASE("prestress: a spinning free rotor may tilt" * doctest::test_suite("slow"))
   {
     const double omega = 150;
     Parameters::All p;

@@ -122,7 +122,8 @@ namespace squeal::tests::friction_work_tests
     }
   } // namespace
 
-  TEST_CASE("friction work: its integral is the contributions' energy")
+  TEST_CASE("friction work: its integral is the contributions' energy" *
+            doctest::test_suite("slow, two ranks at most, optimised"))
   {
     // -pi (d w + n) with d + j g = u^H P u and k + j n = u^H Q u of the friction's matrices is the
     // integral over the surface of what theory.md, section 3, puts under the integral: two ways
@@ -137,7 +138,8 @@ namespace squeal::tests::friction_work_tests
     compare<2>(make_strip(prm), prm, 1e-6);
   }
 
-  TEST_CASE("friction work: the projection onto faces reproduces their own polynomials")
+  TEST_CASE("friction work: the projection onto faces reproduces their own polynomials" *
+            doctest::test_suite("slow"))
   {
     // x and y are in the span of the shape functions of an isoparametric face.
     const Parameters::All prm = small_brake("mortar");

@@ -199,7 +199,8 @@ namespace squeal::tests::inf_sup_tests
 
   // Measured beta, brake's materials (all degrees, three meshes): 0.76 to 0.82 matching and rotor
   // finer, 0.66 to 0.69 pad finer; a pad 12.5 times as stiff as the rotor and finer: 0.19 to 0.23.
-  TEST_CASE("inf_sup: strip, degrees 1 to 4, three meshes each")
+  TEST_CASE("inf_sup: strip, degrees 1 to 4, three meshes each" *
+            doctest::test_suite("slow, one rank, optimised"))
   {
     if (n_ranks() > 1) // the measurement replicates nothing
       return;
@@ -247,7 +248,7 @@ namespace squeal::tests::inf_sup_tests
         }
   }
 
-  TEST_CASE("inf_sup: the norm is nearly exact")
+  TEST_CASE("inf_sup: the norm is nearly exact" * doctest::test_suite("slow, one rank"))
   {
     // A further refinement of V_f changes little.
     if (n_ranks() > 1)
@@ -266,7 +267,8 @@ namespace squeal::tests::inf_sup_tests
       }
   }
 
-  TEST_CASE("inf_sup: blocks, degrees 1 and 2, two meshes each")
+  TEST_CASE("inf_sup: blocks, degrees 1 and 2, two meshes each" *
+            doctest::test_suite("slow, one rank, optimised"))
   {
     if (n_ranks() > 1)
       return;

@@ -191,7 +191,8 @@ namespace squeal::tests::time_integration_tests
     }
   } // namespace
 
-  TEST_CASE("time integration: small motions grow and decay as the eigenvalues say")
+  TEST_CASE("time integration: small motions grow and decay as the eigenvalues say" *
+            doctest::test_suite("slow, one rank, optimised"))
   {
     for (const auto &[law, coefficient] : {std::make_pair(FrictionLaw::Kind::constant, 0.3),
                                            std::make_pair(FrictionLaw::Kind::falling, 0.3),
@@ -202,7 +203,8 @@ namespace squeal::tests::time_integration_tests
     }
   }
 
-  TEST_CASE("time integration: the same of a disc between pads")
+  TEST_CASE("time integration: the same of a disc between pads" *
+            doctest::test_suite("slow, one rank, optimised"))
   {
     const Parameters::All prm = small_brake();
     check_rates(prm, make_brake(prm), prm.operation.angular_velocity * 0.115);

@@ -46,7 +46,7 @@ namespace squeal::tests::block_davidson_tests
     }
   } // namespace
 
-  TEST_CASE("block_davidson: a matrix that is known by its products")
+  TEST_CASE("block_davidson: a matrix that is known by its products" * doctest::test_suite("slow"))
   {
     // An unsymmetric band; Hager's estimate of a norm is a lower bound.
     Parameters::All p          = small_brake();
@@ -85,7 +85,8 @@ namespace squeal::tests::block_davidson_tests
     CHECK(relative_error(mass_free.infinity_norm(), mass.infinity_norm()) < 1e-13);
   }
 
-  TEST_CASE("block_davidson: vectors satisfy the constraints, pressures bear what they can")
+  TEST_CASE("block_davidson: vectors satisfy the constraints, pressures bear what they can" *
+            doctest::test_suite("slow"))
   {
     Parameters::All p          = small_brake();
     const Geometry<3> geometry = make_brake(p);
@@ -165,7 +166,8 @@ namespace squeal::tests::block_davidson_tests
     }
   }
 
-  TEST_CASE("block_davidson: modes without factors are those of the assembled equations")
+  TEST_CASE("block_davidson: modes without factors are those of the assembled equations" *
+            doctest::test_suite("slow, two ranks at most, optimised"))
   {
     // On a mesh with hanging nodes, with all terms: eigenvalues, and right and left vectors that
     // the assembled matrices judge. Backward errors of these are of the first order: about the root

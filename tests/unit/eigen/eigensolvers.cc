@@ -236,7 +236,8 @@ namespace squeal::tests::eigensolvers_tests
     }
   }
 
-  TEST_CASE("eigensolvers: eigenvalues of a multiplicity larger than the block")
+  TEST_CASE("eigensolvers: eigenvalues of a multiplicity larger than the block" *
+            doctest::test_suite("slow, optimised"))
   {
     // Nine equal chains with damping c M: -c/2 + i sqrt(omega_j^2 - c^2/4), each nine times.
     const unsigned int n_chains = 9, n = 20;

@@ -83,7 +83,7 @@ namespace squeal::tests::mirror_tests
     }
   } // namespace
 
-  TEST_CASE("mirror: the reflection of a field")
+  TEST_CASE("mirror: the reflection of a field" * doctest::test_suite("slow"))
   {
     // Nodes stand mirrored, so the interpolant of S u is S applied to that of u. Only
     // displacements: both pads have pressures, which a field does not have.
@@ -110,7 +110,7 @@ namespace squeal::tests::mirror_tests
     }
   }
 
-  TEST_CASE("mirror: scenes without the symmetry")
+  TEST_CASE("mirror: scenes without the symmetry" * doctest::test_suite("slow"))
   {
     for (const std::string arrangement : {"none", "upper", "both"})
     {
@@ -136,7 +136,7 @@ namespace squeal::tests::mirror_tests
     CHECK_FALSE(find_mirror_symmetry(strip_spaces));
   }
 
-  TEST_CASE("mirror: averaged cells are marked on both sides")
+  TEST_CASE("mirror: averaged cells are marked on both sides" * doctest::test_suite("slow"))
   {
     // Indicators 1 on the upper pad, 3 on the lower one, 0.1 z + 7 in the rotor: 2, 2, 7.
     const Parameters::All prm  = small_brake();
@@ -157,7 +157,8 @@ namespace squeal::tests::mirror_tests
       CHECK(relative_error(by_cell[i], expected[i]) <= 1e-14);
   }
 
-  TEST_CASE("mirror: half spaces are isometric, orthogonal, and together the whole")
+  TEST_CASE("mirror: half spaces are isometric, orthogonal, and together the whole" *
+            doctest::test_suite("slow"))
   {
     const Brake brake(small_brake());
     REQUIRE(brake.symmetry);
@@ -210,7 +211,7 @@ namespace squeal::tests::mirror_tests
       CHECK((mass.data()[i] == 0) == (i >= half.rows.n_local() - half.n_local_constraints));
   }
 
-  TEST_CASE("mirror: matrices decide")
+  TEST_CASE("mirror: matrices decide" * doctest::test_suite("slow"))
   {
     // The mesh is symmetric; one entry of one pad is not.
     Brake brake(small_brake());
@@ -273,12 +274,13 @@ namespace squeal::tests::mirror_tests
     }
   } // namespace
 
-  TEST_CASE("mirror: both spectra are the whole one, mortar")
+  TEST_CASE("mirror: both spectra are the whole one, mortar" * doctest::test_suite("slow"))
   {
     check_modes(small_brake(), 6000);
   }
 
-  TEST_CASE("mirror: both spectra are the whole one, penalty and free bodies")
+  TEST_CASE("mirror: both spectra are the whole one, penalty and free bodies" *
+            doctest::test_suite("slow"))
   {
     Parameters::All prm         = small_brake();
     prm.contact.formulation     = Formulation::penalty;
@@ -287,7 +289,8 @@ namespace squeal::tests::mirror_tests
     check_modes(prm, 6000);
   }
 
-  TEST_CASE("mirror: double eigenvalues of a conservative problem stay imaginary")
+  TEST_CASE("mirror: double eigenvalues of a conservative problem stay imaginary" *
+            doctest::test_suite("slow"))
   {
     // A disc's waves with nodal diameters come in pairs; its halves are symmetric matrices too.
     Parameters::All prm = small_brake("none");
@@ -308,7 +311,8 @@ namespace squeal::tests::mirror_tests
   }
 
   TEST_CASE(
-      "mirror: factors that are kept are those of the halves; no symmetry without a mirror image")
+      "mirror: factors that are kept are those of the halves; no symmetry without a mirror image" *
+      doctest::test_suite("slow"))
   {
     const Brake brake(small_brake());
     EigensolverOptions options = window(3000);
@@ -337,7 +341,8 @@ namespace squeal::tests::mirror_tests
     CHECK_FALSE(Brake(small_brake("upper")).symmetry);
   }
 
-  TEST_CASE("mirror: the contact of surfaces whose edges coincide is symmetric to rounding")
+  TEST_CASE("mirror: the contact of surfaces whose edges coincide is symmetric to rounding" *
+            doctest::test_suite("slow"))
   {
     // The rotor's edges run along the pads'. Nodes of degree 3 are mirror images to rounding only,
     // which must not decide how the faces are cut: the quadrature of curved pieces is exact to
@@ -366,7 +371,7 @@ namespace squeal::tests::mirror_tests
     check(friction_matrix(contact, contact.uniform_pressure(1e6)));
   }
 
-  TEST_CASE("mirror: half spaces on a group of ranks")
+  TEST_CASE("mirror: half spaces on a group of ranks" * doctest::test_suite("slow"))
   {
     // The same half as with every rank's own rows, only placed elsewhere.
     const Brake brake(small_brake());
@@ -411,7 +416,7 @@ namespace squeal::tests::mirror_tests
       }
   }
 
-  TEST_CASE("mirror: the errors of groups that work apart")
+  TEST_CASE("mirror: the errors of groups that work apart" * doctest::test_suite("slow"))
   {
     // The first rank's error is thrown on all, of its kind.
     const unsigned int rank = Utilities::MPI::this_mpi_process(MPI_COMM_WORLD);
@@ -426,7 +431,8 @@ namespace squeal::tests::mirror_tests
     CHECK_THROWS_AS(work_apart(MPI_COMM_WORLD, []() { throw InputError("on all"); }), InputError);
   }
 
-  TEST_CASE("mirror: the static equilibrium by halves is that of the whole")
+  TEST_CASE("mirror: the static equilibrium by halves is that of the whole" *
+            doctest::test_suite("slow"))
   {
     // Friction tilts the pads: at this coefficient they lift off at one edge.
     Parameters::All prm              = small_brake();
@@ -461,7 +467,8 @@ namespace squeal::tests::mirror_tests
     }
   }
 
-  TEST_CASE("mirror: a static state without symmetry is solved for as a whole")
+  TEST_CASE("mirror: a static state without symmetry is solved for as a whole" *
+            doctest::test_suite("slow"))
   {
     // The mesh is symmetric, the gaps are not.
     Parameters::All prm     = small_brake();

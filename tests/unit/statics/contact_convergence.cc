@@ -169,7 +169,8 @@ namespace squeal::tests::contact_convergence_tests
     }
   } // namespace
 
-  TEST_CASE("contact_convergence: full order on non-matching meshes")
+  TEST_CASE("contact_convergence: full order on non-matching meshes" *
+            doctest::test_suite("slow, one rank, optimised"))
   {
     if (n_ranks() > 1) // rates do not depend on the ranks
       return;
@@ -217,7 +218,8 @@ namespace squeal::tests::contact_convergence_tests
   }
 
   TEST_CASE("contact_convergence: projected penalty tends to mortar, point-wise penalty only if "
-            "meshes match")
+            "meshes match" *
+            doctest::test_suite("slow, one rank, optimised"))
   {
     if (n_ranks() > 1) // rates do not depend on the ranks
       return;

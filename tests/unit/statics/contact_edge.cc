@@ -60,7 +60,8 @@ namespace squeal::tests::contact_edge_tests
 
   /// The effects of opening R and of closing C are compared with the eigenvalues of the problem in
   /// which R is open or C is closed.
-  TEST_CASE("A contact that opens or closes moves the eigenvalues as its edge says")
+  TEST_CASE("A contact that opens or closes moves the eigenvalues as its edge says" *
+            doctest::test_suite("slow, optimised"))
   {
     LiftedBrake brake;
     const Parameters::All &prm          = brake.prm;

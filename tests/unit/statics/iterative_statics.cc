@@ -5,6 +5,7 @@
 #include <squeal/bodies/displacement_multigrid.h>
 #include <squeal/contact/contact_matrices.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 namespace squeal::tests::iterative_statics_tests
@@ -63,6 +64,12 @@ namespace squeal::tests::iterative_statics_tests
       return Utilities::MPI::max(largest, MPI_COMM_WORLD);
     }
 
+    /// Of stiffness, M*, G and mass.
+    struct Factors
+    {
+      double k, m_star, g, m;
+    };
+
     /// Compares products without matrices, of several columns, with those of the assembled
     /// matrices.
     template <int dim>
@@ -71,10 +78,7 @@ namespace squeal::tests::iterative_statics_tests
     {
       // Equal to rounding: the quadrature is the same. The factors make G, M* and M as large as K.
       // Each alone and several together, because what is not needed is not computed.
-      struct
-      {
-        double k, m_star, g, m;
-      } const factors[]         = {{1, 0, 0, 0},      {0, -1e9, 0, 0},    {0, 0, 3e5, 0},
+      const Factors factors[]   = {{1, 0, 0, 0},      {0, -1e9, 0, 0},    {0, 0, 3e5, 0},
                                    {0, 0, 0, 2e9},    {1, 0, 0, 2e9},     {0, 0, 3e5, -2e9},
                                    {1, -1e9, 3e5, 0}, {1, -1e9, 3e5, 2e9}};
       const unsigned int degree = p.discretization.degree;
@@ -96,36 +100,45 @@ namespace squeal::tests::iterative_statics_tests
           other.data()[i] *= std::cos(0.7 * column * (spaces.rows.begin + i));
         x.append(other);
       }
-      for (const auto &f : factors)
+      // Of each matrix once: sums of matrices as dense as these would take most of the time.
+      const std::array<std::pair<const Matrix *, double Factors::*>, 6> matrices{
+          {{rotor.K.get(), &Factors::k},
+           {pads.K.get(), &Factors::k},
+           {rotor.M_star.get(), &Factors::m_star},
+           {rotor.G.get(), &Factors::g},
+           {rotor.M.get(), &Factors::m},
+           {pads.M.get(), &Factors::m}}};
+      for (const bool transposed : {false, true})
       {
-        CAPTURE(f.k);
-        CAPTURE(f.m_star);
-        CAPTURE(f.g);
-        CAPTURE(f.m);
-        std::vector<MaterialOperator> bodies = bodies_of(p, f.m_star, f.g);
-        for (MaterialOperator &body : bodies)
+        CAPTURE(transposed);
+        std::vector<MultiVector> products;
+        for (const auto &[matrix, factor] : matrices)
+          products.push_back(transposed ? multiply_transposed(*matrix, x) : multiply(*matrix, x));
+        for (const Factors &f : factors)
         {
-          body.k = f.k;
-          body.m = f.m;
-        }
-        const DisplacementOperator<dim> product(first, bodies);
-        const Matrix sum = sum_of(spaces.rows, {{f.k, *rotor.K},
-                                                {f.k, *pads.K},
-                                                {f.m_star, *rotor.M_star},
-                                                {f.g, *rotor.G},
-                                                {f.m, *rotor.M},
-                                                {f.m, *pads.M}});
-        for (const bool transposed : {false, true})
-        {
-          CAPTURE(transposed);
-          const MultiVector y = transposed ? multiply_transposed(sum, x) : multiply(sum, x);
+          CAPTURE(f.k);
+          CAPTURE(f.m_star);
+          CAPTURE(f.g);
+          CAPTURE(f.m);
+          std::vector<MaterialOperator> bodies = bodies_of(p, f.m_star, f.g);
+          for (MaterialOperator &body : bodies)
+          {
+            body.k = f.k;
+            body.m = f.m;
+          }
+          const DisplacementOperator<dim> product(first, bodies);
+          MultiVector y(spaces.rows, x.n_columns());
+          for (unsigned int i = 0; i < matrices.size(); ++i)
+            for (std::size_t j = 0; j < std::size_t(y.n_local()) * y.n_columns(); ++j)
+              y.data()[j] += f.*matrices[i].second * products[i].data()[j];
           CHECK(largest_difference(product.multiply(x, transposed), y) <= 2e-13 * largest_entry(y));
         }
       }
     }
   } // namespace
 
-  TEST_CASE("iterative_statics: products without matrices are those with the assembled matrices")
+  TEST_CASE("iterative_statics: products without matrices are those with the assembled matrices" *
+            doctest::test_suite("slow, two ranks at most, optimised"))
   {
     // Hanging and fixed nodes and curved cells
     for (unsigned int degree = 1; degree <= 4; ++degree)
@@ -135,7 +148,8 @@ namespace squeal::tests::iterative_statics_tests
     }
   }
 
-  TEST_CASE("iterative_statics: products without matrices, strip")
+  TEST_CASE("iterative_statics: products without matrices, strip" *
+            doctest::test_suite("slow, two ranks at most"))
   {
     // Hanging, fixed and periodic nodes, some of these hanging. All degrees that the program takes.
     for (unsigned int degree = 1; degree <= 8; ++degree)
@@ -148,7 +162,7 @@ namespace squeal::tests::iterative_statics_tests
     }
   }
 
-  TEST_CASE("iterative_statics: the diagonal without a matrix")
+  TEST_CASE("iterative_statics: the diagonal without a matrix" * doctest::test_suite("slow"))
   {
     // On a conforming mesh it is the matrix's; nodes that others hang on have a part of it only.
     const Parameters::All p    = small_brake(2);
@@ -170,7 +184,8 @@ namespace squeal::tests::iterative_statics_tests
     CHECK(largest_difference(stiffness.diagonal(), expected) <= 1e-13 * largest_entry(expected));
   }
 
-  TEST_CASE("iterative_statics: multigrid is symmetric and needs the same steps on a finer mesh")
+  TEST_CASE("iterative_statics: multigrid is symmetric and needs the same steps on a finer mesh" *
+            doctest::test_suite("slow, two ranks at most, optimised"))
   {
     // Pads hang on penalty springs of the size of their stiffness, E/thickness. The cycle smooths
     // in the same way before and after, so that it is a symmetric matrix. Steps of GMRES to 1e-8
@@ -219,7 +234,8 @@ namespace squeal::tests::iterative_statics_tests
     CHECK(steps[0] < 50);
   }
 
-  TEST_CASE("iterative_statics: the state is that of the direct solver where nodes hang")
+  TEST_CASE("iterative_statics: the state is that of the direct solver where nodes hang" *
+            doctest::test_suite("slow, optimised"))
   {
     // Friction 0.5, contact faces with hanging nodes, pads that lift off. Both solvers to 1e-9 of
     // the largest displacement and multiplier.
@@ -254,7 +270,7 @@ namespace squeal::tests::iterative_statics_tests
     }
   }
 
-  TEST_CASE("iterative_statics: too few iterations are an error")
+  TEST_CASE("iterative_statics: too few iterations are an error" * doctest::test_suite("slow"))
   {
     const Parameters::All p    = small_brake(2);
     const Geometry<3> geometry = make_brake(p);

@@ -118,7 +118,8 @@ namespace squeal::tests::patch_tests
     }
   } // namespace
 
-  TEST_CASE("patch_tests: constant stress across the interface of a strip")
+  TEST_CASE("patch_tests: constant stress across the interface of a strip" *
+            doctest::test_suite("slow"))
   {
     SUBCASE("matching")
     {
@@ -152,7 +153,7 @@ namespace squeal::tests::patch_tests
     }
   }
 
-  TEST_CASE("patch_tests: hanging nodes across the periodic boundary")
+  TEST_CASE("patch_tests: hanging nodes across the periodic boundary" * doctest::test_suite("slow"))
   {
     const Geometry<2> geometry = make_layers(6, 5, 0);
     for (const unsigned int degree : {1u, 2u, 3u})
@@ -173,7 +174,8 @@ namespace squeal::tests::patch_tests
 
   // The arcs of both sides are the same polynomials: meshes differ along r and z, and hanging nodes
   // lie on planes phi = const.
-  TEST_CASE("patch_tests: constant stress across the interface of blocks")
+  TEST_CASE("patch_tests: constant stress across the interface of blocks" *
+            doctest::test_suite("slow"))
   {
     SUBCASE("matching")
     {
@@ -198,7 +200,8 @@ namespace squeal::tests::patch_tests
     }
   }
 
-  TEST_CASE("patch_tests: clipped areas sum to the pad's face, whatever the rotor's mesh")
+  TEST_CASE("patch_tests: clipped areas sum to the pad's face, whatever the rotor's mesh" *
+            doctest::test_suite("slow"))
   {
     // Arcs of their own on each side, hanging nodes on either.
     Parameters::All prm;
@@ -225,7 +228,8 @@ namespace squeal::tests::patch_tests
       }
   }
 
-  TEST_CASE("patch_tests: faces of the default brake, which nearly match, have few common points")
+  TEST_CASE("patch_tests: faces of the default brake, which nearly match, have few common points" *
+            doctest::test_suite("slow"))
   {
     // Their arcs are approximated with different spans and differ by 1e-6: the slivers between them
     // must not get as many as all the rest.

@@ -163,7 +163,8 @@ namespace squeal::tests::unilateral_contact_tests
     }
   } // namespace
 
-  TEST_CASE("unilateral_contact: complementarity and balance of forces, strip")
+  TEST_CASE("unilateral_contact: complementarity and balance of forces, strip" *
+            doctest::test_suite("slow"))
   {
     const Geometry<2> geometry = make_strip(strip("1 + 110*x"));
     for (const unsigned int degree : {1u, 2u, 3u})
@@ -171,7 +172,8 @@ namespace squeal::tests::unilateral_contact_tests
         check_partly_open(geometry, sliding<2>(mortar, 1e14), degree);
   }
 
-  TEST_CASE("unilateral_contact: complementarity and balance of forces, brake")
+  TEST_CASE("unilateral_contact: complementarity and balance of forces, brake" *
+            doctest::test_suite("slow"))
   {
     const Geometry<3> geometry = make_brake(brake("both", "1 + 25*y"));
     for (const bool mortar : {true, false})
@@ -188,7 +190,8 @@ namespace squeal::tests::unilateral_contact_tests
     }
   } // namespace
 
-  TEST_CASE("unilateral_contact: one factorisation serves other friction, loads and contacts")
+  TEST_CASE("unilateral_contact: one factorisation serves other friction, loads and contacts" *
+            doctest::test_suite("slow, two ranks at most, optimised"))
   {
     const Geometry<3> geometry = make_brake(brake("both", "1 + 25*y"));
     FiniteElementSpace<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
@@ -256,7 +259,8 @@ namespace squeal::tests::unilateral_contact_tests
   }
 
   TEST_CASE(
-      "unilateral_contact: scattered states by factors nearby, in a space that has learnt them")
+      "unilateral_contact: scattered states by factors nearby, in a space that has learnt them" *
+      doctest::test_suite("slow"))
   {
     const Geometry<3> geometry = make_brake(brake("both", "1 + 25*y"));
     FiniteElementSpace<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
@@ -386,7 +390,8 @@ namespace squeal::tests::unilateral_contact_tests
     }
   } // namespace
 
-  TEST_CASE("unilateral_contact: the zone of another mesh is a start")
+  TEST_CASE("unilateral_contact: the zone of another mesh is a start" *
+            doctest::test_suite("slow, optimised"))
   {
     check_zones(false, false);
     for (const bool by_halves : {true, false})
@@ -419,7 +424,8 @@ namespace squeal::tests::unilateral_contact_tests
   // others it cannot close all points of a face at a time, and in between there is air: a third
   // less area in contact, pressures several times too large.)
   TEST_CASE(
-      "unilateral_contact: lift-off changes the area, not the resultant; penalty agrees, strip")
+      "unilateral_contact: lift-off changes the area, not the resultant; penalty agrees, strip" *
+      doctest::test_suite("slow"))
   {
     Parameters::All prm            = strip("1");
     prm.discretization.rotor_cells = {{1, 96, 3}};
@@ -432,7 +438,8 @@ namespace squeal::tests::unilateral_contact_tests
   }
 
   TEST_CASE(
-      "unilateral_contact: lift-off changes the area, not the resultant; penalty agrees, blocks")
+      "unilateral_contact: lift-off changes the area, not the resultant; penalty agrees, blocks" *
+      doctest::test_suite("slow"))
   {
     const Geometry<3> even = make_blocks({{2, 10, 1}}, {{2, 10, 1}});
     Geometry<3> tilt       = even;
@@ -441,7 +448,7 @@ namespace squeal::tests::unilateral_contact_tests
     CHECK(relative_error(check_lift_off(even, tilt, false), mortar) <= 0.05);
   }
 
-  TEST_CASE("unilateral_contact: a guided pad closes a constant gap")
+  TEST_CASE("unilateral_contact: a guided pad closes a constant gap" * doctest::test_suite("slow"))
   {
     // Whatever else the state is: the pads are g_0 nearer to the rotor.
     const double g_0           = 2e-5;
@@ -481,7 +488,8 @@ namespace squeal::tests::unilateral_contact_tests
     }
   }
 
-  TEST_CASE("unilateral_contact: a pad that nothing presses onto the rotor is named")
+  TEST_CASE("unilateral_contact: a pad that nothing presses onto the rotor is named" *
+            doctest::test_suite("slow"))
   {
     // The lower pad: held at its back, no pressure, a gap.
     Parameters::All prm  = brake("both", "1");
@@ -538,7 +546,8 @@ namespace squeal::tests::unilateral_contact_tests
     }
   } // namespace
 
-  TEST_CASE("unilateral_contact: a friction law that depends on the pressure")
+  TEST_CASE("unilateral_contact: a friction law that depends on the pressure" *
+            doctest::test_suite("slow"))
   {
     // mu = 0.44 at 0, 0.4 at 1e6 Pa, 0.22 at 1e7 Pa.
     check_law("0.44/(1 + p/1e7)", 0.22, 0.44);
@@ -546,7 +555,8 @@ namespace squeal::tests::unilateral_contact_tests
 
   // Known limitation: the iteration starts at p = 0, and open points stay there, where a power law
   // of negative exponent is not finite, although its traction mu p is.
-  TEST_CASE("unilateral_contact: a friction law that is singular without pressure")
+  TEST_CASE("unilateral_contact: a friction law that is singular without pressure" *
+            doctest::test_suite("slow"))
   {
     FrictionLaw law;
     law.kind       = FrictionLaw::Kind::expression;

@@ -105,7 +105,8 @@ namespace squeal::tests::frequency_response_tests
     }
   } // namespace
 
-  TEST_CASE("the frequency response of chains is that of elimination, modal and direct")
+  TEST_CASE("the frequency response of chains is that of elimination, modal and direct" *
+            doctest::test_suite("one rank"))
   {
     for (const bool is_free : {false, true})
       for (const double loss_factor : {0., 0.03})

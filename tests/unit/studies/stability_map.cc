@@ -44,7 +44,8 @@ namespace squeal::tests::stability_map_tests
     }
   } // namespace
 
-  TEST_CASE("stability map: the boundary of flutter of two chains")
+  TEST_CASE("stability map: the boundary of flutter of two chains" *
+            doctest::test_suite("one rank"))
   {
     // TwoChains: the pair of mode 2 flutters for p^2 w^4 > d^2/4 + c^2 (w^2 + d/2), on the boundary
     // with frequency sqrt(w^2 + d/2); the pair of mode 1 does so beyond p = 0.975 only.
@@ -96,7 +97,8 @@ namespace squeal::tests::stability_map_tests
     }
   } // namespace
 
-  TEST_CASE("stability map: the boundary of divergence is a straight line")
+  TEST_CASE("stability map: the boundary of divergence is a straight line" *
+            doctest::test_suite("one rank"))
   {
     // det Q = 0 at p = (1 + c) w_1^2, w_1^2 = 4 sin^2(pi/82) = 0.0058666.
     const auto file = map_over("0.002 : 0.01 : 3", "0 : 0.2 : 3");
@@ -111,7 +113,8 @@ namespace squeal::tests::stability_map_tests
     }
   }
 
-  TEST_CASE("stability map: one that was killed goes on with the same tables")
+  TEST_CASE("stability map: one that was killed goes on with the same tables" *
+            doctest::test_suite("one rank"))
   {
     const TemporaryDirectory directory;
     const Tables whole =
@@ -133,7 +136,8 @@ namespace squeal::tests::stability_map_tests
     }
   }
 
-  TEST_CASE("stability map: parameters that change the mesh are refused")
+  TEST_CASE("stability map: parameters that change the mesh are refused" *
+            doctest::test_suite("one rank"))
   {
     const auto model = TwoChains::model();
     const auto file  = map_over("0.1, 0.2", "0, 1", "Strip/Length");
