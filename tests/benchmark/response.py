@@ -6,9 +6,9 @@ difference from direct solutions at some of the frequencies beside the printed e
 The default is prm/brake.prm with degrees 2 and 3; 300 frequencies from 100 Hz to 98 % of its highest. Seconds of direct
 solutions are those of six frequencies times 50: neighbours that share factors are among them only if they are as near."""
 
+import argparse
 import csv
 import re
-import sys
 import tempfile
 from pathlib import Path
 
@@ -29,11 +29,15 @@ def response(file, degree, directory, *settings):
 
 
 def main():
-    file = sys.argv[1] if len(sys.argv) > 1 else PROJECT / "prm/brake.prm"
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", nargs="?", default=PROJECT / "prm/brake.prm")
+    parser.add_argument("degrees", nargs="*", type=int)
+    arguments = parser.parse_args()
+    file = arguments.file
     highest = float(re.search(r"Maximum frequency\s*=\s*(\S+)", Path(file).read_text())[1])
     print("degree   unknowns   modes alone s   modal s   direct (estimated) s   solutions   factors   MiB   "
           "largest difference/mean   largest difference/error")
-    for degree in map(int, sys.argv[2:] or (2, 3)):
+    for degree in arguments.degrees or (2, 3):
         with tempfile.TemporaryDirectory() as directory:
             alone, _, log = run(file, f"Discretization/Degree={degree}", "Eigenproblem/Error bars=false")
             unknowns = sum(map(int, re.search(r"(\d+) displacements, (\d+) contact", log).groups()))

@@ -2,6 +2,7 @@
 
 import math
 import os
+import resource
 import subprocess
 import tempfile
 from pathlib import Path
@@ -26,6 +27,12 @@ def run(program, file, settings, ranks=1, environment=()):
                        env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", **dict(environment)})
         return (Path(directory, "log.txt").read_text(), read_csv(f"{directory}/modes.csv"),
                 read_csv(f"{directory}/cycles.csv")[-1])
+
+
+def processor_seconds():
+    """What all processes took that this one started and waited for."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def eigenvalues(modes):

@@ -71,14 +71,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bars", action="store_true")
     parser.add_argument("--check", type=int, default=0)
-    parser.add_argument("file", nargs="?", default=PROJECT / "prm/brake.prm")
-    parser.add_argument("numbers", nargs="*", type=int)
+    parser.add_argument("file_and_numbers", nargs="*", metavar="FILE NUMBER")
     arguments = parser.parse_args()
-    file, bars = arguments.file, f"Eigenproblem/Error bars={str(arguments.bars).lower()}"
+    numbers = [int(word) for word in arguments.file_and_numbers if word.isdigit()]
+    files = [word for word in arguments.file_and_numbers if not word.isdigit()]
+    if len(files) > 1:
+        parser.error(f"one parameter file and numbers of values, not {' '.join(files)}")
+    file, bars = files[0] if files else PROJECT / "prm/brake.prm", f"Eigenproblem/Error bars={str(arguments.bars).lower()}"
     single, memory, _ = run(file, f"{FRICTION}=0.6", bars)
     print(f"one run: {single:.1f} processor seconds, {memory} MiB")
     print("values   processor s   full solutions   of as many runs   single runs   MiB   seconds by phase")
-    for n in arguments.numbers or [40]:
+    for n in numbers or [40]:
         with tempfile.TemporaryDirectory() as directory:
             seconds, memory, log = run(file, f"Sweep/Parameter={FRICTION}", f"Sweep/Values=0 : 0.6 : {n}",
                                        "Sweep/Critical values=false", bars, directory=directory)

@@ -11,6 +11,7 @@ Then the default brake with pads of either kind on one disc of hexahedra, agains
     python3 tests/benchmark/tetrahedra.py             # about seven processor minutes
 """
 
+import argparse
 import math
 import pathlib
 import statistics
@@ -86,6 +87,7 @@ def brake(directory):
 
 
 def main():
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     with tempfile.TemporaryDirectory(prefix="squeal-tetrahedra-") as scratch:
         directory = pathlib.Path(scratch)
         for name, make, curved, below, fine, meshes in [("ring", ring, True, 16000, 2, (1, 2, 3)),

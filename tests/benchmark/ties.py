@@ -9,6 +9,7 @@ rotor is a small stiff one beside them), which may differ from the tie by the er
     python3 tests/benchmark/ties.py                # about two processor minutes
 """
 
+import argparse
 import math
 import pathlib
 import sys
@@ -91,6 +92,7 @@ def table(exact, kinds, compute):
 
 
 def main():
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     with tempfile.TemporaryDirectory() as name:
         directory = pathlib.Path(name)
         exact = frequencies(directory, 24, 5, "uncut")

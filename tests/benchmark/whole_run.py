@@ -2,35 +2,35 @@
 
     python3 tests/benchmark/whole_run.py [parameter file ...]
 
-The default is prm/brake.prm. Processor seconds of one run, with error bars: total, the three parts and their sum, the ratio, what
-the rest goes to, peak memory."""
+The default is prm/brake.prm. One run with error bars. Processor seconds: total, the three parts and their sum, the ratio,
+counting and what is left. Then seconds that one waits by phase, which are more where others use the machine; peak memory."""
 
+import argparse
 import re
-import sys
 from pathlib import Path
 
-from runs import DEFAULT_BRAKE, PARTS, PROGRAM, run
+from runs import DEFAULT_BRAKE, PARTS, PROGRAM, processor_seconds, run
 
 
-def seconds_by_phase(log):
+def waited_by_phase(log):
     """Of the table at the end of the log."""
     table = log[log.index("  phase            seconds"):]
     return {name: float(seconds) for name, seconds in re.findall(r"(?m)^  (\w+) +([\d.]+)(?: +[\d.]+ %)?$", table)}
 
 
 def main():
-    print("file                     dofs   total s      LU   right    left     sum   total/sum   MiB   the rest, s")
-    for file in [Path(name) for name in sys.argv[1:]] or [DEFAULT_BRAKE]:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="*", type=Path, default=[DEFAULT_BRAKE])
+    print("file                     dofs   total s      LU   right    left     sum   total/sum   counting   the rest    MiB   waited, s")
+    for file in parser.parse_args().files:
+        before = processor_seconds()
         log, _, last = run(PROGRAM, file, ["Eigenproblem/Error bars=true"])
+        total = processor_seconds() - before
         counting, *parts = map(float, re.search(PARTS, log).groups())
-        phases = seconds_by_phase(log)
-        total = phases.pop("total")
-        phases["counting"] = counting
-        phases["other eigenproblem"] = phases.pop("eigenproblem") - counting - sum(parts)
         peak = re.search(r"Peak memory (\d+) MiB", log)[1]
-        rest = ", ".join(f"{name} {seconds:.2f}" for name, seconds in phases.items() if seconds >= 0.005)
+        waited = ", ".join(f"{name} {seconds:.2f}" for name, seconds in waited_by_phase(log).items() if seconds >= 0.005)
         print(f"{file.name:20s} {int(last['dofs']):8d} {total:9.2f} " + " ".join(f"{s:7.2f}" for s in parts) +
-              f" {sum(parts):7.2f} {total / sum(parts):11.2f} {peak:>5s}   {rest}")
+              f" {sum(parts):7.2f} {total / sum(parts):11.2f} {counting:10.2f} {total - counting - sum(parts):10.2f} {peak:>6s}   {waited}")
 
 
 if __name__ == "__main__":
