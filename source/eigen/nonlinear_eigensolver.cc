@@ -6,14 +6,20 @@
 #include <squeal/eigen/nonlinear_eigensolver.h>
 #include <squeal/eigen/window.h>
 #include <squeal/projection/backward_error.h>
-#include <squeal/projection/projected_nonlinear.h>
-#include <squeal/projection/search_space.h>
+#include <squeal/projection/davidson.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
+
+// Modes of moduli that depend on the frequency. NonlinearEigensolver::solve() at the end has the
+// quadratic problem solved first and hands its vectors and factors to Search, which brings to
+// Davidson two bases and inverse iteration with the factors (method()). A step corrects the pairs
+// in the enlarged spaces or follows them from the frozen moduli (update()), takes a step of inverse
+// iteration on both sides (iterate()), and gives what is not accurate to the engine
+// (inaccurate()).
 
 namespace squeal
 {
@@ -55,10 +61,8 @@ namespace squeal
       Search(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
              const ShiftInvert &transposed, const EigensolverOptions &options)
           : right{problem, shift_invert}, adjoint(adjoint_of(problem)), left{adjoint, transposed},
-            options(options)
+            options(options), davidson(problem, method())
       {
-        projected.terms = &problem.frozen;
-        projected.a.resize(problem.frozen.size());
       }
 
       /// All modes that become of the quadratic problem's, with vectors @p of_right and @p of_left
@@ -77,34 +81,23 @@ namespace squeal
 
     private:
       /// The problem or its transpose.
-      struct Side
+      struct Equations
       {
-        Side(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert)
-            : problem(problem), shift_invert(shift_invert), space(problem.rows),
-              backward_error(problem)
+        Equations(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert)
+            : problem(problem), shift_invert(shift_invert), backward_error(problem)
         {
         }
+        /// Makes pairs of Ritz vectors by one step of inverse iteration.
+        void iterate(const std::vector<Complex> &lambda, ComplexMultiVector vectors);
+
         const QuadraticEigenproblem &problem;
         const ShiftInvert &shift_invert;
-        SearchSpace space;
         BackwardError backward_error;
         EigenPairs pairs;
-
-        /// Adds what is new in the columns to the space and appends it to @p added.
-        void add(MultiVector columns, MultiVector &added)
-        {
-          clear_multipliers(problem, columns);
-          added.append(space.add(std::move(columns), {1e-10}));
-        }
-        /// Of the columns that were @p added last keeps as many combinations as @p others, of the
-        /// other side, has columns: those with the largest products with M and these.
-        void keep_what_is_seen(MultiVector &added, const MultiVector &others);
-        /// One step of inverse iteration from coordinates in the space.
-        void iterate(const std::vector<Complex> &lambda, const std::vector<Complex> &coordinates);
       };
 
-      void expand(MultiVector of_right, MultiVector of_left);
-      /// Those of the present pairs.
+      DavidsonMethod method();
+      /// The two-sided Rayleigh corrections of the present pairs.
       std::vector<Complex> rayleigh_corrections() const;
       /// Follows the modes in the present spaces.
       void follow();
@@ -112,114 +105,47 @@ namespace squeal
       /// the first time follows them. The first rank does it for all: dense results differ by
       /// rounding from rank to rank, and the way that is taken with them.
       void update(bool first_time);
-      /// The vectors of the present pairs, and one step of inverse iteration of them.
+      /// Makes the vectors of the present pairs, and takes one step of inverse iteration of them.
       void iterate();
+      /// Pairs that have not settled or whose backward errors are too large.
+      std::vector<unsigned int> inaccurate(unsigned int step);
       double bound(const Complex &l) const
       {
         return is_wanted(options, l) ? options.tolerance : 1e-3;
       }
 
-      Side right;
+      Equations right;
       const QuadraticEigenproblem adjoint;
-      Side left;
+      Equations left;
       const EigensolverOptions &options;
-      ProjectedNonlinear projected;
+      Davidson davidson;
       std::vector<ProjectedPair> pairs;
-      std::vector<Complex> quadratic; ///< eigenvalues without the frozen terms
-      /// What is new in V and in W may have nothing to do with each other, errors of right and of
-      /// left vectors: W^T T V is nearly singular then. Partners on the other side mend it, at
-      /// twice the price; they are added where the spaces have grown in vain.
-      bool needs_partners = false;
-      MultiVector newest_right, newest_left;
+      std::vector<Complex> quadratic, previous; ///< eigenvalues without the frozen terms; before
+      std::vector<double> changes, errors;
+      double worst_before = std::numeric_limits<double>::infinity();
     };
 
-    void Search::Side::keep_what_is_seen(MultiVector &added, const MultiVector &others)
+    DavidsonMethod Search::method()
     {
-      const unsigned int n = added.n_columns(), n_kept = others.n_columns();
-      const DenseMatrix seen(n_kept, n, inner_products(others, multiply(problem.M, added)));
-      DenseMatrix combinations(n, n);
-      gemm(true, 1, seen, seen, 0, combinations);
-      symmetric_eigen(combinations); // ascending
-      added = combine(added, some_columns(combinations, n - n_kept, n_kept).values, n_kept);
-      MultiVector basis = space.basis().columns(0, space.n_columns() - n);
-      basis.append(added);
-      space = SearchSpace(std::move(basis));
-    }
-
-    void Search::expand(MultiVector of_right, MultiVector of_left)
-    {
-      const RowRange &rows   = right.problem.rows;
-      const unsigned int old = right.space.n_columns();
-      MultiVector v(rows, 0), w(rows, 0);
-      right.add(std::move(of_right), v);
-      left.add(std::move(of_left), w);
-      const auto partners_of = [this](const MultiVector &columns, const Side &other)
+      DavidsonMethod result;
+      result.has_two_bases = true;
+      result.most_steps    = 30;
+      result.constrain     = [this](MultiVector &columns, const Side side)
+      { clear_multipliers(side == Side::right ? right.problem : adjoint, columns); };
+      result.partners = [this](const MultiVector &others, const Side side)
       {
-        n_solves += columns.n_columns();
-        return other.shift_invert.solve(multiply(other.problem.M, columns));
+        n_solves += others.n_columns();
+        const Equations &own = side == Side::right ? right : left;
+        return own.shift_invert.solve(multiply(own.problem.M, others));
       };
-      if (needs_partners)
-      {
-        const MultiVector of_v = partners_of(newest_right, left),
-                          of_w = partners_of(newest_left, right);
-        left.add(of_v, w);
-        right.add(of_w, v);
-      }
-      // As many columns on both sides: what was not new on one of them gives way to the partners
-      // F^{-T} M v, F^{-1} M w of the other's.
-      const auto fill = [&](const MultiVector &longer, Side &shorter, MultiVector &added)
-      {
-        const unsigned int first = added.n_columns(), n = longer.n_columns() - first;
-        shorter.add(partners_of(longer.columns(first, n), shorter), added);
-      };
-      for (unsigned int k = 0; k < 3 && v.n_columns() != w.n_columns(); ++k)
-        if (v.n_columns() > w.n_columns())
-          fill(v, left, w);
-        else
-          fill(w, right, v);
-      // F^{-1} M damps what oscillates quickly: where the spaces are nearly all there is, partners
-      // may bring nothing new. Then what the shorter side sees least gives way.
-      if (v.n_columns() > w.n_columns())
-        right.keep_what_is_seen(v, w);
-      else if (w.n_columns() > v.n_columns())
-        left.keep_what_is_seen(w, v);
-      const unsigned int n = v.n_columns(), size = old + n;
-      if (n == 0)
-        return;
-      newest_right       = v;
-      newest_left        = w;
-      const auto enlarge = [&](const Matrix &matrix, DenseMatrix &known)
-      {
-        if (!matrix)
-          return;
-        const MultiVector image         = multiply(matrix, v),
-                          adjoint_image = multiply_transposed(matrix, w);
-        const auto block                = [&](const unsigned int, const unsigned int n_left,
-                               const unsigned int first_right, const unsigned int n_right)
-        {
-          return DenseMatrix(n_left, n_right,
-                             first_right == old ? inner_products(left.space.basis(), image)
-                                                : inner_products(adjoint_image, 0, n_left,
-                                                                 right.space.basis(), 0, old));
-        };
-        known = grow(known, size, block);
-      };
-      enlarge(right.problem.M, projected.m);
-      enlarge(right.problem.P, projected.p);
-      enlarge(right.problem.Q, projected.q);
-      for (unsigned int b = 0; b < right.problem.frozen.size(); ++b)
-        enlarge(right.problem.frozen[b].matrix, projected.a[b]);
-      for (ProjectedPair &pair : pairs)
-      {
-        pair.right.resize(size);
-        pair.left.resize(size);
-      }
+      return result;
     }
 
     void Search::follow()
     {
+      const ProjectedNonlinear &small = davidson.projected();
       const std::vector<DensePair> all =
-          quadratic_eigenpairs(projected.m, projected.p, projected.q, right.shift_invert.shift,
+          quadratic_eigenpairs(small.m, small.p, small.q, right.shift_invert.shift,
                                search_radius(options.max_imaginary), true);
       std::vector<Complex> lambda;
       for (const DensePair &pair : all)
@@ -240,21 +166,26 @@ namespace squeal
       pairs.clear();
       for (const unsigned int j : partners)
         pairs.push_back({all[j].lambda, scaled(all[j].vector, false), scaled(all[j].left, true)});
-      n_steps = follow_to_exact(projected, pairs);
+      n_steps = follow_to_exact(small, pairs);
     }
 
     void Search::update(const bool first_time)
     {
-      const MPI_Comm comm = right.problem.rows.comm;
-      int rank            = 0;
+      const MPI_Comm comm     = right.problem.rows.comm;
+      const unsigned int size = davidson.n_columns();
+      for (ProjectedPair &pair : pairs)
+      {
+        pair.right.resize(size);
+        pair.left.resize(size);
+      }
+      int rank = 0;
       MPI_Comm_rank(comm, &rank);
       work_apart(comm,
                  [&]
                  {
-                   if (rank == 0 && (first_time || !correct_exact(projected, pairs)))
+                   if (rank == 0 && (first_time || !correct_exact(davidson.projected(), pairs)))
                      follow();
                  });
-      const unsigned int size = right.space.n_columns();
       std::vector<Complex> numbers;
       for (const ProjectedPair &pair : pairs)
       {
@@ -276,36 +207,30 @@ namespace squeal
       }
     }
 
-    void Search::Side::iterate(const std::vector<Complex> &lambda,
-                               const std::vector<Complex> &coordinates)
+    void Search::Equations::iterate(const std::vector<Complex> &lambda, ComplexMultiVector vectors)
     {
-      std::vector<double> re, im;
-      for (const Complex &c : coordinates)
-      {
-        re.push_back(c.real());
-        im.push_back(c.imag());
-      }
-      pairs          = EigenPairs();
-      pairs.lambda   = lambda;
-      pairs.right.re = combine(space.basis(), re, lambda.size());
-      pairs.right.im = combine(space.basis(), im, lambda.size());
+      pairs        = EigenPairs();
+      pairs.lambda = lambda;
+      pairs.right  = std::move(vectors);
       inverse_iteration(problem, shift_invert, pairs);
       pairs.backward_error = backward_error(pairs);
     }
 
     void Search::iterate()
     {
-      std::vector<Complex> lambda, of_right, of_left;
+      std::vector<Complex> lambda;
+      std::vector<std::vector<Complex>> of_right, of_left;
       for (const ProjectedPair &pair : pairs)
       {
         lambda.push_back(pair.lambda);
-        of_right.insert(of_right.end(), pair.right.begin(), pair.right.end());
-        for (const Complex &c : pair.left) // T(l)^T y = 0: y = conj(z)
-          of_left.push_back(std::conj(c));
+        of_right.push_back(pair.right);
+        of_left.push_back(pair.left);
       }
-      right.iterate(lambda, of_right);
+      right.iterate(lambda, davidson.vectors(of_right, Side::right));
       Stopwatch watch;
-      left.iterate(lambda, of_left);
+      ComplexMultiVector y = davidson.vectors(of_left, Side::left);
+      y.conjugate(); // T(l)^T y = 0: y = conj(z)
+      left.iterate(lambda, std::move(y));
       seconds_of_left += watch.lap();
       n_solves += 4 * pairs.size();
     }
@@ -326,64 +251,64 @@ namespace squeal
       return corrections.values();
     }
 
+    std::vector<unsigned int> Search::inaccurate(const unsigned int step)
+    {
+      changes.resize(pairs.size(), 1);
+      errors.resize(pairs.size());
+      const std::vector<Complex> corrections =
+          step == 0 ? rayleigh_corrections() : std::vector<Complex>();
+      std::vector<unsigned int> result;
+      double worst = 0;
+      for (unsigned int j = 0; j < pairs.size(); ++j)
+      {
+        const Complex l = pairs[j].lambda;
+        // The eigenvalue must have settled, too, or be so uncertain by rounding that its changes
+        // do not become smaller.
+        constexpr double uncertain = 1e-5;
+        errors[j]           = std::max(right.pairs.backward_error[j], left.pairs.backward_error[j]);
+        const double change = std::abs(step == 0 ? corrections[j] : l - previous[j]) / std::abs(l);
+        const bool settled  = change <= bound(l) || (change <= uncertain && change >= changes[j]);
+        changes[j]          = change;
+        if (errors[j] > bound(l) || !settled)
+          result.push_back(j);
+        if (is_wanted(options, l))
+          worst = std::max(worst, errors[j]);
+      }
+      options.progress(text_of("  exact moduli, step ", step, ": ", davidson.n_columns(),
+                               " vectors, largest backward error ", worst));
+      constexpr double in_vain = 0.5;
+      if (worst > in_vain * worst_before)
+        davidson.add_partners();
+      worst_before = worst;
+      previous     = right.pairs.lambda;
+      return result;
+    }
+
     EigenPairs Search::run(MultiVector of_right, MultiVector of_left,
                            const std::vector<Complex> &eigenvalues)
     {
       quadratic = eigenvalues;
-      expand(std::move(of_right), std::move(of_left));
-      constexpr unsigned int most_steps = 30;
-      std::vector<Complex> previous;
-      std::vector<double> changes, errors;
-      double worst_before = std::numeric_limits<double>::infinity();
-      const auto correct =
-          [&](const unsigned int step) -> std::optional<std::pair<MultiVector, MultiVector>>
+      davidson.expand({std::move(of_right), std::move(of_left)});
+      const auto correct = [&](const unsigned int step) -> std::optional<BothSides>
       {
         update(step == 0);
         iterate();
-        changes.resize(pairs.size(), 1);
-        errors.resize(pairs.size());
-        const std::vector<Complex> corrections =
-            step == 0 ? rayleigh_corrections() : std::vector<Complex>();
-        std::vector<unsigned int> inaccurate;
-        double worst = 0;
-        for (unsigned int j = 0; j < pairs.size(); ++j)
-        {
-          const Complex l = pairs[j].lambda;
-          // The eigenvalue must have settled, too, or be so uncertain by rounding that its changes
-          // do not become smaller.
-          constexpr double uncertain = 1e-5;
-          errors[j] = std::max(right.pairs.backward_error[j], left.pairs.backward_error[j]);
-          const double change =
-              std::abs(step == 0 ? corrections[j] : l - previous[j]) / std::abs(l);
-          const bool settled = change <= bound(l) || (change <= uncertain && change >= changes[j]);
-          changes[j]         = change;
-          if (errors[j] > bound(l) || !settled)
-            inaccurate.push_back(j);
-          if (is_wanted(options, l))
-            worst = std::max(worst, errors[j]);
-        }
-        options.progress(text_of("  exact moduli, step ", step, ": ", right.space.n_columns(),
-                                 " vectors, largest backward error ", worst));
-        constexpr double in_vain = 0.5;
-        needs_partners |= worst > in_vain * worst_before;
-        worst_before = worst;
-        previous     = right.pairs.lambda;
-        if (inaccurate.empty())
+        const std::vector<unsigned int> open = inaccurate(step);
+        if (open.empty())
           return std::nullopt;
-        return std::make_pair(right.pairs.right.columns(inaccurate).real_span(),
-                              left.pairs.right.columns(inaccurate).real_span());
+        return BothSides{right.pairs.right.columns(open).real_span(),
+                         left.pairs.right.columns(open).real_span()};
       };
-      if (!expand_until_accurate(most_steps, correct,
-                                 [&](std::pair<MultiVector, MultiVector> blocks)
-                                 { expand(std::move(blocks.first), std::move(blocks.second)); }))
+      if (!davidson.run(correct))
         throw SolverError(
             text_of("The modes of the problem with moduli that depend on the frequency have "
                     "backward errors up to ",
-                    *std::max_element(errors.begin(), errors.end()), " after ", most_steps,
+                    *std::max_element(errors.begin(), errors.end()), " after ", method().most_steps,
                     " corrections."),
             {Failure::pairs_not_refined});
       return std::move(right.pairs);
     }
+
     /// The quadratic problem's modes were searched up to the rim of the disc. Those at the window's
     /// end show how much deeper exact frequencies lie: the rim must be twice as far as that.
     void check_that_none_comes_in(const std::vector<Complex> &quadratic,
