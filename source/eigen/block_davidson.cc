@@ -1,15 +1,22 @@
 #include <squeal/base/memory.h>
+#include <squeal/base/text.h>
 #include <squeal/eigen/block_davidson.h>
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/linalg/dense.h>
 #include <squeal/projection/backward_error.h>
-#include <squeal/projection/search_space.h>
+#include <squeal/projection/davidson.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <sstream>
 #include <utility>
+
+// Modes without factors. MatrixFreeSearch brings to Davidson what is its own: one basis for right
+// and left vectors, whose test vectors are moved to the left constraints and not kept (method()).
+// A step takes Ritz pairs of the disc (ritz_pairs()), leaves those at rest (open_pairs()), computes
+// residuals and B r of the others (residuals_of()), estimates errors of eigenvalues from these
+// (inaccurate()), and gives B r of what is not accurate to the engine; a large basis is turned to
+// what the pairs of two steps span (restart()).
 
 namespace squeal
 {
@@ -17,81 +24,58 @@ namespace squeal
 
   namespace
   {
-    /// Of each complex vector a + i b, turned, the longest real part; how much longer, squared, the
-    /// whole is.
-    struct MainParts
+    /// Residuals r of right or left vectors, of each, turned, the longer one of its two real
+    /// directions; B r and the pressures that were added to r, turned alike.
+    struct Residuals
     {
-      MultiVector columns, pressures; ///< of residuals, and what was added to them, turned alike
-      std::vector<double> shares;
+      MultiVector columns, pressures, of_b;
+      std::vector<double> shares; ///< how much longer, squared, the whole is
     };
 
-    /// Right or left vectors with what is left of their equations.
-    struct Vectors
+    /// Re(t_j x_j).
+    MultiVector real_parts(const std::vector<Complex> &turns, const ComplexMultiVector &x)
     {
-      EigenPairs pairs; ///< of the problem or of its transpose
-      MainParts residual;
-    };
-
-    MainParts main_parts(const ComplexMultiVector &x, const ComplexMultiVector &pressures)
-    {
-      const unsigned int n_pairs = x.n_columns(), n = x.n_local();
-      std::vector<std::pair<const double *, const double *>> parts;
-      for (unsigned int j = 0; j < n_pairs; ++j)
-        parts.push_back({x.re.column(j), x.im.column(j)});
-      const std::vector<MainPart> turned = main_parts(parts, x.row_range());
-      MainParts result{
-          MultiVector(x.row_range(), n_pairs), MultiVector(x.row_range(), n_pairs), {}};
-      for (unsigned int j = 0; j < n_pairs; ++j)
+      MultiVector result(x.row_range(), x.n_columns());
+      for (unsigned int j = 0; j < turns.size(); ++j)
       {
-        const auto &[turn, longer, shorter] = turned[j];
-        result.shares.push_back(longer > 0 ? 1 + shorter / longer : 1);
-        const std::array<std::pair<MultiVector *, const ComplexMultiVector *>, 2> both = {
-            {{&result.columns, &x}, {&result.pressures, &pressures}}};
-        for (const auto &[to, from] : both)
-        {
-          add_multiple(turn.real(), from->re.column(j), n, to->column(j));
-          add_multiple(-turn.imag(), from->im.column(j), n, to->column(j));
-        }
+        add_multiple(turns[j].real(), x.re.column(j), x.n_local(), result.column(j));
+        add_multiple(-turns[j].imag(), x.im.column(j), x.n_local(), result.column(j));
       }
       return result;
     }
 
-    class Davidson
+    class MatrixFreeSearch
     {
     public:
-      Davidson(const DavidsonProblem &problem, const EigensolverOptions &options)
+      MatrixFreeSearch(const DavidsonProblem &problem, const EigensolverOptions &options)
           : problem(problem), equations(problem.equations), adjoint(adjoint_of(equations)),
-            options(options), of_right(equations), of_left(adjoint), space(equations.rows)
+            options(options), of_right(equations), of_left(adjoint), davidson(equations, method())
       {
       }
 
       EigenSolution run(MultiVector start);
 
     private:
-      /// Adds what the columns add to the span of the basis, moved to where they satisfy the
-      /// constraints.
-      void expand(MultiVector columns);
-      /// Those in the disc, by ascending frequency.
+      DavidsonMethod method() const;
+      /// Pairs in the disc, by ascending frequency.
       std::vector<DensePair> ritz_pairs() const;
       bool is_wanted(const Complex &l) const
       {
         return l.imag() <= options.max_imaginary && (l.imag() > 0 || l.real() > 0) &&
                std::abs(l) > rigid_body_limit(options.max_imaginary);
       }
-      Vectors vectors_of(const std::vector<DensePair> &ritz, bool left) const;
-      /// A residual r and B r.
-      struct Correction
-      {
-        MainParts residual;
-        MultiVector of_b;
-      };
-      /// Those of right vectors and, unless they are the same, of left ones.
-      std::vector<Correction> corrections_of(const std::vector<DensePair> &ritz) const;
-      /// The numbers of the pairs whose eigenvalues are not accurate. @p worst becomes the largest
-      /// estimate.
+      /// Right vectors, or the right ones of the transposed problem. @p residuals become theirs,
+      /// relieved by @p pressures.
+      EigenPairs vectors_of(const std::vector<DensePair> &ritz, Side side,
+                            ComplexMultiVector &residuals, ComplexMultiVector &pressures) const;
+      /// Computes residuals of right vectors and, unless they are the same, of left ones.
+      std::vector<Residuals> residuals_of(const std::vector<DensePair> &ritz) const;
+      /// Takes out the pairs whose eigenvalues were accurate and stay where they are.
+      std::vector<DensePair> open_pairs(const std::vector<DensePair> &wanted);
+      /// The numbers of the pairs whose eigenvalues are not accurate. `worst` becomes the
+      /// largest estimate.
       std::vector<unsigned int> inaccurate(const std::vector<DensePair> &ritz,
-                                           const std::vector<Correction> &corrections,
-                                           double &worst);
+                                           const std::vector<Residuals> &residuals);
       /// The relative error of an eigenvalue whose estimate is given: times the factor by which the
       /// estimate was too small in the step before, for the eigenvalue that has become this one.
       double error_of(const Complex &l, double estimated) const;
@@ -100,70 +84,51 @@ namespace squeal
       /// Right and left vectors of all given pairs.
       EigenPairs modes_of(const std::vector<DensePair> &wanted) const;
       void check_memory(unsigned int n_vectors) const;
-      unsigned int n_columns() const
-      {
-        return space.n_columns();
-      }
-
       const DavidsonProblem &problem;
       const QuadraticEigenproblem &equations;
       const QuadraticEigenproblem adjoint;
       const EigensolverOptions &options;
       const BackwardError of_right, of_left;
-      SearchSpace space;   ///< U
-      DenseMatrix m, p, q; ///< Z^T M U, Z^T P U, Z^T Q U
-      DenseMatrix mass;    ///< U^T M U
+      Davidson davidson; ///< U
       struct Estimate
       {
         Complex lambda;
         double relative; ///< error
       };
       std::vector<Estimate> last_estimates;
+      std::vector<Complex> accurate;
+      double worst                            = 0;
       static constexpr unsigned int at_a_time = 8; ///< pairs whose vectors are in memory
     };
 
-    void Davidson::expand(MultiVector columns)
+    DavidsonMethod MatrixFreeSearch::method() const
     {
-      problem.constraints.satisfy(columns, false);
-      if (!equations.compliant)
-        clear_pressures(equations.n_local_constraints, columns);
-      const unsigned int old = n_columns();
+      DavidsonMethod result;
       // What columns add by less than a millionth of their length is left out: rounding of the
       // constraints would grow as much.
-      columns              = space.add(std::move(columns), {1e-6, 1e-6});
-      const unsigned int n = columns.n_columns();
-      MultiVector tests    = columns;
-      problem.constraints.satisfy(tests, true);
-      const auto extend =
-          [&](const DenseMatrix &known, const DenseMatrix &right, const DenseMatrix &lower)
+      result.novelty    = {1e-6, 1e-6};
+      result.most_steps = 300;
+      result.measures   = true;
+      result.constrain  = [this](MultiVector &columns, const Side side)
       {
-        return grow(known, old + n,
-                    [&](unsigned int, unsigned int, const unsigned int column, unsigned int)
-                    { return column == old ? right : lower; });
+        problem.constraints.satisfy(columns, side == Side::left);
+        clear_multipliers(equations, columns);
       };
-      // Z^T A U of the images of the new u and z: U^T Pi^T A u, Pi^T relieving forces, and
-      // (A^T z)^T U.
-      const auto project =
-          [&](const DenseMatrix &known, MultiVector image, const MultiVector &of_tests)
+      result.partners = [this](MultiVector columns, const Side side)
       {
-        problem.constraints.relieve(image, false);
-        return extend(known, DenseMatrix(old + n, n, inner_products(space.basis(), image)),
-                      DenseMatrix(n, old, inner_products(of_tests, 0, n, space.basis(), 0, old)));
+        problem.constraints.satisfy(columns, side == Side::left);
+        return columns;
       };
-      MultiVector image = multiply(equations.M, columns);
-      const DenseMatrix right(old + n, n, inner_products(space.basis(), image));
-      mass = extend(mass, right, transposed(with_rows(right, old)));
-      m    = project(m, std::move(image), multiply(adjoint.M, tests));
-      if (equations.P)
-        p = project(p, multiply(equations.P, columns), multiply(adjoint.P, tests));
-      q = project(q, multiply(equations.Q, columns), multiply(adjoint.Q, tests));
+      result.relieve = [this](MultiVector &image) { problem.constraints.relieve(image, false); };
+      return result;
     }
 
-    std::vector<DensePair> Davidson::ritz_pairs() const
+    std::vector<DensePair> MatrixFreeSearch::ritz_pairs() const
     {
-      const double radius = search_radius(options.max_imaginary);
+      const double radius             = search_radius(options.max_imaginary);
+      const ProjectedNonlinear &small = davidson.projected();
       std::vector<DensePair> result;
-      for (DensePair &pair : quadratic_eigenpairs(m, p, q, 0, radius, true))
+      for (DensePair &pair : quadratic_eigenpairs(small.m, small.p, small.q, 0, radius, true))
         if (std::abs(pair.lambda) <= radius)
           result.push_back(std::move(pair));
       std::sort(result.begin(), result.end(),
@@ -172,78 +137,67 @@ namespace squeal
       return result;
     }
 
-    Vectors Davidson::vectors_of(const std::vector<DensePair> &ritz, const bool left) const
+    EigenPairs MatrixFreeSearch::vectors_of(const std::vector<DensePair> &ritz, const Side side,
+                                            ComplexMultiVector &residuals,
+                                            ComplexMultiVector &pressures) const
     {
-      const unsigned int n_pairs = ritz.size(), n = equations.rows.n_local();
-      std::vector<double> re, im;
-      Vectors result;
+      const bool left = side == Side::left;
+      EigenPairs pairs;
+      std::vector<std::vector<Complex>> coordinates;
       for (const DensePair &pair : ritz)
       {
-        result.pairs.lambda.push_back(pair.lambda);
-        std::vector<Complex> coefficients = left ? pair.left : pair.vector;
-        coefficients.resize(n_columns()); // of a smaller basis
-        for (const Complex &c : coefficients)
-        {
-          re.push_back(c.real());
-          im.push_back(c.imag());
-        }
+        pairs.lambda.push_back(pair.lambda);
+        coordinates.push_back(left ? pair.left : pair.vector);
       }
-      const auto vectors = [&](const std::vector<double> &coefficients)
-      {
-        MultiVector x = combine(space.basis(), coefficients, n_pairs);
-        if (left)
-          problem.constraints.satisfy(x, true);
-        return x;
-      };
-      EigenPairs &pairs           = result.pairs;
-      pairs.right                 = {vectors(re), vectors(im)};
-      const BackwardError &error  = left ? of_left : of_right;
-      ComplexMultiVector residual = error.residuals(pairs);
+      pairs.right                = davidson.vectors(coordinates, side);
+      const BackwardError &error = left ? of_left : of_right;
+      residuals                  = error.residuals(pairs);
       // Pressures of a compliant contact are in the basis; others are what the residual tells.
       if (equations.compliant)
-        pairs.backward_error = error.errors(pairs, residual);
-      const ComplexMultiVector pressures(problem.constraints.relieve(residual.re, left),
-                                         problem.constraints.relieve(residual.im, left));
+        pairs.backward_error = error.errors(pairs, residuals);
+      pressures = {problem.constraints.relieve(residuals.re, left),
+                   problem.constraints.relieve(residuals.im, left)};
       if (!equations.compliant)
       {
-        for (unsigned int k = 0; k < n_pairs; ++k)
-        {
-          add_multiple(1, pressures.re.column(k), n, pairs.right.re.column(k));
-          add_multiple(1, pressures.im.column(k), n, pairs.right.im.column(k));
-        }
-        pairs.backward_error = error.errors(pairs, residual);
+        pairs.right.re += pressures.re;
+        pairs.right.im += pressures.im;
+        pairs.backward_error = error.errors(pairs, residuals);
       }
-      result.residual = main_parts(residual, pressures);
-      return result;
+      return pairs;
     }
 
-    std::vector<Davidson::Correction>
-    Davidson::corrections_of(const std::vector<DensePair> &ritz) const
+    std::vector<Residuals> MatrixFreeSearch::residuals_of(const std::vector<DensePair> &ritz) const
     {
-      std::vector<Correction> result;
-      for (const bool left : {false, true})
+      std::vector<Residuals> result;
+      const MultiVector none(equations.rows, 0);
+      for (const Side side : {Side::right, Side::left})
       {
-        if (left && problem.is_conservative)
+        if (side == Side::left && problem.is_conservative)
           continue;
-        Correction all{{MultiVector(equations.rows, 0), MultiVector(equations.rows, 0), {}},
-                       MultiVector(equations.rows, 0)};
+        Residuals all{none, none, none, {}};
         for (unsigned int first = 0; first < ritz.size(); first += at_a_time)
         {
-          const auto begin     = ritz.begin() + first,
-                     end       = begin + std::min<std::size_t>(at_a_time, ritz.size() - first);
-          const MainParts some = vectors_of({begin, end}, left).residual;
-          all.residual.columns.append(some.columns);
-          all.residual.pressures.append(some.pressures);
-          all.residual.shares.insert(all.residual.shares.end(), some.shares.begin(),
-                                     some.shares.end());
-          all.of_b.append(problem.precondition(some.columns));
+          const auto begin = ritz.begin() + first,
+                     end   = begin + std::min<std::size_t>(at_a_time, ritz.size() - first);
+          ComplexMultiVector residuals, pressures;
+          vectors_of({begin, end}, side, residuals, pressures);
+          std::vector<Complex> turns;
+          for (const auto &[turn, longer, shorter] : main_parts(residuals))
+          {
+            turns.push_back(turn);
+            all.shares.push_back(longer > 0 ? 1 + shorter / longer : 1);
+          }
+          const MultiVector longer_parts = real_parts(turns, residuals);
+          all.columns.append(longer_parts);
+          all.pressures.append(real_parts(turns, pressures));
+          all.of_b.append(problem.precondition(longer_parts));
         }
         result.push_back(std::move(all));
       }
       return result;
     }
 
-    double Davidson::error_of(const Complex &l, const double estimated) const
+    double MatrixFreeSearch::error_of(const Complex &l, const double estimated) const
     {
       constexpr double safety = 2;
       // Before there is anything to compare with.
@@ -260,24 +214,22 @@ namespace squeal
       return safety * std::max(1., change / before->relative) / (1 - rate) * estimated;
     }
 
-    std::vector<unsigned int> Davidson::inaccurate(const std::vector<DensePair> &ritz,
-                                                   const std::vector<Correction> &corrections,
-                                                   double &worst)
+    std::vector<unsigned int> MatrixFreeSearch::inaccurate(const std::vector<DensePair> &ritz,
+                                                           const std::vector<Residuals> &residuals)
     {
-      const unsigned int n_pairs = ritz.size(), n_sides = corrections.size();
+      const unsigned int n_pairs = ritz.size(), n_sides = residuals.size();
       std::vector<double> energies(n_sides * n_pairs); // r^H B r, s^H B s
       for (unsigned int j = 0; j < n_pairs; ++j)
         for (unsigned int side = 0; side < n_sides; ++side)
         {
-          const MainParts &residual = corrections[side].residual;
-          const double *r = residual.columns.column(j), *t = corrections[side].of_b.column(j);
+          const double *r = residuals[side].columns.column(j), *t = residuals[side].of_b.column(j);
           for (unsigned int i = 0; i < equations.rows.n_local(); ++i)
-            energies[n_sides * j + side] += residual.shares[j] * r[i] * t[i];
+            energies[n_sides * j + side] += residuals[side].shares[j] * r[i] * t[i];
         }
       MPI_Allreduce(MPI_IN_PLACE, energies.data(), energies.size(), MPI_DOUBLE, MPI_SUM,
                     equations.rows.comm);
       // |U c|_M^2
-      const auto mass_of = [this](const std::vector<Complex> &c)
+      const auto mass_of = [&mass = davidson.mass()](const std::vector<Complex> &c)
       {
         double sum = 0;
         for (unsigned int j = 0; j < c.size(); ++j)
@@ -303,16 +255,19 @@ namespace squeal
         estimates.push_back({l, estimated});
         if (error > options.tolerance)
           result.push_back(j);
+        else
+          accurate.push_back(l);
       }
       last_estimates = std::move(estimates);
       return result;
     }
 
-    void Davidson::restart(std::vector<DensePair> &ritz, const std::vector<DensePair> &before)
+    void MatrixFreeSearch::restart(std::vector<DensePair> &ritz,
+                                   const std::vector<DensePair> &before)
     {
       // Eigenvalues change by the energy of what is dropped, which may be rough.
       const double dropped = 1e-4 * std::sqrt(options.tolerance);
-      const unsigned int n = n_columns();
+      const unsigned int n = davidson.n_columns();
       DenseMatrix spanning(n, 4 * (ritz.size() + before.size()));
       unsigned int column = 0;
       const auto add      = [&](const std::vector<Complex> &coefficients)
@@ -337,19 +292,8 @@ namespace squeal
       const std::vector<double> squares = symmetric_eigen(vectors);
       const unsigned int n_dropped =
           std::upper_bound(squares.begin(), squares.end(), dropped * dropped) - squares.begin();
-      const DenseMatrix turn(
-          n, n - n_dropped,
-          {vectors.values.begin() + std::size_t(n) * n_dropped, vectors.values.end()});
-
-      space.turn(turn);
-      for (DenseMatrix *matrix : {&m, &p, &q, &mass})
-        if (matrix->n_rows > 0)
-        {
-          DenseMatrix half(n, turn.n_columns), turned(turn.n_columns, turn.n_columns);
-          gemm(false, 1, *matrix, turn, 0, half);
-          gemm(true, 1, turn, half, 0, turned);
-          *matrix = std::move(turned);
-        }
+      const DenseMatrix turn = some_columns(vectors, n_dropped, n - n_dropped);
+      davidson.turn(turn);
       for (DensePair &pair : ritz)
         for (std::vector<Complex> *coefficients : {&pair.vector, &pair.left})
         {
@@ -361,17 +305,19 @@ namespace squeal
         }
     }
 
-    EigenPairs Davidson::modes_of(const std::vector<DensePair> &wanted) const
+    EigenPairs MatrixFreeSearch::modes_of(const std::vector<DensePair> &wanted) const
     {
-      EigenPairs modes      = vectors_of(wanted, false).pairs;
-      EigenPairs transposed = problem.is_conservative ? modes : vectors_of(wanted, true).pairs;
+      ComplexMultiVector residuals, pressures;
+      EigenPairs modes = vectors_of(wanted, Side::right, residuals, pressures);
+      EigenPairs transposed =
+          problem.is_conservative ? modes : vectors_of(wanted, Side::left, residuals, pressures);
       if (problem.is_conservative) // Q(l)^T is the conjugate of Q(l)
         transposed.right.conjugate();
       attach_left_vectors(equations, std::move(transposed), modes);
       return modes;
     }
 
-    void Davidson::check_memory(const unsigned int n_vectors) const
+    void MatrixFreeSearch::check_memory(const unsigned int n_vectors) const
     {
       int n_ranks = 0;
       MPI_Comm_size(equations.rows.comm, &n_ranks);
@@ -384,83 +330,81 @@ namespace squeal
                           {Failure::davidson_too_large});
     }
 
-    EigenSolution Davidson::run(MultiVector start)
+    std::vector<DensePair> MatrixFreeSearch::open_pairs(const std::vector<DensePair> &wanted)
     {
-      constexpr unsigned int max_steps = 300;
-      expand(std::move(start));
-      const unsigned int n_start = n_columns(), n_expected = ritz_pairs().size();
+      std::vector<Complex> at_rest = std::exchange(accurate, {});
+      std::vector<DensePair> result;
+      for (const DensePair &pair : wanted)
+      {
+        const auto found =
+            std::find_if(at_rest.begin(), at_rest.end(),
+                         [&](const Complex &l) {
+                           return std::abs(l - pair.lambda) <= 2 * options.tolerance * std::abs(l);
+                         });
+        if (found == at_rest.end())
+          result.push_back(pair);
+        else
+        {
+          accurate.push_back(*found);
+          at_rest.erase(found);
+        }
+      }
+      return result;
+    }
+
+    EigenSolution MatrixFreeSearch::run(MultiVector start)
+    {
+      davidson.expand({std::move(start), {}});
+      const unsigned int n_start = davidson.n_columns(), n_expected = ritz_pairs().size();
       // Restarts that come after few steps lose much.
-      const auto largest = [n_start](const unsigned int n_pairs)
+      const auto most_vectors = [n_start](const unsigned int n_pairs)
       { return n_start + std::max(60u, 6 * n_pairs); };
       // The basis, once more while it is turned; corrections, and what becomes of some vectors.
-      check_memory(2 * largest(n_expected) + 4 * n_expected + 16 * at_a_time);
+      check_memory(2 * most_vectors(n_expected) + 4 * n_expected + 16 * at_a_time);
       std::vector<DensePair> before;
-      std::vector<Complex> accurate;
-      unsigned int n_cycles = 0;
-      double worst          = 0;
       EigenSolution solution;
-      const auto correct = [&](const unsigned int step) -> std::optional<MultiVector>
+      const auto correct = [&](const unsigned int step) -> std::optional<BothSides>
       {
-        std::vector<DensePair> ritz = ritz_pairs(), wanted, open;
+        std::vector<DensePair> ritz = ritz_pairs(), wanted;
         for (const DensePair &pair : ritz)
           if (is_wanted(pair.lambda))
             wanted.push_back(pair);
-        // Accurate eigenvalues stay where they are.
-        std::vector<Complex> at_rest = std::exchange(accurate, {});
-        for (const DensePair &pair : wanted)
-        {
-          const auto found = std::find_if(
-              at_rest.begin(), at_rest.end(),
-              [&](const Complex &l)
-              { return std::abs(l - pair.lambda) <= 2 * options.tolerance * std::abs(l); });
-          if (found == at_rest.end())
-            open.push_back(pair);
-          else
-          {
-            accurate.push_back(*found);
-            at_rest.erase(found);
-          }
-        }
-        const std::vector<Correction> corrections = corrections_of(open);
-        n_cycles += corrections.size() * open.size();
-        const std::vector<unsigned int> moving = inaccurate(open, corrections, worst);
-        for (unsigned int j = 0; j < open.size(); ++j)
-          if (std::find(moving.begin(), moving.end(), j) == moving.end())
-            accurate.push_back(open[j].lambda);
+        const std::vector<DensePair> open      = open_pairs(wanted);
+        const std::vector<Residuals> residuals = residuals_of(open);
+        solution.cost.n_solves += residuals.size() * open.size();
+        const std::vector<unsigned int> moving = inaccurate(open, residuals);
         std::ostringstream text;
         text.precision(2);
         text << "  Davidson step " << step + 1 << ": " << wanted.size() - moving.size() << " of "
              << wanted.size() << " eigenvalues accurate, error " << worst << ", subspace of "
-             << n_columns();
+             << davidson.n_columns();
         options.progress(text.str());
         if (moving.empty())
         {
-          solution.modes         = modes_of(wanted);
-          solution.cost.n_solves = n_cycles;
+          solution.modes = modes_of(wanted);
           return std::nullopt;
         }
         MultiVector added(equations.rows, 0);
         for (const unsigned int j : moving)
-          for (const Correction &c : corrections)
-            added.append(difference(c.residual.pressures.columns(j, 1), c.of_b.columns(j, 1)));
-        if (n_columns() + added.n_columns() > largest(ritz.size()))
+          for (const Residuals &r : residuals)
+            added.append(difference(r.pressures.columns(j, 1), r.of_b.columns(j, 1)));
+        if (davidson.n_columns() + added.n_columns() > most_vectors(ritz.size()))
           restart(ritz, before);
         before = std::move(ritz);
-        return added;
+        return BothSides{std::move(added), {}};
       };
-      if (expand_until_accurate(max_steps, correct,
-                                [&](MultiVector added) { expand(std::move(added)); }))
-        return solution;
-      std::ostringstream message;
-      message << "Davidson's method has not made all eigenvalues accurate in " << max_steps
-              << " steps; the largest estimated relative error is " << worst << ".";
-      throw SolverError(message.str(), {Failure::davidson_stalled});
+      if (!davidson.run(correct))
+        throw SolverError(text_of("Davidson's method has not made all eigenvalues accurate in ",
+                                  method().most_steps,
+                                  " steps; the largest estimated relative error is ", worst, "."),
+                          {Failure::davidson_stalled});
+      return solution;
     }
   } // namespace
 
   EigenSolution block_davidson(const DavidsonProblem &problem, MultiVector start,
                                const EigensolverOptions &options)
   {
-    return Davidson(problem, options).run(std::move(start));
+    return MatrixFreeSearch(problem, options).run(std::move(start));
   }
 } // namespace squeal
