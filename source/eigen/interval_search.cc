@@ -1,12 +1,18 @@
+#include <squeal/base/text.h>
 #include <squeal/eigen/block_krylov.h>
 #include <squeal/eigen/interval_search.h>
 #include <squeal/eigen/left_vectors.h>
 #include <squeal/projection/backward_error.h>
-#include <squeal/projection/search_space.h>
+#include <squeal/projection/davidson.h>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+
+// Modes of a window far from zero. start_vectors() takes the eigenvectors without velocity terms
+// from block_krylov; SideSearch corrects the right vectors in a growing space until corrections are
+// short (improve()), and a second one the left vectors, which begins with what the first one
+// knows; refine_eigenvalues() combines both to an error of the second order. interval_search() at
+// the end does this with ever smaller bounds until backward errors are below the tolerance.
 
 namespace squeal
 {
@@ -47,7 +53,7 @@ namespace squeal
       return result;
     }
 
-    /// The same rows of a block.
+    /// Takes the rows of such a range, the last ones of each rank, out of a block.
     MultiVector last_rows(const MultiVector &block, const RowRange &range)
     {
       MultiVector result(range, block.n_columns());
@@ -75,13 +81,35 @@ namespace squeal
       std::vector<double> sizes;       ///< |t| / |x|
     };
 
+    using Coordinates = std::vector<std::vector<Complex>>; ///< in a basis, of each vector
+
+    /// f_j x_j of Ritz pairs.
+    template <typename Factor>
+    Coordinates scaled(const RitzPairs &ritz, const Factor &factor)
+    {
+      Coordinates result;
+      for (const DensePair &pair : ritz)
+      {
+        result.push_back(pair.vector);
+        for (Complex &c : result.back())
+          c *= factor(pair.lambda);
+      }
+      return result;
+    }
+    Coordinates coordinates_of(const RitzPairs &ritz)
+    {
+      return scaled(ritz, [](const Complex &) { return 1.; });
+    }
+
     /// The search for right vectors or, with the adjoint problem, for left ones: an orthonormal
-    /// basis, its images and test vectors.
-    class Side
+    /// basis, its images and test vectors. Its bases and its loop are its own, and not Davidson's,
+    /// because it keeps images of the basis: they give residuals without a product and corrections
+    /// that satisfy the constraints to their own rounding.
+    class SideSearch
     {
     public:
-      Side(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
-           const IntervalSearchOptions &options, const double slack)
+      SideSearch(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,
+                 const IntervalSearchOptions &options, const double slack)
           : shift_invert(shift_invert), problem(problem), options(options), slack(slack),
             n_cleared(problem.compliant ? 0 : problem.n_local_constraints),
             pressure_rows(last_rows(problem.rows, n_cleared)), space(problem.rows),
@@ -96,7 +124,7 @@ namespace squeal
       void start(const MultiVector &x);
       /// Begins with the left vectors Z d of the other side's projected problem, whose images
       /// F^T Z d = M U d are known: a step nearer than the others' start.
-      void start(const Side &other);
+      void start(const SideSearch &other);
 
       /// Enlarges the basis until the corrections of all pairs of the region are short enough, of
       /// the wanted ones |t| <= @p wanted_bound |x|.
@@ -116,8 +144,8 @@ namespace squeal
     private:
       /// The Ritz pairs of the region and a little further, or the left ones.
       RitzPairs ritz_pairs(bool of_left) const;
-      /// Those that need a correction. Of modes that are not wanted only the place must be known:
-      /// once their corrections were small, they rest until they move.
+      /// Selects the pairs that need a correction. Of modes that are not wanted only the place must
+      /// be known: once their corrections were small, they rest until they move.
       RitzPairs moving_pairs() const;
       bool is_wanted(const Complex &l) const
       {
@@ -134,8 +162,6 @@ namespace squeal
       /// Adds what is new in the corrections of the given numbers.
       void expand(const Corrections &corrections, const std::vector<unsigned int> &numbers);
       void expand(MultiVector y, MultiVector g);
-      /// F (x + t) = -((l^2 - s) M + l P) x.
-      MultiVector sources(const RitzPairs &ritz) const;
       unsigned int n_columns() const
       {
         return space.n_columns();
@@ -158,76 +184,38 @@ namespace squeal
       unsigned int solves = 0, step = 0;
     };
 
-    /// The coefficients of f_j x_j, Re and Im side by side.
-    template <typename Factor>
-    std::vector<double> real_columns(const RitzPairs &ritz, const unsigned int n_rows,
-                                     const Factor &factor)
-    {
-      std::vector<double> columns(std::size_t(n_rows) * 2 * ritz.size());
-      for (unsigned int j = 0; j < ritz.size(); ++j)
-        for (unsigned int i = 0; i < ritz[j].vector.size(); ++i)
-        {
-          const Complex c                          = factor(ritz[j].lambda) * ritz[j].vector[i];
-          columns[i + std::size_t(n_rows) * 2 * j] = c.real();
-          columns[i + std::size_t(n_rows) * (2 * j + 1)] = c.imag();
-        }
-      return columns;
-    }
-
-    MultiVector Side::sources(const RitzPairs &ritz) const
-    {
-      const unsigned int n = n_columns(), n_all = 2 * ritz.size();
-      MultiVector result = combine(
-          basis.m,
-          real_columns(ritz, n, [&](const Complex &l) { return shift_invert.square - l * l; }),
-          n_all);
-      subtract_combination(result, basis.p,
-                           real_columns(ritz, n, [](const Complex &l) { return l; }));
-      return result;
-    }
-
-    /// Turns each complex vector a + i b of a block of (a, b) so that a is as long as can be, a and
-    /// b orthogonal, and leaves out short b: vectors are almost real and damping almost imaginary,
-    /// so that most residuals have one direction only.
-    MultiVector main_parts(const MultiVector &pairs, std::vector<unsigned int> &first,
-                           std::vector<Complex> &turns)
+    Corrections SideSearch::correct(const RitzPairs &ritz)
     {
       constexpr double much_shorter = 0.02;
-      const unsigned int n_pairs    = pairs.n_columns() / 2;
-      std::vector<std::pair<const double *, const double *>> parts;
-      for (unsigned int j = 0; j < n_pairs; ++j)
-        parts.push_back({pairs.column(2 * j), pairs.column(2 * j + 1)});
-      const std::vector<MainPart> turned = main_parts(parts, pairs.row_range());
-      std::vector<double> coefficients;
-      first.assign(1, 0);
-      for (unsigned int j = 0; j < n_pairs; ++j)
+      // -Q(l) x = ((s - l^2) M - l P - F) x, with the contact pressures of the basis' vectors.
+      ComplexMultiVector residual = combine(
+          basis.m, scaled(ritz, [&](const Complex &l) { return shift_invert.square - l * l; }));
+      for (const ComplexMultiVector &part :
+           {combine(basis.p, scaled(ritz, [](const Complex &l) { return l; })),
+            combine(basis.g, coordinates_of(ritz))})
       {
-        const auto &[turn, longer, shorter] = turned[j];
-        const bool keeps_both               = shorter > much_shorter * much_shorter * longer;
-        turns.push_back(turn);
-        first.push_back(first.back() + (keeps_both ? 2 : 1));
-        coefficients.resize(std::size_t(2 * n_pairs) * first.back());
-        const auto column = coefficients.begin() + std::size_t(2 * n_pairs) * first[j];
-        column[2 * j]     = turns[j].real();
-        column[2 * j + 1] = -turns[j].imag();
-        if (keeps_both)
-        {
-          column[2 * n_pairs + 2 * j]     = turns[j].imag();
-          column[2 * n_pairs + 2 * j + 1] = turns[j].real();
-        }
+        residual.re -= part.re;
+        residual.im -= part.im;
       }
-      return combine(pairs, coefficients, first.back());
-    }
-
-    Corrections Side::correct(const RitzPairs &ritz)
-    {
+      // Vectors are almost real and damping almost imaginary, so that most residuals have one
+      // direction only: the other one is left out where it is short.
       Corrections result;
-      // -Q(l) x, with the contact pressures of the basis' vectors.
-      MultiVector residual = sources(ritz);
-      subtract_combination(residual, basis.g,
-                           real_columns(ritz, n_columns(), [](const Complex &) { return 1.; }));
-      result.residual = main_parts(residual, result.first, result.turns);
-      result.t        = shift_invert.solve(result.residual);
+      result.first = {0};
+      for (const auto &[turn, longer, shorter] : main_parts(residual))
+      {
+        const bool keeps_both = shorter > much_shorter * much_shorter * longer;
+        result.turns.push_back(turn);
+        result.first.push_back(result.first.back() + (keeps_both ? 2 : 1));
+      }
+      residual.scale(result.turns);
+      result.residual = MultiVector(problem.rows, 0);
+      for (unsigned int j = 0; j < ritz.size(); ++j)
+      {
+        result.residual.append(residual.re.columns(j, 1));
+        if (result.first[j + 1] == result.first[j] + 2)
+          result.residual.append(residual.im.columns(j, 1));
+      }
+      result.t = shift_invert.solve(result.residual);
       solves += result.t.n_columns();
       const std::vector<double> lengths = lengths_of(result.t, n_cleared);
       for (unsigned int j = 0; j < ritz.size(); ++j)
@@ -243,7 +231,8 @@ namespace squeal
       return result;
     }
 
-    void Side::expand(const Corrections &corrections, const std::vector<unsigned int> &numbers)
+    void SideSearch::expand(const Corrections &corrections,
+                            const std::vector<unsigned int> &numbers)
     {
       MultiVector t(problem.rows, 0), residual(problem.rows, 0);
       for (const unsigned int j : numbers)
@@ -255,7 +244,7 @@ namespace squeal
       expand(std::move(t), std::move(residual));
     }
 
-    void Side::expand(MultiVector y, MultiVector g)
+    void SideSearch::expand(MultiVector y, MultiVector g)
     {
       // A remainder shorter than this, relatively, is rounding; a combination of remainders of unit
       // length shorter than that, too.
@@ -272,7 +261,7 @@ namespace squeal
       basis.pressures.append(pressures);
     }
 
-    RitzPairs Side::ritz_pairs(const bool of_left) const
+    RitzPairs SideSearch::ritz_pairs(const bool of_left) const
     {
       const auto oriented = [&](const DenseMatrix &a) { return of_left ? transposed(a) : a; };
       DenseMatrix q       = f;
@@ -286,7 +275,7 @@ namespace squeal
       return result;
     }
 
-    RitzPairs Side::moving_pairs() const
+    RitzPairs SideSearch::moving_pairs() const
     {
       constexpr double at_the_same_place = 1e-3;
       RitzPairs result;
@@ -303,7 +292,7 @@ namespace squeal
       return result;
     }
 
-    std::vector<Complex> Side::eigenvalues() const
+    std::vector<Complex> SideSearch::eigenvalues() const
     {
       std::vector<Complex> result;
       for (const DensePair &pair : ritz)
@@ -312,38 +301,38 @@ namespace squeal
       return result;
     }
 
-    EigenPairs Side::wanted_pairs() const
+    EigenPairs SideSearch::wanted_pairs() const
     {
       EigenPairs pairs;
-      pairs.right = ComplexMultiVector(problem.rows, 0);
       std::vector<unsigned int> wanted;
-      RitzPairs turned;
+      Coordinates turned;
       for (unsigned int j = 0; j < moving.size(); ++j)
         if (is_wanted(moving[j].lambda))
         {
           wanted.push_back(j);
           pairs.lambda.push_back(moving[j].lambda);
-          turned.push_back(moving[j]);
-          for (Complex &c : turned.back().vector)
+          turned.push_back(moving[j].vector);
+          for (Complex &c : turned.back())
             c *= corrections.turns[j];
         }
-      const unsigned int n = 2 * wanted.size();
-      const std::vector<double> columns =
-          real_columns(turned, n_columns(), [](const Complex &) { return 1.; });
-      MultiVector x               = combine(space.basis(), columns, n);
-      const MultiVector pressures = combine(basis.pressures, columns, n);
-      for (unsigned int k = 0; k < n; ++k)
+      pairs.right                        = combine(space.basis(), turned);
+      const ComplexMultiVector pressures = combine(basis.pressures, turned);
+      const auto add_rest = [&](MultiVector &x, const MultiVector &of_x, const unsigned int part)
       {
-        const unsigned int j = wanted[k / 2], t = corrections.first[j] + k % 2;
-        std::copy_n(pressures.column(k), n_cleared, x.column(k) + x.n_local() - n_cleared);
-        if (t < corrections.first[j + 1]) // a short second part was left out
-          add_multiple(1, corrections.t.column(t), x.n_local(), x.column(k));
-        (k % 2 == 0 ? pairs.right.re : pairs.right.im).append(x.columns(k, 1));
-      }
+        for (unsigned int k = 0; k < wanted.size(); ++k)
+        {
+          std::copy_n(of_x.column(k), n_cleared, x.column(k) + x.n_local() - n_cleared);
+          const unsigned int t = corrections.first[wanted[k]] + part;
+          if (t < corrections.first[wanted[k] + 1]) // a short second part was left out
+            add_multiple(1, corrections.t.column(t), x.n_local(), x.column(k));
+        }
+      };
+      add_rest(pairs.right.re, pressures.re, 0);
+      add_rest(pairs.right.im, pressures.im, 1);
       return pairs;
     }
 
-    void Side::start(const MultiVector &x)
+    void SideSearch::start(const MultiVector &x)
     {
       MultiVector g = multiply(problem.M, x);
       MultiVector y = shift_invert.solve(g);
@@ -351,22 +340,19 @@ namespace squeal
       expand(std::move(y), std::move(g));
     }
 
-    void Side::start(const Side &other)
+    void SideSearch::start(const SideSearch &other)
     {
-      const RitzPairs pairs = other.ritz_pairs(true);
-      const std::vector<double> columns =
-          real_columns(pairs, other.n_columns(), [](const Complex &) { return 1.; });
-      const unsigned int n = 2 * pairs.size();
-      expand(combine(other.tests, columns, n), combine(other.basis.m, columns, n));
+      const Coordinates d = coordinates_of(other.ritz_pairs(true));
+      expand(combine(other.tests, d).real_span(), combine(other.basis.m, d).real_span());
     }
 
-    void Side::improve(const double new_bound,
-                       const std::function<void(const std::string &)> &progress)
+    void SideSearch::improve(const double new_bound,
+                             const std::function<void(const std::string &)> &progress)
     {
-      wanted_bound                     = new_bound;
       constexpr unsigned int max_steps = 25;
+      wanted_bound                     = new_bound;
       double worst                     = 0;
-      const auto find_open = [&](unsigned int) -> std::optional<std::vector<unsigned int>>
+      for (; step < max_steps; ++step)
       {
         m           = grow_products(m, tests, basis.m);
         p           = grow_products(p, tests, basis.p);
@@ -385,24 +371,16 @@ namespace squeal
           else if (!is_wanted(l))
             at_rest.push_back(l);
         }
-        progress("  window: " + std::to_string(ritz.size() - open.size()) + " of " +
-                 std::to_string(ritz.size()) + " eigenvalues converged, subspace of " +
-                 std::to_string(n_columns()));
+        progress(text_of("  window: ", ritz.size() - open.size(), " of ", ritz.size(),
+                         " eigenvalues converged, subspace of ", n_columns()));
         if (open.empty())
-          return std::nullopt;
-        return open;
-      };
-      if (expand_until_accurate(max_steps - step, find_open,
-                                [&](const std::vector<unsigned int> &open)
-                                {
-                                  ++step;
-                                  expand(corrections, open);
-                                }))
-        return;
-      std::ostringstream message;
-      message << "The modes of the window did not converge in " << max_steps
-              << " steps: the largest correction is " << worst << " times what is allowed.";
-      throw SolverError(message.str(), {Failure::interval_stalled});
+          return;
+        expand(corrections, open);
+      }
+      throw SolverError(text_of("The modes of the window did not converge in ", max_steps,
+                                " steps: the largest correction is ", worst,
+                                " times what is allowed."),
+                        {Failure::interval_stalled});
     }
 
     /// Makes l of both the root near it of y^T (l^2 M + l P + Q) x = 0, whose error is of the
@@ -456,7 +434,7 @@ namespace squeal
     const QuadraticEigenproblem adjoint = adjoint_of(problem);
     const double square                 = options.region.square;
     // What is at the window's ends must be on the same side for both; the caller cuts.
-    Side right(problem, ShiftInvert::of_square(factorization, square), options, 1e-5),
+    SideSearch right(problem, ShiftInvert::of_square(factorization, square), options, 1e-5),
         left(adjoint, ShiftInvert::of_square(factorization, square, true), options, 1e-4);
     EigenSolution result;
     unsigned int &n_solves = result.cost.n_solves;
@@ -486,9 +464,9 @@ namespace squeal
       modes                  = right.wanted_pairs();
       const EigenPairs found = left.wanted_pairs();
       if (found.size() < modes.size())
-        throw SolverError("The transposed problem has " + std::to_string(found.size()) +
-                              " eigenvalues in the window where the problem has " +
-                              std::to_string(modes.size()) + ": left vectors are missing.",
+        throw SolverError(text_of("The transposed problem has ", found.size(),
+                                  " eigenvalues in the window where the problem has ", modes.size(),
+                                  ": left vectors are missing."),
                           {Failure::interval_left_vectors_missing});
       transposed = found.select(nearest_partners(modes.lambda, found.lambda));
       refine_eigenvalues(problem, modes, transposed);

@@ -531,6 +531,8 @@ namespace squeal
     const double shortest = std::max(any.shortest, problem.tolerance);
     if (before.beyond_space > shortest)
       space.basis.add(result.state, {shortest});
+    // Not the loop of Davidson: the terms change with the contact from step to step, and what is
+    // projected is kept by matrix from state to state.
     for (unsigned int correction = 0; correction < most_corrections; ++correction)
     {
       project(of_bodies, space);

@@ -4,7 +4,6 @@
 #include <squeal/linalg/multi_vector.h>
 
 #include <limits>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -86,21 +85,4 @@ namespace squeal
     MultiVector basis_;
     unsigned int largest = 0;
   };
-
-  /// The loop of Davidson's method, which enlarges a space by corrections until all that is looked
-  /// for is accurate: correct(step) gives them, or nothing at the end, and expand() adds them.
-  /// Returns false if they are as many as @p max_steps.
-  template <typename Correct, typename Expand>
-  bool expand_until_accurate(const unsigned int max_steps, const Correct &correct,
-                             const Expand &expand)
-  {
-    for (unsigned int step = 0; step < max_steps; ++step)
-    {
-      auto corrections = correct(step);
-      if (!corrections)
-        return true;
-      expand(std::move(*corrections));
-    }
-    return false;
-  }
 } // namespace squeal
