@@ -5,6 +5,12 @@
 #include <cmath>
 #include <limits>
 
+// Block Krylov search. Arnoldi holds the space: the basis U, the small orthonormal factors of the
+// Krylov vectors, and the Hessenberg matrix, a block of which comes with each step(). The search
+// looks at the eigenvalues of that matrix when enough may have converged, and ends when all of the
+// region have; their vectors are images S v, which have contact pressures. What is nearly converged
+// outside of the region is reported, too.
+
 namespace squeal
 {
   using Complex = std::complex<double>;

@@ -9,6 +9,11 @@
 #include <array>
 #include <cmath>
 
+// Growth outside of the disc that all solvers search. SymmetricParts counts negative directions of
+// symmetric parts of Q and of the damping by LDL^T: no mode grows there without one of them
+// (signs_of_growth(), is_definite_on_rim()). Where there are signs, search_growth_beyond() goes
+// through discs about real shifts, farther and farther out, with a factorisation for each.
+
 namespace squeal
 {
   using Complex = std::complex<double>;

@@ -177,7 +177,7 @@ namespace squeal
 
   namespace
   {
-    /// Of the adjoint problem's pairs those with the eigenvalues nearest to the modes', in their
+    /// Selects the adjoint problem's pairs whose eigenvalues are nearest to the modes', in their
     /// order: Q(l)^T y = 0 with the same l.
     EigenPairs partners_of(const EigenPairs &modes, const EigenPairs &adjoint_pairs)
     {

@@ -11,8 +11,8 @@ namespace squeal
   void add_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
                         double radius, const EigensolverOptions &options, EigenSolution &solution);
 
-  /// The same by a block Krylov search of the transposed problem; refined if its vectors are not
-  /// accurate.
+  /// Adds left vectors out of a block Krylov search of the transposed problem; refines them if they
+  /// are not accurate.
   void search_left_vectors(const QuadraticEigenproblem &problem, const ShiftInvert &transposed,
                            const BlockSearchOptions &search, const EigensolverOptions &options,
                            EigenSolution &solution);
@@ -25,7 +25,7 @@ namespace squeal
   void attach_left_vectors(const QuadraticEigenproblem &problem, EigenPairs transposed_pairs,
                            EigenPairs &modes);
 
-  /// The same for modes that have left vectors already, as LAPACK gives them: their backward
-  /// errors, and biorthogonality.
+  /// Completes modes that have left vectors already, as LAPACK gives them: their backward errors,
+  /// and biorthogonality.
   void complete_left_vectors(const QuadraticEigenproblem &problem, EigenPairs &modes);
 } // namespace squeal

@@ -13,7 +13,7 @@ namespace squeal
   public:
     explicit BackwardError(const QuadraticEigenproblem &problem);
 
-    /// Those of the right vectors.
+    /// The backward errors of the right vectors.
     std::vector<double> operator()(const EigenPairs &pairs) const
     {
       return errors(pairs, residuals(pairs));
