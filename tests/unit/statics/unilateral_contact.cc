@@ -5,6 +5,7 @@
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/contact/contact_zone.h>
+#include <squeal/linalg/factorization.h>
 #include <squeal/parameters/expressions.h>
 namespace squeal::tests::unilateral_contact_tests
 {
