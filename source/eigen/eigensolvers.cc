@@ -486,8 +486,6 @@ namespace squeal
                                 " unknowns; this problem has " + std::to_string(problem.rows.size) +
                                 ".",
                             {Failure::too_large_for_dense});
-        // Every rank solves the whole problem: the basis of the projection is the identity.
-        const MultiVector identity = identity_columns(problem.rows);
         const double radius        = search_radius(options.max_imaginary);
         const unsigned int n_rigid = count_rigid_body_modes(problem, options);
         const double shift         = shift_of(options, n_rigid > 0);
@@ -495,11 +493,11 @@ namespace squeal
         const auto is_listed = [&](const Complex &l)
         { return std::abs(l) <= radius || grows_beyond_disc(l, options.max_imaginary); };
         const EigenPairs pairs = finite_pairs(
-            problem, rayleigh_ritz(
-                         problem, identity, identity, radius, shift,
-                         [&](const Complex &l)
-                         { return is_listed(l) || (is_wanted(options, l) && !is_overdamped(l)); },
-                         true));
+            problem, dense_eigenpairs(problem, radius, shift,
+                                      [&](const Complex &l) {
+                                        return is_listed(l) ||
+                                               (is_wanted(options, l) && !is_overdamped(l));
+                                      }));
         // Rounding decides how many of the defective zeros of a free body have Im l >= 0: they are
         // counted and left out.
         std::vector<unsigned int> moving;

@@ -266,14 +266,12 @@ namespace squeal
     EigenSolution all_growing_beyond(const QuadraticEigenproblem &problem,
                                      const EigensolverOptions &options)
     {
-      const double radius        = search_radius(options.max_imaginary);
-      const MultiVector identity = identity_columns(problem.rows);
+      const double radius = search_radius(options.max_imaginary);
       EigenSolution result;
       result.modes = finite_pairs(
-          problem,
-          rayleigh_ritz(
-              problem, identity, identity, radius, 0.1 * radius,
-              [&](const Complex &l) { return grows_beyond_disc(l, options.max_imaginary); }, true));
+          problem, dense_eigenpairs(problem, radius, 0.1 * radius,
+                                    [&](const Complex &l)
+                                    { return grows_beyond_disc(l, options.max_imaginary); }));
       complete_left_vectors(problem, result.modes);
       result.modes.backward_error = BackwardError(problem)(result.modes);
       result.proof.beyond         = text_of(result.modes.size(),

@@ -99,29 +99,27 @@ namespace squeal
       add(method.partners(newest.left, Side::right), Side::right, added);
       add(std::move(of_right), Side::left, added);
     }
-    const auto smaller = [&added]
-    { return added.right.n_columns() < added.left.n_columns() ? Side::right : Side::left; };
-    const auto other_of = [](const Side side)
-    { return side == Side::right ? Side::left : Side::right; };
-    const auto is_unequal = [&added] { return added.right.n_columns() != added.left.n_columns(); };
     // What was not new on one side gives way to the partners of the other's.
+    const auto side_with_less = [&added]
+    { return added.right.n_columns() < added.left.n_columns() ? Side::right : Side::left; };
+    const auto is_unequal = [&added] { return added.right.n_columns() != added.left.n_columns(); };
     for (unsigned int k = 0; k < 3 && is_unequal(); ++k)
     {
-      const Side side           = smaller();
-      const MultiVector &others = added[other_of(side)];
+      const Side side           = side_with_less();
+      const MultiVector &others = added[opposite(side)];
       const unsigned int first  = added[side].n_columns();
       add(method.partners(others.columns(first, others.n_columns() - first), side), side, added);
     }
     // F^{-1} M damps what oscillates quickly: where the spaces are nearly all there is, partners
     // may bring nothing new.
     if (is_unequal())
-      keep_what_is_seen(other_of(smaller()), added);
+      keep_what_is_seen(opposite(side_with_less()), added);
   }
 
   void Davidson::keep_what_is_seen(const Side side, BothSides &added)
   {
     MultiVector &kept         = added[side];
-    const MultiVector &others = added[side == Side::right ? Side::left : Side::right];
+    const MultiVector &others = added[opposite(side)];
     const unsigned int n = kept.n_columns(), n_kept = others.n_columns();
     const DenseMatrix seen(n_kept, n, inner_products(others, multiply(problem.M, kept)));
     DenseMatrix combinations(n, n);

@@ -169,45 +169,33 @@ namespace squeal
     }
   } // namespace
 
-  EigenPairs rayleigh_ritz(const QuadraticEigenproblem &problem, const MultiVector &trial,
-                           const MultiVector &test, const double radius, const double shift,
-                           const std::function<bool(const Complex &)> &is_wanted,
-                           const bool with_left)
+  EigenPairs dense_eigenpairs(const QuadraticEigenproblem &problem, const double radius,
+                              const double shift,
+                              const std::function<bool(const Complex &)> &is_wanted)
   {
-    const unsigned int n = trial.n_columns();
-    const auto project   = [&](const Matrix &matrix)
+    const unsigned int n = problem.rows.size;
+    std::vector<unsigned int> all(n);
+    std::iota(all.begin(), all.end(), 0u);
+    const MultiVector identity = unit_columns(problem.rows, all);
+    const auto entries_of      = [&](const Matrix &matrix)
     {
-      return matrix ? DenseMatrix(n, n, inner_products(test, multiply(matrix, trial)))
+      return matrix ? DenseMatrix(n, n, inner_products(identity, multiply(matrix, identity)))
                     : DenseMatrix();
     };
-    std::vector<DensePair> wanted;
-    for (DensePair &pair : quadratic_eigenpairs(project(problem.M), project(problem.P),
-                                                project(problem.Q), shift, radius, with_left))
-      if (is_wanted ? is_wanted(pair.lambda) : std::abs(pair.lambda) <= radius)
-        wanted.push_back(std::move(pair));
     EigenPairs pairs;
     std::vector<std::vector<Complex>> right, left;
-    for (DensePair &pair : wanted)
-    {
-      pairs.lambda.push_back(pair.lambda);
-      right.push_back(std::move(pair.vector));
-      left.push_back(std::move(pair.left));
-    }
-    pairs.right = combine(trial, right);
-    if (with_left)
-    {
-      pairs.left = combine(test, left);
-      pairs.left.conjugate(); // z = conj(y)
-    }
+    for (DensePair &pair : quadratic_eigenpairs(entries_of(problem.M), entries_of(problem.P),
+                                                entries_of(problem.Q), shift, radius, true))
+      if (is_wanted(pair.lambda))
+      {
+        pairs.lambda.push_back(pair.lambda);
+        right.push_back(std::move(pair.vector));
+        left.push_back(std::move(pair.left));
+      }
+    pairs.right = combine(identity, right);
+    pairs.left  = combine(identity, left);
+    pairs.left.conjugate(); // z = conj(y)
     return pairs;
-  }
-
-  MultiVector identity_columns(const RowRange &rows)
-  {
-    MultiVector identity(rows, rows.size);
-    for (unsigned int row = rows.begin; row < rows.end; ++row)
-      identity.column(row)[row - rows.begin] = 1;
-    return identity;
   }
 
   MultiVector krylov_basis(const QuadraticEigenproblem &problem, const ShiftInvert &shift_invert,

@@ -15,6 +15,10 @@ namespace squeal
     right,
     left
   };
+  inline Side opposite(const Side side)
+  {
+    return side == Side::right ? Side::left : Side::right;
+  }
 
   /// Columns for the two bases; a method with one basis leaves the left ones empty.
   struct BothSides

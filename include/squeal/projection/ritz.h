@@ -4,18 +4,10 @@
 
 namespace squeal
 {
-  /// Rayleigh-Ritz on the span of an orthonormal real basis U, tested with Z: all Ritz pairs
-  ///     (l^2 Z^T M U + l Z^T P U + Z^T Q U) c = 0,   x = U c,
-  /// with Im l >= 0 and |l| <= radius; or those that are wanted, as accurate as those of the size
-  /// of the radius are. The left vectors of the projected problem, on demand, are z = Z
-  /// conj(c_left): those of the problem itself if U spans the whole space.
-  EigenPairs rayleigh_ritz(const QuadraticEigenproblem &problem, const MultiVector &trial,
-                           const MultiVector &test, double radius, double shift,
-                           const std::function<bool(const std::complex<double> &)> &is_wanted = {},
-                           bool with_left = false);
-
-  /// The basis of all vectors.
-  MultiVector identity_columns(const RowRange &rows);
+  /// Solves a small problem by LAPACK, all of it on every rank: the pairs that are wanted, right
+  /// and left, as accurate as eigenvalues of the size of the radius are. Collective.
+  EigenPairs dense_eigenpairs(const QuadraticEigenproblem &problem, double radius, double shift,
+                              const std::function<bool(const std::complex<double> &)> &is_wanted);
 
   /// An orthonormal basis of the block Krylov space of Q(s)^{-1} M from a fixed start block. The
   /// velocity terms, weak in a brake, are left to refine_eigenpairs(). Multipliers are cleared.
