@@ -278,6 +278,53 @@ namespace squeal
 
   namespace
   {
+    /// Adds a pair's area, pressure and friction. Without a @p state nothing is known of
+    /// penetration.
+    template <int dim>
+    void add_pressures(const Contact<dim> &contact, const unsigned int interface,
+                       const ContactKinematics<dim> &k, const std::vector<double> &pressure,
+                       const std::vector<double> *state, ContactResultants &r)
+    {
+      const bool mortar = contact.contact_model().mortar;
+      // Mortar: a face's part of the area in contact is that of the shape functions of its
+      // active nodes.
+      std::vector<double> flags(k.psi.n_rows);
+      for (unsigned int m = 0; m < flags.size(); ++m)
+        for (const FreeNode<dim> &node : k.pad->nodes[m])
+          flags[m] += node.weight * contact.is_active(node);
+      const std::vector<double> in_contact = k.at_points(k.psi, flags);
+      const std::vector<double> jump =
+          state ? k.at_points(k.n(), k.local_values(*state)) : std::vector<double>(k.n_points);
+      const auto extend = [&r](const double p)
+      {
+        r.max_pressure = std::max(r.max_pressure, p);
+        r.min_pressure = std::min(r.min_pressure, p);
+      };
+      // Where quadrature points lie depends on how the faces are numbered; nodes do not.
+      const bool at_nodes = mortar && state;
+      if (at_nodes)
+        for (const double multiplier : k.local_multipliers(*state))
+          extend(contact.pressure_per_unknown(interface, k.first_point) * multiplier);
+      for (unsigned int q = 0; q < k.n_points; ++q)
+      {
+        const unsigned int point = k.first_point + q;
+        const double p           = pressure[point];
+        if (!at_nodes)
+          extend(p);
+        const double friction =
+            contact.slides(interface)
+                ? k.weights[q] * contact.friction(interface).traction(k.speeds[q], p).value
+                : 0;
+        r.area += k.weights[q] * (mortar ? in_contact[q]
+                                         : double(contact.active_set().by_point[interface][point]));
+        r.normal_force += k.weights[q] * p;
+        r.friction_force += friction;
+        r.friction_torque += friction * k.radii[q];
+        r.max_penetration =
+            std::max(r.max_penetration, jump[q] - contact.initial_gap(interface, k.positions[q]));
+      }
+    }
+
     /// Adds the tangential tractions of a pair that sticks: their sum and, in 3D, their torque.
     /// They are the forces on the first body: with [[u]] = u_2 - u_1 the left side has -T there.
     template <int dim>
@@ -314,7 +361,6 @@ namespace squeal
   std::vector<ContactResultants>
   resultants(const Contact<dim> &contact, const ContactPressure &pressure, const MultiVector *state)
   {
-    const ContactModel<dim> &model   = contact.contact_model();
     const std::vector<double> global = state ? replicate(*state) : std::vector<double>();
     std::vector<ContactResultants> results(contact.paired_interfaces().size());
     std::vector<Tensor<1, dim>> tangential(results.size());
@@ -328,44 +374,7 @@ namespace squeal
         [&](const unsigned int i, const ContactKinematics<dim> &k)
         {
           ContactResultants &r = results[i];
-          // Mortar: a face's part of the area in contact is that of the shape functions of its
-          // active nodes.
-          std::vector<double> flags(k.psi.n_rows);
-          for (unsigned int m = 0; m < flags.size(); ++m)
-            for (const FreeNode<dim> &node : k.pad->nodes[m])
-              flags[m] += node.weight * contact.is_active(node);
-          const std::vector<double> in_contact = k.at_points(k.psi, flags);
-          const std::vector<double> jump =
-              state ? k.at_points(k.n(), k.local_values(global)) : std::vector<double>(k.n_points);
-          const auto extend = [&r](const double p)
-          {
-            r.max_pressure = std::max(r.max_pressure, p);
-            r.min_pressure = std::min(r.min_pressure, p);
-          };
-          // Where quadrature points lie depends on how the faces are numbered; nodes do not.
-          const bool at_nodes = model.mortar && state;
-          if (at_nodes)
-            for (const double multiplier : k.local_multipliers(global))
-              extend(contact.pressure_per_unknown(i, k.first_point) * multiplier);
-          for (unsigned int q = 0; q < k.n_points; ++q)
-          {
-            const unsigned int point = k.first_point + q;
-            const double p           = pressure[i][point];
-            if (!at_nodes)
-              extend(p);
-            const double friction =
-                contact.slides(i)
-                    ? k.weights[q] * contact.friction(i).traction(k.speeds[q], p).value
-                    : 0;
-            r.area +=
-                k.weights[q] *
-                (model.mortar ? in_contact[q] : double(contact.active_set().by_point[i][point]));
-            r.normal_force += k.weights[q] * p;
-            r.friction_force += friction;
-            r.friction_torque += friction * k.radii[q];
-            r.max_penetration =
-                std::max(r.max_penetration, jump[q] - contact.initial_gap(i, k.positions[q]));
-          }
+          add_pressures(contact, i, k, pressure[i], state ? &global : nullptr, r);
           if (state && contact.sticks(i))
             add_tractions(contact, k, global, tangential[i], r.friction_torque);
         });
