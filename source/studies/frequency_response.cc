@@ -6,6 +6,10 @@
 #include <cmath>
 #include <limits>
 
+// First HarmonicSolver: direct solutions at one frequency, by GMRES with factors of a frequency
+// nearby. Then what the modal method adds: the sum over the modes, polynomials through what is left
+// of direct solutions, and the errors of these. frequency_response() adds direct solutions until
+// the errors are within the tolerance.
 namespace squeal
 {
   using Complex = std::complex<double>;

@@ -6,12 +6,12 @@
 
 namespace squeal
 {
-  InterpolatedEffects::InterpolatedEffects(ParameterStudy &study, const ErrorEstimator &estimator,
+  InterpolatedEffects::InterpolatedEffects(VariedModel &varied, const ErrorEstimator &estimator,
                                            const Point &centre, const std::vector<Point> &places)
-      : study(study)
+      : varied(varied)
   {
-    ModeTracker &tracker = study.tracker;
-    EigenSolution found  = tracker.solve_fully(study.parameters_at(centre));
+    ModeTracker &tracker = varied.tracker;
+    EigenSolution found  = tracker.solve_fully(varied.parameters_at(centre));
     at_centre.modes      = std::move(found.modes);
     at_centre.n_branches = at_centre.modes.size();
     at_centre.branches.resize(at_centre.n_branches);
@@ -19,7 +19,7 @@ namespace squeal
     course = on_course(0, at_centre.modes, at_centre.branches, {}, 0);
     if (!estimator)
       return;
-    effects     = tracker.estimate_errors(estimator, study.parameters_at(centre), at_centre.modes,
+    effects     = tracker.estimate_errors(estimator, varied.parameters_at(centre), at_centre.modes,
                                           found.reuse);
     found.reuse = {}; // two factorisations would double the memory
     for (const Point &place : places)
@@ -27,15 +27,15 @@ namespace squeal
       std::string where;
       for (unsigned int i = 0; i < place.size(); ++i)
         if (place[i] != centre[i])
-          where += (where.empty() ? "" : ", ") + study.parameters[i] + " = " + number(place[i], 6);
-      study.options.progress("  error bars at " + where);
-      EigenSolution shifted = tracker.solve_fully(study.parameters_at(place));
+          where += (where.empty() ? "" : ", ") + varied.parameters[i] + " = " + number(place[i], 6);
+      varied.options.progress("  error bars at " + where);
+      EigenSolution shifted = tracker.solve_fully(varied.parameters_at(place));
       BranchPoint there;
       there.modes           = std::move(shifted.modes);
       const auto transition = tracker.transition(at_centre.modes, there.modes);
-      continue_branches(transition, at_centre, study.options.max_imaginary, there);
+      continue_branches(transition, at_centre, varied.options.max_imaginary, there);
       const KnownEffects known = all_known(tracker.estimate_errors(
-          estimator, study.parameters_at(place), there.modes, shifted.reuse));
+          estimator, varied.parameters_at(place), there.modes, shifted.reuse));
       const ModesOnCourse at =
           on_course(1, there.modes, there.branches, transition, at_centre.modes.size());
       at_places.push_back(carry_back(known, course, at));
@@ -82,10 +82,11 @@ namespace squeal
 
   KnownEffects InterpolatedEffects::on(const Shares &shares, const EigenPairs &modes) const
   {
-    std::vector<std::complex<double>> transition = study.tracker.transition(at_centre.modes, modes);
+    std::vector<std::complex<double>> transition =
+        varied.tracker.transition(at_centre.modes, modes);
     BranchPoint here;
     here.modes.lambda = modes.lambda; // branches need no more
-    continue_branches(transition, at_centre, study.options.max_imaginary, here);
+    continue_branches(transition, at_centre, varied.options.max_imaginary, here);
     return carry_forward(
         at(shares), course,
         on_course(0, modes, here.branches, std::move(transition), at_centre.modes.size()));

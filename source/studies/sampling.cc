@@ -6,6 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+// In the order of a run: points are made from distributions or read from a file; the centre is
+// solved in full and becomes the expansion point; each sample is solved by projection, its modes
+// get the centre's branches and the bars of the mesh; growth rates of all samples give the
+// probabilities and the sensitivity indices.
 namespace squeal
 {
   using Complex = std::complex<double>;
@@ -51,12 +55,13 @@ namespace squeal
   Sampling::Sampling(ParameterFile &file, Model &model, const EigensolverOptions &options,
                      const std::string &directory, const MPI_Comm comm, Log &log,
                      const ErrorEstimator &estimator)
-      : study(file, parameters_of(file.parameters().sampling), options, directory, "samples",
-              "samples", {"samples.csv"}, comm, log),
-        tracker(study.tracker), settings(file.parameters().sampling), log(log), estimator(estimator)
+      : Study({"samples", "sample", "samples", {"samples.csv"}}, file,
+              parameters_of(file.parameters().sampling), model, options, directory, comm, log,
+              estimator),
+        settings(file.parameters().sampling)
   {
-    tracker.set_model(model);
-    for (const std::string &parameter : study.parameters)
+    interval = std::chrono::seconds(30);
+    for (const std::string &parameter : varied.parameters)
       Parameters::Sweep::need_mesh_kept(parameter, "Sampling/File = " + settings.file + ": ",
                                         "samples keep");
     make_points();
@@ -64,14 +69,14 @@ namespace squeal
     for (unsigned int k = 0; k < points.size(); ++k)
       try
       {
-        study.parameters_at(points[k]);
+        varied.parameters_at(points[k]);
       }
       catch (const InputError &error)
       {
         throw InputError("Sample " + std::to_string(k + 1) + " is not allowed: " + error.what());
       }
     middle = centre();
-    study.parameters_at(middle);
+    varied.parameters_at(middle);
   }
 
   bool Sampling::has_indices() const
@@ -125,7 +130,6 @@ namespace squeal
       }
   }
 
-  /// The medians; of given samples their means.
   Sampling::Point Sampling::centre() const
   {
     Point result;
@@ -133,7 +137,7 @@ namespace squeal
       for (const auto &distribution : settings.distributions())
         result.push_back(distribution.quantile(0.5));
     else
-      for (unsigned int i = 0; i < study.parameters.size(); ++i)
+      for (unsigned int i = 0; i < varied.parameters.size(); ++i)
       {
         double sum = 0;
         for (const Point &point : points)
@@ -161,7 +165,7 @@ namespace squeal
       places.push_back(place);
       moved.emplace_back(i, place[i] - middle[i]);
     }
-    effects.emplace(study, estimator, middle, places);
+    effects.emplace(varied, estimator, middle, places);
     for (const Complex l : effects->centre().modes.lambda)
       frequencies.push_back(std::abs(l.imag()) / (2 * M_PI));
     expand_about_centre();
@@ -169,23 +173,22 @@ namespace squeal
 
   void Sampling::expand_about_centre()
   {
-    EigenSolution found = tracker.solve_fully(study.parameters_at(middle));
-    tracker.set_expansion_point(study.parameters_at(middle), found.reuse);
+    EigenSolution found = tracker.solve_fully(varied.parameters_at(middle));
+    tracker.set_expansion_point(varied.parameters_at(middle), found.reuse);
     is_projected = tracker.has_expansion_point(); // not for small problems
     found.reuse  = {};
     if (is_projected && !knows_terms)
       learn_terms();
-    EigenSolution projected      = tracker.solve(study.parameters_at(middle));
+    EigenSolution projected      = tracker.solve(varied.parameters_at(middle));
     const BranchPoint &at_centre = effects->centre();
     const auto transition        = tracker.transition(at_centre.modes, projected.modes);
     reduced_centre               = {};
     reduced_centre.modes         = std::move(projected.modes);
-    continue_branches(transition, at_centre, study.options.max_imaginary, reduced_centre);
+    continue_branches(transition, at_centre, varied.options.max_imaginary, reduced_centre);
     reduced_place = on_course(0, reduced_centre.modes, reduced_centre.branches, transition,
                               at_centre.modes.size());
   }
 
-  /// Looks at the largest of each number: which terms vary.
   void Sampling::learn_terms()
   {
     for (unsigned int i = 0; i < middle.size(); ++i)
@@ -193,7 +196,7 @@ namespace squeal
       Point above = middle;
       for (const Point &point : points)
         above[i] = std::max(above[i], point[i]);
-      tracker.look_at(study.parameters_at(above));
+      tracker.look_at(varied.parameters_at(above));
     }
     knows_terms = true;
   }
@@ -228,51 +231,56 @@ namespace squeal
     return carry_forward(of_reduced, reduced_place, to);
   }
 
-  Sampling::Outcome Sampling::solve(const unsigned int sample)
+  void Sampling::solve(const unsigned int sample)
   {
     const unsigned int n_full = tracker.n_full_solutions();
     BranchPoint here;
-    EigenSolution found = tracker.solve(study.parameters_at(points[sample]));
+    EigenSolution found = tracker.solve(varied.parameters_at(points[sample]));
     was_full            = tracker.n_full_solutions() > n_full;
     here.modes          = std::move(found.modes);
     here.rows           = tracker.analyse(here.modes);
     continue_branches(tracker.transition(reduced_centre.modes, here.modes), reduced_centre,
-                      study.options.max_imaginary, here);
+                      varied.options.max_imaginary, here);
     Outcome outcome;
     outcome.branches.resize(frequencies.size());
     std::vector<double> bars(here.modes.size(), 0.);
     if (estimator)
     {
       const KnownEffects known = effects_at(points[sample], here);
-      const ErrorBounds bounds =
-          set_bars(here.rows, known, here.modes.lambda, here.modes.parity, study.options.tolerance);
+      const ErrorBounds bounds = set_bars(here.rows, known, here.modes.lambda, here.modes.parity,
+                                          varied.options.tolerance);
       for (unsigned int k = 0; k < known.modes.size(); ++k)
         bars[known.modes[k]] = bounds.growth_rate[k];
     }
     for (unsigned int j = 0; j < here.modes.size(); ++j)
     {
       const Complex l        = here.modes.lambda[j];
-      const double by_solver = study.uncertainty(here.modes, j);
+      const double by_solver = varied.uncertainty(here.modes, j);
       Growth growth;
-      growth.value        = study.is_undamped(l) ? std::min(l.real(), 0.) : l.real();
+      growth.value        = varied.is_undamped(l) ? std::min(l.real(), 0.) : l.real();
       growth.by_mesh[0]   = growth.value - bars[j];
       growth.by_mesh[1]   = growth.value + bars[j];
       growth.by_solver[0] = growth.value - by_solver;
-      growth.by_solver[1] = study.is_undamped(l) ? growth.value : growth.value + by_solver;
+      growth.by_solver[1] = varied.is_undamped(l) ? growth.value : growth.value + by_solver;
       if (here.branches[j] < outcome.branches.size())
         outcome.branches[here.branches[j]] = growth;
       outcome.largest.include(growth);
     }
-    write_sample(sample, here, outcome);
-    return outcome;
+    samples_csv->add(sample_fields(sample, here, outcome));
+    outcomes.push_back(std::move(outcome));
+    // Which terms vary is learnt by samples.
+    if (is_projected && (!tracker.has_expansion_point() || (was_full && tracker.is_full())))
+      expand_about_centre();
+    else if (tracker.is_crowded())
+      reduced_centre.modes = tracker.restart(reduced_centre.modes);
   }
 
   Fields Sampling::sample_fields(const unsigned int sample, const BranchPoint &modes,
                                  const Outcome &outcome) const
   {
     Fields fields{{"sample", sample + 1}};
-    for (unsigned int i = 0; i < study.parameters.size(); ++i)
-      fields.push_back({study.parameters[i], points.empty() ? 0 : points[sample][i]});
+    for (unsigned int i = 0; i < varied.parameters.size(); ++i)
+      fields.push_back({varied.parameters[i], points.empty() ? 0 : points[sample][i]});
     const GrowthSummary summary(modes.rows);
     const auto worst = std::max_element(modes.rows.begin(), modes.rows.end(),
                                         [](const ModeRow &a, const ModeRow &b)
@@ -290,7 +298,7 @@ namespace squeal
                {"frequency_hz", any ? number(worst->frequency()) : ""},
                {"growth_rate_1_per_s", any ? number(worst->growth_rate()) : ""},
                {"reduction_error_1_per_s",
-                any ? number(study.uncertainty(modes.modes, worst - modes.rows.begin())) : ""},
+                any ? number(varied.uncertainty(modes.modes, worst - modes.rows.begin())) : ""},
                {"mesh_error_1_per_s",
                 any && worst->growth_rate_error ? number(*worst->growth_rate_error) : ""}};
     for (unsigned int b = 0; b < frequencies.size(); ++b)
@@ -299,115 +307,20 @@ namespace squeal
     return fields;
   }
 
-  void Sampling::write_sample(const unsigned int sample, const BranchPoint &modes,
-                              const Outcome &outcome)
+  std::string Sampling::take_up()
   {
-    samples_csv->add(sample_fields(sample, modes, outcome));
+    const bool fits = outcomes.size() == n_done &&
+                      std::all_of(outcomes.begin(), outcomes.end(),
+                                  [&](const Outcome &outcome)
+                                  { return outcome.branches.size() == frequencies.size(); });
+    return fits ? "" : not_of_this();
   }
 
-  void Sampling::save()
+  void Sampling::open(const bool resumed)
   {
-    std::vector<double> numbers = {double(outcomes.size()), double(frequencies.size())};
-    const auto add              = [&](const Growth &growth)
-    {
-      // Not a number is no number in a state: a mode that is not there
-      const double missing = 1e300;
-      for (const double x : {growth.value, growth.by_mesh[0], growth.by_mesh[1],
-                             growth.by_solver[0], growth.by_solver[1]})
-        numbers.push_back(growth.is_known() ? x : missing);
-    };
-    for (const Outcome &outcome : outcomes)
-    {
-      for (const Growth &growth : outcome.branches)
-        add(growth);
-      add(outcome.largest);
-    }
-    study.save(numbers);
-    last_saved = std::chrono::steady_clock::now();
-  }
-
-  bool Sampling::resume()
-  {
-    const std::optional<std::vector<double>> state = study.resume();
-    if (!state)
-      return false;
-    const std::size_t n_branches = frequencies.size(), width = 5 * (n_branches + 1);
-    if (state->size() < 2 || (*state)[1] != n_branches || (*state)[0] > points.size() ||
-        state->size() != 2 + (*state)[0] * width)
-    {
-      log.line("The samples that were interrupted are not resumed, they begin anew: samples.state "
-               "is not of these.");
-      return false;
-    }
-    const double *at = state->data() + 2;
-    const auto take  = [&]()
-    {
-      Growth growth;
-      if (at[0] < 1e299)
-        growth = {at[0], {at[1], at[2]}, {at[3], at[4]}};
-      at += 5;
-      return growth;
-    };
-    outcomes.resize((*state)[0]);
-    for (Outcome &outcome : outcomes)
-    {
-      for (unsigned int b = 0; b < n_branches; ++b)
-        outcome.branches.push_back(take());
-      outcome.largest = take();
-    }
-    log.line("Resumed after " + std::to_string(outcomes.size()) + " of " +
-             std::to_string(points.size()) + " samples.");
-    return true;
-  }
-
-  void Sampling::tell_progress(const unsigned int n_before)
-  {
-    const unsigned int n_done = outcomes.size() - n_before;
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    std::string text =
-        "  sample " + std::to_string(outcomes.size() + 1) + " of " + std::to_string(points.size());
-    if (n_done > 0)
-      text +=
-          formatted(", about %.0f s to go", seconds / n_done * (points.size() - outcomes.size()));
-    log.progress(text);
-  }
-
-  void Sampling::run()
-  {
-    prepare();
-    const bool resumed = resume();
-    samples_csv        = std::make_unique<Table>(study.directory + "/samples.csv",
-                                          sample_fields(0, {}, {}), study.comm, resumed);
-    log.line("\n" + std::to_string(points.size()) + " samples of " +
-             std::to_string(study.parameters.size()) + " uncertain numbers, " +
-             std::to_string(frequencies.size()) + " branches");
-    begin = last_saved          = std::chrono::steady_clock::now();
-    const unsigned int n_before = outcomes.size();
-    for (unsigned int k = n_before; k < points.size(); ++k)
-    {
-      tell_progress(n_before);
-      outcomes.push_back(solve(k));
-      // Which terms vary is learnt by samples.
-      if (is_projected && (!tracker.has_expansion_point() || (was_full && tracker.is_full())))
-        expand_about_centre();
-      else if (tracker.is_crowded())
-        reduced_centre.modes = tracker.restart(reduced_centre.modes);
-      constexpr std::chrono::seconds interval(30);
-      int is_old = std::chrono::steady_clock::now() - last_saved > interval;
-      MPI_Bcast(&is_old, 1, MPI_INT, 0, study.comm);
-      if (is_old || k == n_before)
-        save();
-    }
-    write_results();
-    log.line("  " + std::to_string(tracker.n_full_solutions()) + " full solutions for " +
-             std::to_string(points.size() - n_before) + " samples, the centre and bars.");
-    const ModeTracker::Seconds &seconds = tracker.seconds();
-    log.line(formatted("  Processor seconds: contact and static states %.1f, counting %.1f, "
-                       "projection %.1f, full solutions %.1f, error bars %.1f.",
-                       seconds.assembly, seconds.counting, seconds.projection, seconds.full,
-                       seconds.bars));
-    study.finish();
+    samples_csv = table("samples.csv", sample_fields(0, {}, {}), resumed);
+    log.line(text_of("\n", points.size(), " samples of ", varied.parameters.size(),
+                     " uncertain numbers, ", frequencies.size(), " branches"));
   }
 
   const Sampling::Growth &Sampling::growth_of(const unsigned int sample, const int branch) const
@@ -483,23 +396,31 @@ namespace squeal
                                   const SensitivityIndices &indices) const
   {
     return {{"branch", branch < 0 ? "any" : std::to_string(branch + 1)},
-            {"parameter", study.parameters[parameter]},
+            {"parameter", varied.parameters[parameter]},
             {"first_order", indices.first_order.value},
             {"first_order_error", indices.first_order.error},
             {"total", indices.total.value},
             {"total_error", indices.total.error}};
   }
 
-  void Sampling::write_results()
+  void Sampling::conclude()
   {
-    Table probability(study.directory + "/probability.csv", probability_fields(-1), study.comm);
-    const unsigned int n = has_indices() ? 2 * n_base : n_base;
+    write_probabilities();
+    if (has_indices())
+      write_indices();
+    tell_full_solutions(", the centre and bars");
+  }
+
+  void Sampling::write_probabilities() const
+  {
+    const auto probability = table("probability.csv", probability_fields(-1), false);
+    const unsigned int n   = has_indices() ? 2 * n_base : n_base;
     log.line("\n  branch   frequency, Hz   probability of growth   +- samples    +- solver      "
              "+- mesh   growth rate, 1/s: 5 %, 50 %, 95 %");
     for (int branch = -1; branch < int(frequencies.size()); ++branch)
     {
       const Fields fields = probability_fields(branch);
-      probability.add(fields);
+      probability->add(fields);
       const auto value = [&](const std::string &column)
       {
         const auto at = std::find_if(fields.begin(), fields.end(),
@@ -520,19 +441,21 @@ namespace squeal
     log.line("  Branches that grow at none of " + std::to_string(n) +
              " samples, nor may, are in probability.csv only." +
              (estimator ? "" : " There are no bars of the mesh."));
-    if (!has_indices())
-      return;
-    Table table(study.directory + "/indices.csv", indices_fields(-1, 0, {}), study.comm);
+  }
+
+  void Sampling::write_indices() const
+  {
+    const auto indices_csv = table("indices.csv", indices_fields(-1, 0, {}), false);
     log.line("\n  Shares of the variance of the largest growth rate: first order, total");
     for (int branch = -1; branch < int(frequencies.size()); ++branch)
-      for (unsigned int i = 0; i < study.parameters.size(); ++i)
+      for (unsigned int i = 0; i < varied.parameters.size(); ++i)
       {
         const SensitivityIndices indices = indices_of(branch, i);
-        table.add(indices_fields(branch, i, indices));
+        indices_csv->add(indices_fields(branch, i, indices));
         if (branch < 0)
           log.line(formatted("  %8.3f +- %.3f   %8.3f +- %.3f   ", indices.first_order.value,
                              indices.first_order.error, indices.total.value, indices.total.error) +
-                   study.parameters[i]);
+                   varied.parameters[i]);
       }
   }
 } // namespace squeal

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <optional>
-#include <stdexcept>
 
+// In the order of a run: effects of the mesh are estimated at the centre and the corners; the grid
+// is walked, and between neighbours the crossings of the border are located; from each crossing
+// that lies on no curve yet a curve is traced, by steps along its tangent and Newton's method back
+// onto it; the map is sorted. Positions are in cells of the grid.
 namespace squeal
 {
   using Complex = std::complex<double>;
@@ -16,17 +18,14 @@ namespace squeal
   StabilityMap::StabilityMap(ParameterFile &file, Model &model, const EigensolverOptions &options,
                              const std::string &directory, const MPI_Comm comm, Log &log,
                              const ErrorEstimator &estimator)
-      : study(file, {file.parameters().sweep.parameter, file.parameters().sweep.second_parameter},
-              options, directory, "map", "the border of stability", {"map.csv", "border.csv"}, comm,
-              log),
-        tracker(study.tracker), values{{file.parameters().sweep.points(),
-                                        file.parameters().sweep.second_points()}},
-        log(log), estimator(estimator)
+      : Study({"map", "point", "the border of stability", {"map.csv", "border.csv"}}, file,
+              {file.parameters().sweep.parameter, file.parameters().sweep.second_parameter}, model,
+              options, directory, comm, log, estimator),
+        values{{file.parameters().sweep.points(), file.parameters().sweep.second_points()}}
   {
-    tracker.set_model(model);
     for (unsigned int k = 0; k < 2; ++k)
       Parameters::Sweep::need_mesh_kept(
-          study.parameters[k],
+          varied.parameters[k],
           k == 0 ? "Sweep/Parameter = " : "Sweep/Second parameter = ", "a stability map keeps");
   }
 
@@ -88,13 +87,13 @@ namespace squeal
 
   void StabilityMap::set_expansion_point(const Position &at, const Scope scope)
   {
-    const Parameters::All &parameters = study.parameters_at(values_at(at));
+    const Parameters::All &parameters = varied.parameters_at(values_at(at));
     tracker.set_expansion_point(parameters, tracker.solve_fully(parameters, scope).reuse);
   }
 
   StabilityMap::Evaluation StabilityMap::evaluate(const Position &at, const Complex expected)
   {
-    auto here = study.evaluate(values_at(at), {expected});
+    auto here = varied.evaluate(values_at(at), {expected});
     Evaluation result;
     result.lambda      = here.lambda[0];
     result.modes       = std::move(here.modes);
@@ -111,8 +110,8 @@ namespace squeal
         Position shifted = at;
         shifted[k]       = at[k] + h;
         const EigenPairs beside =
-            tracker.solve(study.parameters_at(values_at(shifted)), Scope::disc).modes;
-        const unsigned int mode = study.nearest(beside, {result.lambda}).front();
+            tracker.solve(varied.parameters_at(values_at(shifted)), Scope::disc).modes;
+        const unsigned int mode = varied.nearest(beside, {result.lambda}).front();
         result.slope[k]         = (beside.lambda[mode] - result.lambda) / h;
       }
       result.gradient[k] = result.slope[k].real();
@@ -123,7 +122,7 @@ namespace squeal
   StabilityMap::Evaluation StabilityMap::evaluate(const Position &at,
                                                   const StaticInstability &instability)
   {
-    const auto here = study.evaluate(instability, values_at(at));
+    const auto here = varied.evaluate(instability, values_at(at));
     Evaluation result;
     if (here.value == 0) // exactly on the boundary: the gradient is that of a point beside it
     {
@@ -144,8 +143,8 @@ namespace squeal
   Fields StabilityMap::map_fields(const Position &at, const GrowthSummary &summary) const
   {
     const auto &worst = summary.worst;
-    return {{study.parameters[0], number(parameter_at(0, at[0]), 15)},
-            {study.parameters[1], number(parameter_at(1, at[1]), 15)},
+    return {{varied.parameters[0], number(parameter_at(0, at[0]), 15)},
+            {varied.parameters[1], number(parameter_at(1, at[1]), 15)},
             {"unstable_modes", summary.n_unstable},
             {"undecided_modes", summary.n_undecided},
             {"growth_rate_1_per_s", worst ? number(worst->growth_rate()) : ""},
@@ -159,8 +158,8 @@ namespace squeal
     Fields fields = {
         {"curve", curve},
         {"kind", point.divergence ? "divergence" : "flutter"},
-        {study.parameters[0], number(parameter_at(0, point.at[0]), 15)},
-        {study.parameters[1], number(parameter_at(1, point.at[1]), 15)},
+        {varied.parameters[0], number(parameter_at(0, point.at[0]), 15)},
+        {varied.parameters[1], number(parameter_at(1, point.at[1]), 15)},
         {"frequency_hz", point.lambda.imag() / (2 * M_PI)},
         {"other_growing_modes", point.n_growing ? std::to_string(*point.n_growing) : ""},
         {"accuracy_cells", point.accuracy()},
@@ -172,10 +171,10 @@ namespace squeal
       const double shift = point.bar ? point.bar->correction * point.across[k] : 0,
                    half  = point.bar ? point.bar->error + point.accuracy() : 0,
                    there = std::clamp(point.at[k] + shift, -0.5, values[k].size() - 0.5);
-      fields.push_back({"corrected_" + study.parameters[k],
+      fields.push_back({"corrected_" + varied.parameters[k],
                         point.bar ? number(parameter_at(k, there), 15) : ""});
       fields.push_back(
-          {"band_" + study.parameters[k],
+          {"band_" + varied.parameters[k],
            point.bar ? number(half * point.across[k] * cell_size(k, point.at[k]), 6) : ""});
     }
     return fields;
@@ -186,38 +185,28 @@ namespace squeal
     std::vector<ModeRow> rows = tracker.analyse(modes);
     if (effects)
       set_bars(rows, effects->on(shares_at(at), modes), modes.lambda, modes.parity,
-               study.options.tolerance);
-    const GrowthSummary summary(rows);
-    map_csv->add(map_fields(at, summary));
-    log.progress("  " + study.parameters[0] + " = " + number(parameter_at(0, at[0])) + ", " +
-                 study.parameters[1] + " = " + number(parameter_at(1, at[1])) + ": " +
-                 std::to_string(summary.n_unstable) + " unstable" +
-                 (effects ? ", " + std::to_string(summary.n_undecided) + " undecided" : ""));
+               varied.options.tolerance);
+    map_csv->add(map_fields(at, GrowthSummary(rows)));
   }
 
   void StabilityMap::sort_map() const
   {
-    int rank;
-    MPI_Comm_rank(study.comm, &rank);
-    if (rank != 0)
+    if (!is_rank_zero(comm))
       return;
-    const std::string filename = study.directory + "/map.csv";
+    const std::string filename = directory + "/map.csv";
     std::ifstream file(filename);
-    std::string header, line;
-    std::getline(file, header);
-    std::vector<std::pair<std::array<double, 2>, std::string>> lines; // by second value and first
-    while (std::getline(file, line))
-    {
-      const Position at = position_of(lines.size());
-      lines.emplace_back(std::array<double, 2>{{at[1], at[0]}}, line);
-    }
-    std::sort(lines.begin(), lines.end());
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(file, line);)
+      lines.push_back(line);
+    file.close();
+    const unsigned int n = values[0].size();
+    for (unsigned int first = 1 + n; first + n <= lines.size(); first += 2 * n) // every other row
+      std::reverse(lines.begin() + first, lines.begin() + first + n);
     write_file(filename,
                [&](std::ostream &out)
                {
-                 out << header << '\n';
-                 for (const auto &[place, text] : lines)
-                   out << text << '\n';
+                 for (const std::string &line : lines)
+                   out << line << '\n';
                });
   }
 
@@ -234,8 +223,8 @@ namespace squeal
     if ((n_before + n_now) % 2 == 0)
       return;
     const Position &end     = n_now > n_before ? to : from;
-    const EigenPairs at_end = tracker.solve(study.parameters_at(values_at(end))).modes;
-    const auto instability  = study.instability_of(values_at(end), at_end);
+    const EigenPairs at_end = tracker.solve(varied.parameters_at(values_at(end))).modes;
+    const auto instability  = varied.instability_of(values_at(end), at_end);
     const auto along        = [&](const double t)
     {
       const Evaluation at = evaluate(between(from, to, t), instability);
@@ -267,13 +256,13 @@ namespace squeal
       return std::make_pair(at.value, slope.real());
     };
     Root root;
-    if (l_before.real() * l_now.real() < 0 && !study.is_marginal(l_before) &&
-        !study.is_marginal(l_now))
+    if (l_before.real() * l_now.real() < 0 && !varied.is_marginal(l_before) &&
+        !varied.is_marginal(l_now))
       root = find_root(0, l_before.real(), 1, l_now.real(), along);
     else
     {
       // The border runs through the point that is marginal.
-      const double t             = study.is_marginal(l_before) ? 0 : 1;
+      const double t             = varied.is_marginal(l_before) ? 0 : 1;
       const auto [growth, slope] = along(t);
       root                       = {t - growth / slope, std::abs(growth / slope), 1};
     }
@@ -302,7 +291,7 @@ namespace squeal
       for (unsigned int j = 0; j < b.size(); ++j)
         cost[i][j] = std::norm(a[i] - b[j]);
     const std::vector<int> partners = assign(cost, b.size());
-    const auto grows = [&](const Complex l) { return l.real() > 0 && !study.is_marginal(l); };
+    const auto grows = [&](const Complex l) { return l.real() > 0 && !varied.is_marginal(l); };
     std::vector<BoundaryPoint> found;
     bool all_located = true;
     for (unsigned int i = 0; i < a.size(); ++i)
@@ -317,7 +306,7 @@ namespace squeal
     // Modes that meet on the way are told apart on a shorter one.
     const Position middle = between(from, to, 0.5);
     const std::vector<Complex> there =
-        tracker.solve(study.parameters_at(values_at(middle)), Scope::disc).modes.lambda;
+        tracker.solve(varied.parameters_at(values_at(middle)), Scope::disc).modes.lambda;
     find_flutter(from, middle, a, there, halvings - 1);
     find_flutter(middle, to, there, b, halvings - 1);
   }
@@ -331,7 +320,7 @@ namespace squeal
     {
       lambda.erase(std::remove_if(lambda.begin(), lambda.end(),
                                   [&](const Complex &l)
-                                  { return grows_beyond_disc(l, study.options.max_imaginary); }),
+                                  { return grows_beyond_disc(l, varied.options.max_imaginary); }),
                    lambda.end());
       return lambda;
     };
@@ -340,8 +329,10 @@ namespace squeal
     add_divergence(before, now, modes);
   }
 
-  void StabilityMap::estimate_errors()
+  void StabilityMap::prepare()
   {
+    if (!estimator)
+      return;
     log.progress("  centre of the map");
     const double n = values[0].size() - 1, m = values[1].size() - 1;
     const Position centre = {{n / 2, m / 2}};
@@ -352,12 +343,12 @@ namespace squeal
         between_signs[k] = 0;
     try
     {
-      study.parameters_at(between_signs);
+      varied.parameters_at(between_signs);
     }
     catch (const InputError &)
     {
-      log.line("\nThis map has no error bars: " + study.parameters[0] + " = " +
-               number(between_signs[0]) + " with " + study.parameters[1] + " = " +
+      log.line("\nThis map has no error bars: " + varied.parameters[0] + " = " +
+               number(between_signs[0]) + " with " + varied.parameters[1] + " = " +
                number(between_signs[1]) +
                " is not allowed, and effects of the mesh are not interpolated across it.");
       return;
@@ -366,7 +357,7 @@ namespace squeal
     std::vector<std::vector<double>> places;
     for (const Position &corner : corners)
       places.push_back(values_at(corner));
-    effects.emplace(study, estimator, values_at(centre), places);
+    effects.emplace(varied, estimator, values_at(centre), places);
   }
 
   std::vector<double> StabilityMap::shares_at(const Position &p) const
@@ -393,34 +384,32 @@ namespace squeal
     return result;
   }
 
-  void StabilityMap::walk_grid()
+  void StabilityMap::solve(const unsigned int point)
   {
-    const unsigned int n = values[0].size(), n_points = n * values[1].size();
-    for (unsigned int point = eigenvalues.size(); point < n_points; ++point)
+    const unsigned int n      = values[0].size();
+    const Position at         = position_of(point);
+    const EigenSolution found = tracker.solve(varied.parameters_at(values_at(at)));
+    const EigenPairs &modes   = found.modes;
+    write(at, modes);
+    if (found.proof.lacks_growing)
+      log.line("  At " + number(parameter_at(0, at[0])) + ", " + number(parameter_at(1, at[1])) +
+               ": " + lacking_growth);
+    if (point % n > 0)
+      find_crossings(point - 1, point, modes);
+    if (point >= n) // the neighbour in the row before, which was walked the other way
+      find_crossings(2 * (point / n) * n - 1 - point, point, modes);
+    eigenvalues.push_back(modes.lambda);
+    is_full = tracker.is_whole(modes);
+    if (is_full)
     {
-      const Position at         = position_of(point);
-      const EigenSolution found = tracker.solve(study.parameters_at(values_at(at)));
-      const EigenPairs &modes   = found.modes;
-      write(at, modes);
-      if (found.proof.lacks_growing)
-        log.line("  At " + number(parameter_at(0, at[0])) + ", " + number(parameter_at(1, at[1])) +
-                 ": " + lacking_growth);
-      if (point % n > 0)
-        find_crossings(point - 1, point, modes);
-      if (point >= n) // the neighbour in the row before, which was walked the other way
-        find_crossings(2 * (point / n) * n - 1 - point, point, modes);
-      eigenvalues.push_back(modes.lambda);
-      if (tracker.is_whole(modes))
-      {
-        tracker.set_expansion_point(study.parameters_at(values_at(at)), found.reuse);
-        // All parity sectors, as in a run that resumes here
-        tracker.keep_apart(tracker.varying_terms());
-        save();
-      }
-      if (point % n == n - 1)
-        log.line("  " + study.parameters[1] + " = " + number(parameter_at(1, at[1])) + ": " +
-                 std::to_string(crossings.size()) + " crossings of the border so far");
+      tracker.set_expansion_point(varied.parameters_at(values_at(at)), found.reuse);
+      // All parity sectors, as in a run that resumes here
+      varying_terms = tracker.varying_terms();
+      tracker.keep_apart(varying_terms);
     }
+    if (point % n == n - 1)
+      log.line("  " + varied.parameters[1] + " = " + number(parameter_at(1, at[1])) + ": " +
+               std::to_string(crossings.size()) + " crossings of the border so far");
   }
 
   // The boundaries.
@@ -515,8 +504,8 @@ namespace squeal
       {
         // A mode was lost, or there is no steady state: nearer.
       }
-    log.line("  The border cannot be followed beyond " + study.parameters[0] + " = " +
-             number(parameter_at(0, last.at[0])) + ", " + study.parameters[1] + " = " +
+    log.line("  The border cannot be followed beyond " + varied.parameters[0] + " = " +
+             number(parameter_at(0, last.at[0])) + ", " + varied.parameters[1] + " = " +
              number(parameter_at(1, last.at[1])) + ".");
     return false;
   }
@@ -531,9 +520,9 @@ namespace squeal
         continue;
       set_expansion_point(beside, Scope::disc);
       const EigenPairs modes =
-          tracker.solve(study.parameters_at(values_at(beside)), Scope::disc).modes;
+          tracker.solve(varied.parameters_at(values_at(beside)), Scope::disc).modes;
       if (!divergent_modes(modes).empty())
-        return std::make_unique<StaticInstability>(study.instability_of(values_at(beside), modes));
+        return std::make_unique<StaticInstability>(varied.instability_of(values_at(beside), modes));
     }
     return nullptr;
   }
@@ -561,7 +550,7 @@ namespace squeal
     point.n_growing = 0;
     for (unsigned int j = 0; j < there.modes.size(); ++j)
       *point.n_growing += j != there.mode && there.modes.lambda[j].real() > 0 &&
-                          !study.is_marginal(there.modes.lambda[j]);
+                          !varied.is_marginal(there.modes.lambda[j]);
     point.bar = bar_of(point.at, there.modes, there.mode, slope);
   }
 
@@ -576,7 +565,8 @@ namespace squeal
                             point.at[1] + sign * beside * point.across[1]}};
       if (!inside(at, 0))
         continue;
-      const EigenPairs modes = tracker.solve(study.parameters_at(values_at(at)), Scope::disc).modes;
+      const EigenPairs modes =
+          tracker.solve(varied.parameters_at(values_at(at)), Scope::disc).modes;
       const std::vector<unsigned int> divergent = divergent_modes(modes);
       if (divergent.empty())
         continue;
@@ -586,7 +576,7 @@ namespace squeal
         slope += there.gradient[k] * point.across[k];
       point.n_growing = divergent.size() - 1;
       for (const std::complex<double> l : modes.lambda)
-        *point.n_growing += l.imag() > 0 && l.real() > 0 && !study.is_marginal(l);
+        *point.n_growing += l.imag() > 0 && l.real() > 0 && !varied.is_marginal(l);
       point.bar = bar_of(at, there.modes, there.mode, slope);
       return;
     }
@@ -669,122 +659,32 @@ namespace squeal
       ++n_curves;
       for (BoundaryPoint &other : crossings)
         other.done = other.done || is_on(curve, other);
-      seed.done = true;
+      seed.done     = true;
+      varying_terms = tracker.varying_terms();
       save();
     }
   }
 
-  // Files.
-
-  void StabilityMap::save()
+  std::string StabilityMap::take_up()
   {
-    const std::vector<double> varying_terms = tracker.varying_terms();
-    std::vector<double> state               = {double(n_curves), double(varying_terms.size())};
-    state.insert(state.end(), varying_terms.begin(), varying_terms.end());
-    state.push_back(eigenvalues.size());
-    for (const std::vector<Complex> &list : eigenvalues)
-    {
-      state.push_back(list.size());
-      for (const Complex l : list)
-        state.insert(state.end(), {l.real(), l.imag()});
-    }
-    state.push_back(crossings.size());
-    for (const BoundaryPoint &point : crossings)
-      state.insert(state.end(),
-                   {point.at[0], point.at[1], point.lambda.imag(), point.search_error,
-                    point.reduction_error, double(point.divergence), double(point.done)});
-    study.save(state);
-  }
-
-  bool StabilityMap::resume()
-  {
-    const std::optional<std::vector<double>> state = study.resume();
-    if (!state)
-      return false;
-    std::size_t at  = 0;
-    const auto next = [&]()
-    {
-      if (at == state->size())
-        throw std::out_of_range("state");
-      return (*state)[at++];
-    };
-    // A number of things that follow, each of so many numbers
-    const auto count = [&](const unsigned int n_each)
-    {
-      const double n = next();
-      if (!(n >= 0 && n * n_each <= state->size() - at && n == std::floor(n)))
-        throw std::out_of_range("state");
-      return std::size_t(n);
-    };
-    std::vector<std::vector<Complex>> known;
-    std::vector<BoundaryPoint> found;
-    std::vector<double> varying_terms;
-    double n_known_curves = 0;
-    try
-    {
-      n_known_curves = next();
-      varying_terms.resize(count(1));
-      for (double &number : varying_terms)
-        number = next();
-      known.resize(count(1));
-      for (std::vector<Complex> &list : known)
-      {
-        list.resize(count(2));
-        for (Complex &l : list)
-        {
-          l.real(next());
-          l.imag(next());
-        }
-      }
-      found.resize(count(7));
-      for (BoundaryPoint &point : found)
-      {
-        point.at              = {{next(), next()}};
-        point.lambda          = {0, next()};
-        point.search_error    = next();
-        point.reduction_error = next();
-        point.divergence      = next() != 0;
-        point.done            = next() != 0;
-      }
-      if (at != state->size())
-        throw std::out_of_range("state");
-    }
-    catch (const std::out_of_range &)
-    {
-      known.clear();
-    }
-    if (known.empty() || known.size() > values[0].size() * values[1].size() ||
-        !(n_known_curves >= 0 && n_known_curves <= found.size()))
-    {
-      log.line("The map that was interrupted is not resumed, it begins anew: map.state is not of "
-               "this map.");
-      return false;
-    }
-    n_curves    = n_known_curves;
-    eigenvalues = std::move(known);
-    crossings   = std::move(found);
-    log.line("Resumed after " + std::to_string(eigenvalues.size()) + " points and " +
-             std::to_string(n_curves) + " curves.");
-    set_expansion_point(position_of(eigenvalues.size() - 1), Scope::window);
+    if (eigenvalues.size() != n_done || n_curves > crossings.size())
+      return not_of_this();
+    set_expansion_point(position_of(n_done - 1), Scope::window);
     tracker.keep_apart(varying_terms);
-    return true;
+    return "";
   }
 
-  void StabilityMap::run()
+  void StabilityMap::open(const bool resumed)
   {
-    if (estimator)
-      estimate_errors();
-    const bool resumed = resume();
-    map_csv            = std::make_unique<Table>(study.directory + "/map.csv",
-                                      map_fields({}, GrowthSummary({})), study.comm, resumed);
-    border_csv = std::make_unique<Table>(study.directory + "/border.csv", border_fields(0, {}),
-                                         study.comm, resumed);
-    log.line("\nStability map over " + study.parameters[0] + " and " + study.parameters[1] + ", " +
-             std::to_string(values[0].size()) + " x " + std::to_string(values[1].size()) +
-             " points");
-    walk_grid();
+    map_csv    = table("map.csv", map_fields({}, GrowthSummary({})), resumed);
+    border_csv = table("border.csv", border_fields(0, {}), resumed);
+    log.line(text_of("\nStability map over ", varied.parameters[0], " and ", varied.parameters[1],
+                     ", ", values[0].size(), " x ", values[1].size(), " points"));
+  }
+
+  void StabilityMap::conclude()
+  {
     trace_boundaries();
-    sort_map(); // at the end: until then a state marks how much of the table is right
-    study.finish();
+    sort_map();
   }
 } // namespace squeal

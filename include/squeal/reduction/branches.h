@@ -2,6 +2,7 @@
 
 #include <squeal/assessment/stability.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,13 @@ namespace squeal
     std::vector<double> overlaps;       ///< with the branch's mode at the point before; 0: new
     unsigned int n_branches = 0;        ///< branches so far
     std::vector<ModeRow> rows;          ///< of the modes
+
+    /// The mode of a branch, or -1.
+    int index_of(const unsigned int branch) const
+    {
+      const auto at = std::find(branches.begin(), branches.end(), branch);
+      return at == branches.end() ? -1 : int(at - branches.begin());
+    }
   };
 
   /// c_ij = z_i^H [(l_i + l'_j) M + P] x'_j / 2 l_i, by the form in brackets (biorthogonality()) of

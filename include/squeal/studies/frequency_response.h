@@ -23,7 +23,7 @@ namespace squeal
   public:
     /// Sector by sector where the equations keep to @p sectors. The equations must live longer.
     HarmonicSolver(const EquationsOfMotion &equations, const Sectors &sectors);
-    /// Of each column of @p forces, at @p omega > 0, 1/s, from @p start on, what is known of the
+    /// Solves for each column of @p forces at @p omega > 0, 1/s; @p start is what is known of the
     /// solution. Throws SolverError, also if the backward error in the infinity norm is not below
     /// 1e-9. Collective.
     ComplexMultiVector solve(double omega, const MultiVector &forces,
@@ -64,9 +64,9 @@ namespace squeal
     std::vector<double> frequencies; ///< Hz
     unsigned int n_forces = 0, n_observations = 0;
     std::vector<std::complex<double>> values;
-    /// Of interpolation: a / (1 - q), a the largest difference of an interpolated value and a
-    /// direct one of the last three direct solutions, which were not in the interpolation then, and
-    /// q the factor by which they fall (divided by (s/s_f)^2 if s^2 R is interpolated, at the
+    /// Errors of interpolation: a / (1 - q), a the largest difference of an interpolated value and
+    /// a direct one of the last three direct solutions, which were not in the interpolation then,
+    /// and q the factor by which they fall (divided by (s/s_f)^2 if s^2 R is interpolated, at the
     /// frequency f); zero if all are direct.
     std::vector<double> errors;
     unsigned int n_direct = 0, n_factorizations = 0;

@@ -2,7 +2,7 @@
 
 #include <squeal/bars/carried_errors.h>
 #include <squeal/reduction/branches.h>
-#include <squeal/studies/parameter_study.h>
+#include <squeal/studies/varied_model.h>
 
 #include <vector>
 
@@ -15,12 +15,12 @@ namespace squeal
   {
   public:
     using Point = std::vector<double>;
-    /// Of the places at a point; the centre has what is left of one.
+    /// Weights of the places at a point; the centre has what is left of one.
     using Shares = std::vector<double>;
 
     /// Solves the centre in full. With an estimator effects are estimated there and at the places,
     /// whose modes must continue those of the centre. Throws SolverError, InputError.
-    InterpolatedEffects(ParameterStudy &study, const ErrorEstimator &estimator, const Point &centre,
+    InterpolatedEffects(VariedModel &varied, const ErrorEstimator &estimator, const Point &centre,
                         const std::vector<Point> &places);
 
     /// Modes and branches there, the latter by the modes' numbers.
@@ -35,12 +35,12 @@ namespace squeal
 
     /// The effects at a point on the modes of the centre. With an estimator only.
     KnownEffects at(const Shares &shares) const;
-    /// The same on the modes of the point, of the last solution: those that continue one of the
+    /// The effects on the modes of the point, of the last solution, that continue one of the
     /// centre. Collective.
     KnownEffects on(const Shares &shares, const EigenPairs &modes) const;
 
   private:
-    ParameterStudy &study;
+    VariedModel &varied;
     BranchPoint at_centre;
     ModesOnCourse course;
     ErrorEffects effects;

@@ -1,36 +1,27 @@
 #pragma once
 
-#include <squeal/assessment/tables.h>
 #include <squeal/reduction/branches.h>
 #include <squeal/studies/interpolated_effects.h>
-#include <squeal/studies/parameter_study.h>
 #include <squeal/studies/sample_statistics.h>
+#include <squeal/studies/study.h>
 
-#include <chrono>
 #include <limits>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 namespace squeal
 {
-  /// How probable it is that a brake squeals whose numbers are uncertain. The modes of each sample
-  /// are solved by projection on those of the centre and certified, in full where they do not
-  /// certify; they are told apart by the branches of the centre.
+  /// Tells how probable it is that a brake squeals whose numbers are uncertain. The modes of each
+  /// sample are solved by projection on those of the centre and certified, in full where they do
+  /// not certify; they are told apart by the branches of the centre.
   ///
   /// samples.csv has a line for each, probability.csv and indices.csv what follows. Probabilities
   /// have three bars: of the number of samples, of the solver and of the mesh
   /// (InterpolatedEffects).
-  class Sampling
+  class Sampling : public Study
   {
   public:
     Sampling(ParameterFile &file, Model &model, const EigensolverOptions &options,
              const std::string &directory, MPI_Comm comm, Log &log,
              const ErrorEstimator &estimator = {});
-
-    /// Throws InputError, SolverError.
-    void run();
 
   private:
     using Point = std::vector<double>;
@@ -45,33 +36,55 @@ namespace squeal
       {
         return value == value;
       }
-      /// The largest of several.
+      /// Takes the largest of this one and another.
       void include(const Growth &other);
+      friend void serialize(Archive &archive, Growth &growth)
+      {
+        archive(growth.value, growth.by_mesh[0], growth.by_mesh[1], growth.by_solver[0],
+                growth.by_solver[1]);
+      }
     };
-    /// By branch of the centre, and the largest of all modes.
+    /// Growth rates by branch of the centre, and the largest of all modes.
     struct Outcome
     {
       std::vector<Growth> branches;
       Growth largest;
+      friend void serialize(Archive &archive, Outcome &outcome)
+      {
+        archive(outcome.branches, outcome.largest);
+      }
     };
 
-    void make_points();
-    Point centre() const;
+    unsigned int n_points() const override
+    {
+      return points.size();
+    }
     /// Solves the centre, estimates effects of the mesh there and beside, and makes it the
     /// expansion point.
-    void prepare();
+    void prepare() override;
+    void visit(Archive &state) override
+    {
+      state(outcomes);
+    }
+    std::string take_up() override;
+    void open(bool resumed) override;
+    void solve(unsigned int sample) override;
+    /// Writes probabilities and sensitivity indices.
+    void conclude() override;
+
+    void make_points();
+    /// Gives the medians; of given samples their means.
+    Point centre() const;
     void expand_about_centre();
+    /// Looks at the largest of each number: which terms vary.
     void learn_terms();
-    Outcome solve(unsigned int sample);
-    /// The effects on the modes of a point, carried from the centre.
+    /// Carries the effects from the centre to the modes of a point.
     KnownEffects effects_at(const Point &point, const BranchPoint &modes) const;
-    void write_sample(unsigned int sample, const BranchPoint &modes, const Outcome &outcome);
     Fields sample_fields(unsigned int sample, const BranchPoint &modes,
                          const Outcome &outcome) const;
-    void save();
-    bool resume();
-    void write_results();
-    /// Of these samples; @p branch, or -1 for the largest of all modes.
+    void write_probabilities() const;
+    void write_indices() const;
+    /// Lists the growth rates of @p n samples; @p branch, or -1 for the largest of all modes.
     std::vector<double> growth_rates(int branch, unsigned int first, unsigned int n) const;
     Fields probability_fields(int branch) const;
     SensitivityIndices indices_of(int branch, unsigned int parameter) const;
@@ -79,25 +92,19 @@ namespace squeal
                           const SensitivityIndices &indices) const;
     const Growth &growth_of(unsigned int sample, int branch) const;
     bool has_indices() const;
-    void tell_progress(unsigned int n_before);
 
-    ParameterStudy study;
-    ModeTracker &tracker;
     const Parameters::Sampling settings;
-    Log &log;
-    const ErrorEstimator &estimator;
     std::vector<Point> points;
     Point middle;            ///< centre()
     unsigned int n_base = 0; ///< points A; B and, with indices, A with numbers of B follow
     std::optional<InterpolatedEffects> effects; ///< with the whole modes of the centre
-    /// Of each place beside the centre: which number is moved there, and by how much.
+    /// Which number is moved at each place beside the centre, and by how much.
     std::vector<std::pair<unsigned int, double>> moved;
     BranchPoint reduced_centre;
     std::vector<double> frequencies; ///< of the branches at the centre, Hz
     ModesOnCourse reduced_place;
     std::vector<Outcome> outcomes;
     std::unique_ptr<Table> samples_csv;
-    std::chrono::steady_clock::time_point begin, last_saved;
     bool knows_terms  = false; ///< which of them vary
     bool is_projected = false; ///< once there was an expansion point
     bool was_full     = false; ///< the last sample

@@ -1,17 +1,16 @@
 #pragma once
 
-#include <squeal/assessment/tables.h>
 #include <squeal/studies/interpolated_effects.h>
+#include <squeal/studies/study.h>
 
 #include <array>
 #include <functional>
-#include <memory>
-#include <optional>
 
 namespace squeal
 {
-  /// The stability of a model over two parameters: map.csv, a line for each point of the grid, and
-  /// border.csv, the stability boundaries, curves on which a mode changes between decay and growth.
+  /// Maps the stability of a model over two parameters: map.csv, a line for each point of the grid,
+  /// and border.csv, the stability boundaries, curves on which a mode changes between decay and
+  /// growth.
   ///
   /// The grid is walked to and fro, so that each point starts from the vectors of a neighbour.
   /// Between neighbours the modes are paired by their eigenvalues; where the growth rate of a pair
@@ -28,15 +27,12 @@ namespace squeal
   ///
   /// What is done is on disk after each point of the grid and each curve; a map that was killed
   /// resumes there. At the end map.csv is sorted by the second value and the first.
-  class StabilityMap
+  class StabilityMap : public Study
   {
   public:
     StabilityMap(ParameterFile &file, Model &model, const EigensolverOptions &options,
                  const std::string &directory, MPI_Comm comm, Log &log,
                  const ErrorEstimator &estimator = {});
-
-    /// Throws InputError, SolverError.
-    void run();
 
   private:
     /// A position in units of the grid's cells, counted from the first values.
@@ -64,6 +60,12 @@ namespace squeal
       {
         return search_error + reduction_error;
       }
+      /// Hands over what is known of a crossing.
+      friend void serialize(Archive &archive, BoundaryPoint &point)
+      {
+        archive(point.at, point.lambda, point.search_error, point.reduction_error, point.divergence,
+                point.done);
+      }
     };
 
     /// The function that vanishes on the boundary, its gradient by position, and what is needed to
@@ -79,6 +81,27 @@ namespace squeal
       unsigned int mode = 0;                       ///< this one's number
     };
     using BoundaryFunction = std::function<Evaluation(const Position &)>;
+
+    unsigned int n_points() const override
+    {
+      return values[0].size() * values[1].size();
+    }
+    /// Estimates effects at the centre and the corners of the map.
+    void prepare() override;
+    void visit(Archive &state) override
+    {
+      state(eigenvalues, crossings, n_curves, varying_terms);
+    }
+    std::string take_up() override;
+    void open(bool resumed) override;
+    void solve(unsigned int point) override;
+    bool can_be_saved() const override
+    {
+      return is_full;
+    }
+    /// Traces the boundaries and sorts the map, whose state until then marks how much of it is
+    /// right.
+    void conclude() override;
 
     double parameter_at(unsigned int k, double position) const;
     double cell_size(unsigned int k, double position) const;
@@ -96,16 +119,13 @@ namespace squeal
     Evaluation evaluate(const Position &at, std::complex<double> expected);
     Evaluation evaluate(const Position &at, const StaticInstability &instability);
 
-    /// Estimates effects at the centre and the corners of the map.
-    void estimate_errors();
-    /// Of the corners, anticlockwise from the first values: in the triangle of the centre and two
-    /// neighbouring ones in which a position lies.
+    /// Shares of the corners, anticlockwise from the first values, in the triangle of the centre
+    /// and two neighbouring ones in which a position lies.
     std::vector<double> shares_at(const Position &at) const;
-    void walk_grid();
     Fields map_fields(const Position &at, const GrowthSummary &summary) const;
     Fields border_fields(unsigned int curve, const BoundaryPoint &point) const;
     void write(const Position &at, const EigenPairs &modes);
-    /// Puts the lines of map.csv in order.
+    /// Puts the lines of map.csv, which was walked to and fro, in order.
     void sort_map() const;
     /// The crossings between two neighbours of the grid, of which the second has just been solved.
     void find_crossings(unsigned int before, unsigned int now, const EigenPairs &modes);
@@ -127,8 +147,8 @@ namespace squeal
     std::unique_ptr<StaticInstability> instability_beside(const Position &at);
     /// What is across the boundary at a point of it, and the band that the mesh leaves.
     void assess(BoundaryPoint &point, const Evaluation &there);
-    /// Of divergence: by l^2 of the divergent mode beside, whose effect and derivative are in the
-    /// same ratio as there.
+    /// Assesses a divergence by l^2 of the divergent mode beside, whose effect and derivative are
+    /// in the same ratio as there.
     void assess_divergence(BoundaryPoint &point);
     std::optional<CriticalBar> bar_of(const Position &at, const EigenPairs &modes,
                                       unsigned int mode, double slope) const;
@@ -139,16 +159,9 @@ namespace squeal
     static bool correct(const BoundaryFunction &function, Position &at, int held,
                         Evaluation &result, BoundaryPoint &point);
 
-    void save();
-    bool resume();
-
     static constexpr double longest_step = 0.5, shortest_step = 0.01; ///< cells
 
-    ParameterStudy study;
-    ModeTracker &tracker;
     const std::array<std::vector<double>, 2> values;
-    Log &log;
-    const ErrorEstimator estimator;
     std::optional<InterpolatedEffects> effects; ///< with an estimator
     std::unique_ptr<Table> map_csv, border_csv;
 
@@ -156,6 +169,8 @@ namespace squeal
         eigenvalues; ///< by point of the grid, walked so far
     std::vector<BoundaryPoint> crossings;
     unsigned int n_curves = 0;
-    bool at_edge          = false; ///< whether the last step of a curve ended at the map's edge
+    std::vector<double> varying_terms; ///< of the last expansion point on the grid
+    bool is_full = false;              ///< the last point of the grid was solved in full
+    bool at_edge = false;              ///< whether the last step of a curve ended at the map's edge
   };
 } // namespace squeal

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <squeal/assessment/divergence.h>
-#include <squeal/base/log.h>
-#include <squeal/base/state_file.h>
 #include <squeal/parameters/parameter_file.h>
 #include <squeal/reduction/mode_tracker.h>
 
@@ -40,27 +38,15 @@ namespace squeal
     std::vector<Known> places;
   };
 
-  /// The modes of a table's lines at one point.
-  struct GrowthSummary
-  {
-    explicit GrowthSummary(const std::vector<ModeRow> &rows);
-
-    unsigned int n_unstable  = 0; ///< with the verdict flutter or divergence
-    unsigned int n_undecided = 0;
-    std::optional<ModeRow> worst; ///< the mode of the largest growth rate
-  };
-
-  /// A model whose modes are followed along one or two parameters: what sweeps and stability maps
-  /// share. Eigenvalues and det Q are evaluated with their derivatives; what a run that is
-  /// interrupted resumes from is a list of numbers beside its tables.
-  class ParameterStudy
+  /// A model whose modes are followed along one or more parameters. Eigenvalues and det Q are
+  /// evaluated with their derivatives by them.
+  class VariedModel
   {
   public:
-    /// The state and the tables are in @p directory; @p sought is what a search that fails was for.
-    ParameterStudy(ParameterFile &file, const std::vector<std::string> &parameters,
-                   const EigensolverOptions &options, const std::string &directory,
-                   const std::string &name, const std::string &sought,
-                   const std::vector<std::string> &tables, MPI_Comm comm, Log &log);
+    /// @p sought is what a search that loses a mode was for. The file must live longer, as must the
+    /// model of set_model().
+    VariedModel(ParameterFile &file, const std::vector<std::string> &parameters,
+                const EigensolverOptions &options, const std::string &sought);
 
     /// Sets the parameters. Throws InputError.
     const Parameters::All &parameters_at(const std::vector<double> &values);
@@ -108,30 +94,15 @@ namespace squeal
     StaticInstability::Result evaluate(const StaticInstability &instability,
                                        const std::vector<double> &values);
 
-    /// The numbers that a run resumes from, with what is in the tables. Collective.
-    void save(const std::vector<double> &numbers)
-    {
-      state.save(numbers, comm);
-    }
-    /// The numbers of an interrupted run, whose tables are cut to what they were then; nothing if
-    /// there is none. Collective.
-    std::optional<std::vector<double>> resume()
-    {
-      return state.resume(comm);
-    }
-    /// Gives the parameters their original values and removes the state. Collective.
-    void finish();
+    /// Gives the parameters the values that they had at first.
+    void restore();
 
     ParameterFile &file;
     const std::vector<std::string> parameters;
     const EigensolverOptions options;
-    const std::string directory;
-    const MPI_Comm comm;
-    Log &log;
     ModeTracker tracker;
 
   private:
-    StateFile state;
     const std::string sought;
     std::vector<double> original;
   };

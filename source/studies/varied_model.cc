@@ -1,4 +1,4 @@
-#include <squeal/studies/parameter_study.h>
+#include <squeal/studies/varied_model.h>
 
 #include <algorithm>
 #include <cmath>
@@ -30,38 +30,23 @@ namespace squeal
     places.push_back(known);
   }
 
-  GrowthSummary::GrowthSummary(const std::vector<ModeRow> &rows)
-  {
-    for (const ModeRow &row : rows)
-    {
-      n_unstable += row.is_unstable();
-      n_undecided += row.verdict == Verdict::undecided;
-      if (!worst || row.growth_rate() > worst->growth_rate())
-        worst = row;
-    }
-  }
-
-  ParameterStudy::ParameterStudy(ParameterFile &file, const std::vector<std::string> &parameters,
-                                 const EigensolverOptions &options, const std::string &directory,
-                                 const std::string &name, const std::string &sought,
-                                 const std::vector<std::string> &tables, const MPI_Comm comm,
-                                 Log &log)
-      : file(file), parameters(parameters), options(options), directory(directory), comm(comm),
-        log(log), tracker(options, file.parameters().eigenproblem.solver),
-        state(directory, name, tables), sought(sought)
+  VariedModel::VariedModel(ParameterFile &file, const std::vector<std::string> &parameters,
+                           const EigensolverOptions &options, const std::string &sought)
+      : file(file), parameters(parameters), options(options),
+        tracker(options, file.parameters().eigenproblem.solver), sought(sought)
   {
     for (const std::string &parameter : parameters)
       original.push_back(file.value_of(parameter));
   }
 
-  const Parameters::All &ParameterStudy::parameters_at(const std::vector<double> &values)
+  const Parameters::All &VariedModel::parameters_at(const std::vector<double> &values)
   {
     file.vary(parameters, values);
     return file.parameters();
   }
 
-  std::vector<unsigned int> ParameterStudy::nearest(const EigenPairs &modes,
-                                                    const std::vector<Complex> &expected) const
+  std::vector<unsigned int> VariedModel::nearest(const EigenPairs &modes,
+                                                 const std::vector<Complex> &expected) const
   {
     const std::vector<unsigned int> chosen = nearest_partners(expected, modes.lambda);
     if (chosen.size() < expected.size())
@@ -69,15 +54,15 @@ namespace squeal
     return chosen;
   }
 
-  double ParameterStudy::uncertainty(const EigenPairs &modes, const unsigned int j) const
+  double VariedModel::uncertainty(const EigenPairs &modes, const unsigned int j) const
   {
     const double relative =
         modes.projection_error.empty() ? modes.backward_error[j] : modes.projection_error[j];
     return modes.condition[j] * relative * std::abs(modes.lambda[j]);
   }
 
-  ParameterStudy::Evaluation ParameterStudy::evaluate(const std::vector<double> &values,
-                                                      const std::vector<Complex> &expected)
+  VariedModel::Evaluation VariedModel::evaluate(const std::vector<double> &values,
+                                                const std::vector<Complex> &expected)
   {
     Evaluation result;
     result.modes            = tracker.solve(parameters_at(values), ModeTracker::Scope::disc).modes;
@@ -100,16 +85,16 @@ namespace squeal
     return result;
   }
 
-  StaticInstability ParameterStudy::instability_of(const std::vector<double> &values,
-                                                   const EigenPairs &modes)
+  StaticInstability VariedModel::instability_of(const std::vector<double> &values,
+                                                const EigenPairs &modes)
   {
     const QuadraticEigenproblem &problem = tracker.assemble_at_rest(parameters_at(values));
     const EigenPairs whole               = tracker.whole(modes);
     return StaticInstability(problem, whole, divergent_modes(whole).front());
   }
 
-  StaticInstability::Result ParameterStudy::evaluate(const StaticInstability &instability,
-                                                     const std::vector<double> &values)
+  StaticInstability::Result VariedModel::evaluate(const StaticInstability &instability,
+                                                  const std::vector<double> &values)
   {
     const QuadraticEigenproblem &problem = tracker.assemble_at_rest(parameters_at(values));
     std::vector<ParameterDerivative> known;
@@ -129,9 +114,8 @@ namespace squeal
     return result;
   }
 
-  void ParameterStudy::finish()
+  void VariedModel::restore()
   {
     parameters_at(original);
-    state.remove(comm);
   }
 } // namespace squeal
