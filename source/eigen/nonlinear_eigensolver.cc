@@ -330,16 +330,17 @@ namespace squeal
   } // namespace
 
   EigenSolution NonlinearEigensolver::solve(const QuadraticEigenproblem &problem,
-                                            const EigensolverOptions &options) const
+                                            const EigensolverOptions &options,
+                                            const Counting &counting) const
   {
     const QuadraticEigenproblem at_first = quadratic_part(problem);
     EigensolverOptions first             = options;
     first.keep_factors                   = true;
     // Modes may come into the window. Who counts elsewhere counts in the disc of this window, of
     // which all modes are kept.
-    if (options.counted_elsewhere)
+    if (counting)
       first.shift = 0;
-    EigenSolution solution = quadratic->solve(at_first, first);
+    EigenSolution solution = quadratic->solve(at_first, first, counting);
     Stopwatch watch;
     Start start;
     if (solution.reuse.factorization)
@@ -366,7 +367,7 @@ namespace squeal
     {
       first.max_imaginary = search_radius(options.max_imaginary);
       first.min_imaginary = options.min_imaginary / search_radius(1);
-      solution            = quadratic->solve(at_first, first);
+      solution            = quadratic->solve(at_first, first, counting);
       start.lambda        = solution.modes.lambda;
       start.right         = solution.modes.right.real_span();
       start.left          = solution.modes.left.real_span();

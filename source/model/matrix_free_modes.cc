@@ -1,5 +1,5 @@
 #include <squeal/base/memory.h>
-#include <squeal/eigen/sectors.h>
+#include <squeal/eigen/find_modes.h>
 #include <squeal/mesh/cell_map.h>
 #include <squeal/model/matrix_free_modes.h>
 
@@ -71,8 +71,7 @@ namespace squeal
       lower.distribute();
       lower.assemble(parameters);
       const EigenSolution found =
-          solve_by_symmetry(*make_eigensolver(parameters.eigenproblem.solver), lower.equations(),
-                            options, lower.sectors());
+          find_modes(parameters.eigenproblem.solver, lower.equations(), options, lower.sectors());
       Start start;
       for (const std::complex<double> &l : found.modes.lambda)
         start.frequencies.push_back(l.imag());

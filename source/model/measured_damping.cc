@@ -1,4 +1,4 @@
-#include <squeal/eigen/sectors.h>
+#include <squeal/eigen/find_modes.h>
 #include <squeal/linalg/real_modes.h>
 #include <squeal/model/measured_damping.h>
 #include <squeal/projection/shift_invert.h>

@@ -495,9 +495,9 @@ namespace squeal
                  " finds no modes with them; allowed are block_krylov and dense.");
       refuse(eigenproblem.solver == ModeSolver::block_krylov &&
                  eigenproblem.minimum_frequency > 0 &&
-                 eigenproblem.minimum_frequency >= 0.75 * eigenproblem.maximum_frequency,
+                 eigenproblem.minimum_frequency >= far_from_zero * eigenproblem.maximum_frequency,
              text_of("Eigenproblem/Minimum frequency = ", eigenproblem.minimum_frequency,
-                     ": with them allowed are those below 0.75 Maximum frequency."));
+                     ": with them allowed are those below ", far_from_zero, " Maximum frequency."));
       refuse(!output.superelement.empty(),
              "Output/Superelement: its files do not hold them; allowed is none.");
     }

@@ -1,6 +1,6 @@
 #include <squeal/assessment/stability.h>
 #include <squeal/base/stopwatch.h>
-#include <squeal/eigen/sectors.h>
+#include <squeal/eigen/find_modes.h>
 #include <squeal/reduction/branches.h>
 #include <squeal/reduction/mode_tracker.h>
 

@@ -1,7 +1,7 @@
 #include <squeal/assessment/modal_damping.h>
 #include <squeal/bars/error_estimators.h>
 #include <squeal/base/memory.h>
-#include <squeal/eigen/sectors.h>
+#include <squeal/eigen/find_modes.h>
 #include <squeal/mesh/places.h>
 #include <squeal/model/brake_model.h>
 #include <squeal/model/matrix_free_modes.h>

@@ -3,12 +3,16 @@
 #include <squeal/parameters/choices.h>
 #include <squeal/projection/eigenpairs.h>
 
+#include <functional>
 #include <memory>
-#include <string>
-#include <vector>
 
 namespace squeal
 {
+  /// Gives the number of reference modes in the disc, where others than the solver count them;
+  /// empty: it counts by itself. Called once the solver has factors. Free bodies are not allowed
+  /// with it.
+  using Counting = std::function<unsigned int()>;
+
   /// Finds the modes of a quadratic eigenproblem in a window.
   class Eigensolver
   {
@@ -17,20 +21,8 @@ namespace squeal
     /// Throws SolverError if a mode of the window is missing or cannot be computed to the
     /// tolerance.
     virtual EigenSolution solve(const QuadraticEigenproblem &problem,
-                                const EigensolverOptions &options) const = 0;
-    /// Whether it compares the modes with |l| <= search_radius(options.max_imaginary), and only
-    /// those, with the reference problem's number.
-    virtual bool counts_in_disc(const EigensolverOptions &) const
-    {
-      return false;
-    }
-    /// The frequencies at which it counts the modes of a reference problem, in this order: who
-    /// makes problems may make the first shifted matrix along with the others.
-    virtual std::vector<double> counted_frequencies(const EigensolverOptions &,
-                                                    bool /*may_move_rigidly*/) const
-    {
-      return {};
-    }
+                                const EigensolverOptions &options,
+                                const Counting &counting = {}) const = 0;
   };
 
   /// The solver of that name: block_krylov, krylov or dense. To add one: a class and a row in the

@@ -33,17 +33,8 @@ namespace squeal
         : quadratic(std::move(quadratic))
     {
     }
-    EigenSolution solve(const QuadraticEigenproblem &problem,
-                        const EigensolverOptions &options) const override;
-    bool counts_in_disc(const EigensolverOptions &options) const override
-    {
-      return quadratic->counts_in_disc(options);
-    }
-    std::vector<double> counted_frequencies(const EigensolverOptions &options,
-                                            const bool may_move_rigidly) const override
-    {
-      return quadratic->counted_frequencies(options, may_move_rigidly);
-    }
+    EigenSolution solve(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
+                        const Counting &counting = {}) const override;
 
   private:
     std::unique_ptr<Eigensolver> quadratic;

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <squeal/parameters/choices.h>
 #include <squeal/projection/eigenpairs.h>
+#include <squeal/projection/search_region.h>
+
+#include <vector>
 
 namespace squeal
 {
@@ -10,4 +14,19 @@ namespace squeal
   /// Leaves the modes of the window, sorted and normalised; zero eigenvalues are counted.
   void restrict_to_window(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
                           EigenSolution &solution);
+
+  /// The real shift, 1/s. Zero eigenvalues of free bodies rule out a shift of zero.
+  inline double real_shift(const EigensolverOptions &options, const bool moves_rigidly)
+  {
+    return options.max_imaginary * (options.shift > 0 ? options.shift : moves_rigidly ? 0.1 : 0.);
+  }
+
+  /// Where a solver searches and counts: in the disc, or around a window far from zero. @p widening
+  /// is of the margin at the window's ends, across which friction and damping move modes.
+  SearchRegion search_region(ModeSolver solver, const EigensolverOptions &options,
+                             double widening = 1);
+  /// The frequencies below which reference modes are counted: the ends of a region; of a disc the
+  /// lower one is that of rigid bodies, if they may move.
+  std::vector<double> ends_of(const SearchRegion &region, const EigensolverOptions &options,
+                              bool may_move_rigidly);
 } // namespace squeal

@@ -45,6 +45,9 @@ namespace squeal
   SQUEAL_CHOICE(Multigrid, gamg, ml, boomeramg)
   /// How modes are found.
   SQUEAL_CHOICE(ModeSolver, block_krylov, krylov, dense, block_davidson, none)
+  /// block_krylov finds modes of a window whose lower end is at least this part of its upper one
+  /// without those below.
+  constexpr double far_from_zero = 0.75;
 
   /// A coordinate of a mesh file, its bodies whose cells follow circles, and what a part belongs
   /// to.

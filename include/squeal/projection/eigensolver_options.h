@@ -16,10 +16,6 @@ namespace squeal
     bool keep_factors    = false; ///< for problems nearby
     /// Whether modes of the window that grow outside of the disc are looked for, too.
     bool looks_beyond_disc = true;
-    /// The number of reference modes in the disc (Eigensolver::counts_in_disc()), if others count
-    /// them: called after the factorisation. Free bodies are not allowed with it.
-    std::function<unsigned int()> counted_elsewhere;
-
     /// Called with a line of progress.
     std::function<void(const std::string &)> progress = [](const std::string &) {};
   };

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/eigen/sectors.h>
+#include <squeal/equations/sector.h>
 #include <squeal/parameters/choices.h>
 #include <squeal/projection/eigenpairs.h>
 

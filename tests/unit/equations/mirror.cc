@@ -4,7 +4,7 @@
 
 #include <squeal/contact/contact.h>
 #include <squeal/contact/contact_matrices.h>
-#include <squeal/eigen/sectors.h>
+#include <squeal/eigen/find_modes.h>
 #include <squeal/equations/parity_space.h>
 #include <squeal/model/brake_model.h>
 namespace squeal::tests::mirror_tests
@@ -230,11 +230,10 @@ namespace squeal::tests::mirror_tests
     void check_modes(const Parameters::All &prm, const double frequency)
     {
       const Brake brake(prm);
-      const auto solver            = make_eigensolver(ModeSolver::block_krylov);
-      const auto options           = window(frequency);
-      const EigenSolution of_whole = solve_by_symmetry(*solver, brake.equations, options, {}),
-                          of_halves =
-                              solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
+      const auto solver             = ModeSolver::block_krylov;
+      const auto options            = window(frequency);
+      const EigenSolution of_whole  = find_modes(solver, brake.equations, options, {}),
+                          of_halves = find_modes(solver, brake.equations, options, brake.symmetry);
       const EigenPairs &whole = of_whole.modes, &by_half = of_halves.modes;
       const unsigned int n = whole.size();
       CHECK(whole.parity.empty());
@@ -302,9 +301,8 @@ namespace squeal::tests::mirror_tests
         ParitySpace(*brake.symmetry, false).restrict(brake.equations);
     CHECK(asymmetry(half.rows, half.M) == 0);
     CHECK(asymmetry(half.rows, half.Q) == 0);
-    const EigenPairs modes = solve_by_symmetry(*make_eigensolver(ModeSolver::block_krylov),
-                                               brake.equations, window(6000), brake.symmetry)
-                                 .modes;
+    const EigenPairs modes =
+        find_modes(ModeSolver::block_krylov, brake.equations, window(6000), brake.symmetry).modes;
     CHECK(modes.parity.size() > 8);
     for (const Complex &l : modes.lambda)
       CHECK(l.real() == 0);
@@ -317,9 +315,8 @@ namespace squeal::tests::mirror_tests
     const Brake brake(small_brake());
     EigensolverOptions options = window(3000);
     options.keep_factors       = true;
-    const auto solver          = make_eigensolver(ModeSolver::block_krylov);
-    const EigenSolution found =
-        solve_by_symmetry(*solver, brake.equations, options, brake.symmetry);
+    const auto solver          = ModeSolver::block_krylov;
+    const EigenSolution found  = find_modes(solver, brake.equations, options, brake.symmetry);
     CHECK_FALSE(found.reuse.factorization);
     REQUIRE(found.reuse.sectors.size() == 2);
     std::size_t n_modes = 0;
@@ -334,7 +331,7 @@ namespace squeal::tests::mirror_tests
       n_modes += half.modes.size();
     }
     CHECK(n_modes == found.modes.size());
-    const EigenSolution whole = solve_by_symmetry(*solver, brake.equations, options, std::nullopt);
+    const EigenSolution whole = find_modes(solver, brake.equations, options, std::nullopt);
     CHECK(whole.modes.parity.empty());
     CHECK(whole.reuse.sectors.empty());
     CHECK(whole.reuse.factorization);

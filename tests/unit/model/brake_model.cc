@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include <squeal/eigen/sectors.h>
+#include <squeal/eigen/find_modes.h>
 #include <squeal/model/brake_model.h>
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include <squeal/eigen/eigensolvers.h>
+#include <squeal/eigen/find_modes.h>
 #include <squeal/studies/frequency_response.h>
 
 namespace squeal::tests::frequency_response_tests

@@ -1,9 +1,11 @@
 #include <squeal/base/memory.h>
 #include <squeal/base/stopwatch.h>
 #include <squeal/base/subcommunicator.h>
+#include <squeal/eigen/find_modes.h>
 #include <squeal/eigen/inertia_count.h>
 #include <squeal/eigen/nonlinear_eigensolver.h>
-#include <squeal/eigen/sectors.h>
+#include <squeal/eigen/window.h>
+#include <squeal/equations/sector.h>
 
 #include <algorithm>
 #include <array>
@@ -85,17 +87,36 @@ namespace squeal
         add_or_max(!at_once, cost.seconds.*phase, half.cost.seconds.*phase);
     }
 
-    void solve_one_after_the_other(const Eigensolver &solver, const EquationsOfMotion &equations,
+    /// A solver, and by its name where it counts modes of a reference problem.
+    struct CountingSolver
+    {
+      std::unique_ptr<Eigensolver> solver;
+      ModeSolver name;
+
+      bool counts_in_disc(const EigensolverOptions &options) const
+      {
+        return name != ModeSolver::dense && search_region(name, options).is_disc();
+      }
+      /// The first shifted matrix is made along with the problem's.
+      std::vector<double> frequencies(const EigensolverOptions &options,
+                                      const bool may_move_rigidly) const
+      {
+        return name == ModeSolver::dense
+                   ? std::vector<double>()
+                   : ends_of(search_region(name, options), options, may_move_rigidly);
+      }
+    };
+
+    void solve_one_after_the_other(const CountingSolver &by, const EquationsOfMotion &equations,
                                    const EigensolverOptions &options, const Sectors &sectors,
                                    EigenSolution &whole)
     {
-      const std::vector<double> counted =
-          solver.counted_frequencies(options, equations.may_move_rigidly);
-      bool can_reuse = true;
+      const std::vector<double> counted = by.frequencies(options, equations.may_move_rigidly);
+      bool can_reuse                    = true;
       for (const Sector &sector : sectors.all(equations.rows))
       {
         auto half = std::make_shared<EigenSolution>(
-            solver.solve(sector.parity_space().restrict(equations, counted), options));
+            by.solver->solve(sector.parity_space().restrict(equations, counted), options));
         append(sector, *half, false, whole);
         can_reuse &= !half->reuse.empty();
         if (options.keep_factors)
@@ -155,7 +176,7 @@ namespace squeal
     };
 
     /// Each half by half of the ranks: fewer ranks work better together.
-    void solve_at_once(const Eigensolver &solver, const EquationsOfMotion &equations,
+    void solve_at_once(const CountingSolver &by, const EquationsOfMotion &equations,
                        const EigensolverOptions &options, const Sectors &sectors,
                        const unsigned int n_ranks, EigenSolution &whole)
     {
@@ -168,7 +189,7 @@ namespace squeal
       std::array<EigenSolution, 2> halves;
       // So the ranks of the symmetric half count for both, where counting needs nothing else.
       const bool counts_for_both =
-          solver.counts_in_disc(options) && !equations.may_move_rigidly &&
+          by.counts_in_disc(options) && !equations.may_move_rigidly &&
           equations.reference == EquationsOfMotion::Reference::conservative_terms &&
           !equations.of_order(1).empty();
       const Subcommunicator of_first(all, first[0], first[1]);
@@ -177,26 +198,24 @@ namespace squeal
           search_radius(options.max_imaginary), {spaces[0], &antisymmetric}, {}};
       std::vector<QuadraticEigenproblem> problems = ParitySpace::restrict(
           {spaces[0], spaces[1]}, equations, counts_for_both ? &counting : nullptr);
-      const auto solve = [&](const unsigned int h, const EigensolverOptions &with)
+      const auto solve = [&](const unsigned int h, const Counting &counted)
       {
         if (spaces[h]->is_here())
-          halves[h] = solver.solve(problems[h], with);
+          halves[h] = by.solver->solve(problems[h], options, counted);
       };
       const auto count_and_solve = [&]()
       {
         NumberForOthers n_antisymmetric(all, first[1]);
-        EigensolverOptions counted = options;
-        counted.counted_elsewhere  = [&]() { return n_antisymmetric.receive(); };
-        solve(1, counted);
+        solve(1, [&]() { return n_antisymmetric.receive(); });
         if (!spaces[0]->is_here())
           return;
         Stopwatch watch;
         const auto n_reference_of = [&](const unsigned int h)
         { return count_reference_modes(problems[h], std::exchange(counting.shifted[h], {})); };
         n_antisymmetric.send(n_reference_of(1));
-        counted.counted_elsewhere = [n = n_reference_of(0)]() { return n; };
-        const double seconds      = watch.lap();
-        solve(0, counted);
+        const unsigned int n_symmetric = n_reference_of(0);
+        const double seconds           = watch.lap();
+        solve(0, [n_symmetric]() { return n_symmetric; });
         halves[0].cost.seconds.counting += seconds;
       };
       work_apart(all,
@@ -206,7 +225,7 @@ namespace squeal
                      count_and_solve();
                    else
                      for (const unsigned int h : {0u, 1u})
-                       solve(h, options);
+                       solve(h, {});
                  });
       for (unsigned int h = 0; h < 2; ++h)
       {
@@ -218,35 +237,34 @@ namespace squeal
       halves = {};
       return_freed_memory();
     }
+    EigenSolution solve_by_sectors(const CountingSolver &by, const EquationsOfMotion &equations,
+                                   const EigensolverOptions &options, const Sectors &sectors)
+    {
+      if (!sectors.keep(equations))
+        return by.solver->solve(sum_of(equations), options);
+      EigenSolution whole;
+      EigenPairs &modes = whole.modes;
+      modes.right = modes.left = ComplexMultiVector(equations.rows, 0);
+      int n_ranks              = 0;
+      MPI_Comm_size(equations.rows.comm, &n_ranks);
+      // Factors that are kept must be on all ranks.
+      if (n_ranks > 1 && !options.keep_factors)
+        solve_at_once(by, equations, options, sectors, n_ranks, whole);
+      else
+        solve_one_after_the_other(by, equations, options, sectors, whole);
+      modes = modes.select(order_of_modes(modes.lambda));
+      turn_to_real(modes);
+      return whole;
+    }
   } // namespace
-
-  EigenSolution solve_by_symmetry(const Eigensolver &solver, const EquationsOfMotion &equations,
-                                  const EigensolverOptions &options, const Sectors &sectors)
-  {
-    if (!sectors.keep(equations))
-      return solver.solve(sum_of(equations), options);
-    EigenSolution whole;
-    EigenPairs &modes = whole.modes;
-    modes.right = modes.left = ComplexMultiVector(equations.rows, 0);
-    int n_ranks              = 0;
-    MPI_Comm_size(equations.rows.comm, &n_ranks);
-    // Factors that are kept must be on all ranks.
-    if (n_ranks > 1 && !options.keep_factors)
-      solve_at_once(solver, equations, options, sectors, n_ranks, whole);
-    else
-      solve_one_after_the_other(solver, equations, options, sectors, whole);
-    modes = modes.select(order_of_modes(modes.lambda));
-    turn_to_real(modes);
-    return whole;
-  }
 
   EigenSolution find_modes(const ModeSolver solver, const EquationsOfMotion &equations,
                            const EigensolverOptions &options, const Sectors &sectors)
   {
-    std::unique_ptr<Eigensolver> quadratic = make_eigensolver(solver);
+    CountingSolver by{make_eigensolver(solver), solver};
     if (equations.relaxation.empty())
-      return solve_by_symmetry(*quadratic, equations, options, sectors);
-    return solve_by_symmetry(NonlinearEigensolver(std::move(quadratic)),
-                             equations.frozen(options.max_imaginary), options, sectors);
+      return solve_by_sectors(by, equations, options, sectors);
+    by.solver = std::make_unique<NonlinearEigensolver>(std::move(by.solver));
+    return solve_by_sectors(by, equations.frozen(options.max_imaginary), options, sectors);
   }
 } // namespace squeal

@@ -2,10 +2,11 @@
 
 #include <doctest/doctest.h>
 
-#include <squeal/eigen/sectors.h>
+#include <squeal/eigen/find_modes.h>
+#include <squeal/equations/sector.h>
 
 #include <cmath>
-namespace squeal::tests::sectors_tests
+namespace squeal::tests::find_modes_tests
 {
   using Complex = std::complex<double>;
 
@@ -65,8 +66,7 @@ namespace squeal::tests::sectors_tests
     {
       EigensolverOptions options;
       options.max_imaginary = 0.5;
-      return solve_by_symmetry(*make_eigensolver(ModeSolver::block_krylov), equations, options,
-                               reflection_of_chain());
+      return find_modes(ModeSolver::block_krylov, equations, options, reflection_of_chain());
     }
   } // namespace
 
@@ -96,4 +96,4 @@ namespace squeal::tests::sectors_tests
     CHECK(found.modes.parity.empty());
     CHECK(found.reuse.sectors.empty());
   }
-} // namespace squeal::tests::sectors_tests
+} // namespace squeal::tests::find_modes_tests
