@@ -1,4 +1,5 @@
 #include <squeal/assessment/mode_shapes.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/fe/fe_values.h>

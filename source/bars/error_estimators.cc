@@ -92,8 +92,10 @@ namespace squeal
           t_re(m, m), t_im(m, m), yielding_re(m, m), yielding_im(m, m),
           state_correction(space.map.zeros(2))
     {
-      const unsigned int degree = space.base.fe.degree;
-      const bool long_cells = degree < free_of_locking && too_long_cells(model.parameters()) > 0;
+      const unsigned int degree  = space.base.fe.degree;
+      const Parameters::All &prm = model.parameters();
+      const bool long_cells      = degree < free_of_locking && prm.scene == Scene::brake &&
+                              too_long_cells(prm.rotor, prm.discretization) > 0;
       for (const Parameters::BodyMaterial &material : residuals.materials)
       {
         locks.push_back(may_lock(material.material, degree) || (material.of_rotor && long_cells));

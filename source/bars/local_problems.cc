@@ -1,5 +1,6 @@
 #include <squeal/bars/local_problems.h>
 #include <squeal/linalg/inverse_diagonal.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/quadrature_lib.h>
 

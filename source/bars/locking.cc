@@ -21,13 +21,12 @@ namespace squeal
     return degree < free_of_locking && material.poisson_ratio > nearly_incompressible;
   }
 
-  double too_long_cells(const Parameters::All &prm)
+  double too_long_cells(const Parameters::Rotor &rotor, const Parameters::Discretization &mesh)
   {
     constexpr double long_cell = 20;
-    const double length        = (prm.rotor.outer_radius - prm.rotor.inner_radius) /
-                          prm.discretization.rotor_cells[0],
-                 thickness = prm.rotor.thickness / prm.discretization.rotor_cells[2];
-    return prm.scene == Scene::brake && length > long_cell * thickness ? length / thickness : 0;
+    const double length        = (rotor.outer_radius - rotor.inner_radius) / mesh.rotor_cells[0],
+                 thickness     = rotor.thickness / mesh.rotor_cells[2];
+    return length > long_cell * thickness ? length / thickness : 0;
   }
 
   template <int dim>

@@ -1,5 +1,6 @@
 #include <squeal/bars/second_sides.h>
 #include <squeal/joints/ties.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/quadrature_lib.h>
 

@@ -1,6 +1,7 @@
 #include <squeal/bodies/body_operators.h>
 #include <squeal/bodies/cell_operators.h>
 #include <squeal/linalg/compressed_rows.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/dofs/dof_tools.h>

@@ -1,5 +1,6 @@
 #include <squeal/bodies/prestress.h>
 #include <squeal/linalg/dense.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/fe/fe_values.h>

@@ -1,5 +1,6 @@
 #include <squeal/contact/contact.h>
 #include <squeal/contact/contact_matrices.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,6 @@
 #include <squeal/contact/contact_fields.h>
 #include <squeal/mesh/fields.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/data_out_base.h>
 #include <deal.II/grid/reference_cell.h>

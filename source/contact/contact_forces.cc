@@ -1,4 +1,5 @@
 #include <squeal/contact/contact_forces.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <algorithm>
 #include <cmath>

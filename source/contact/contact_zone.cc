@@ -1,4 +1,5 @@
 #include <squeal/contact/contact_zone.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/numerics/rtree.h>
 

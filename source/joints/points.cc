@@ -1,6 +1,7 @@
 #include <squeal/base/errors.h>
 #include <squeal/joints/points.h>
 #include <squeal/mesh/boundary_faces.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/mpi.h>
 

@@ -1,5 +1,6 @@
 #include <squeal/contact/contact_kinematics.h>
 #include <squeal/joints/superelements.h>
+#include <squeal/mesh/finite_element_space.h>
 #include <squeal/mesh/nearest_point.h>
 
 #include <deal.II/base/mpi.h>

@@ -1,5 +1,6 @@
 #include <squeal/contact/contact_kinematics.h>
 #include <squeal/joints/ties.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/mpi.h>
 

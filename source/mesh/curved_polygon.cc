@@ -8,6 +8,11 @@
 #include <cmath>
 #include <map>
 
+// Quadrature on a polygon with curved sides. First the curves: points, derivatives, parts.
+// quadrature_on() cuts a polygon into strips along an axis where it can (strips_of()), else along
+// lines between corners into parts of at most four sides (on_parts()); each is a Coons patch. Where
+// weights would not be positive, a fan of triangles about the mean corner takes their place.
+
 namespace squeal
 {
   using namespace dealii;

@@ -1,5 +1,6 @@
 #include <squeal/base/files.h>
 #include <squeal/mesh/fields.h>
+#include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/data_out_base.h>
 #include <deal.II/dofs/dof_tools.h>

@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/mesh/coarse_mesh.h>
 #include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/mpi.h>
@@ -9,6 +10,11 @@
 #include <limits>
 #include <map>
 #include <string>
+
+// distribute() numbers the unknowns of a mesh: nodes, the constraints of those that hang or are
+// periodic, as their owners know them (resolve()), the shapes of cells (shape_cells()), which
+// components are fixed and which nodes are in contact, stick or are tied, then equations in the
+// order that the header tells, first locally, then with the offset of the rank.
 
 namespace squeal
 {
@@ -138,7 +144,7 @@ namespace squeal
       : geometry(geometry), comm(comm), mesh(std::make_shared<Mesh>(comm)), triangulation(*mesh),
         fe(degree), mapping(degree), nodes(triangulation), with_multipliers(with_multipliers)
   {
-    geometry.make_coarse_mesh(triangulation);
+    make_coarse_mesh(geometry, triangulation);
   }
 
   template <int dim>

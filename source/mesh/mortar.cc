@@ -12,6 +12,12 @@
 #include <cmath>
 #include <cstdint>
 
+// Common quadrature of two surfaces. FaceElement has the shape functions of a face, its normal and
+// the nearest point. The edges of a face of one surface become polygons in the reference square of
+// a face of the other (EdgeImages, outline_of()), are clipped against it (clip_to_unit_square())
+// and get back their curved sides (sides_of()); quadrature_on() of curved_polygon.h does the rest.
+// pair_surfaces() does so for all faces whose boxes are near enough.
+
 namespace squeal
 {
   using namespace dealii;

@@ -9,6 +9,11 @@
 #include <set>
 #include <unordered_map>
 
+// A deck of Abaqus or CalculiX as solid elements. AbaqusReader takes keyword by keyword
+// (DeckLines): begin() chooses what takes the data lines. A part is kept as lines, which each
+// instance reads again, placed. Sets are numbers by instance (NumberSet, ScopedSet), which
+// resolve() turns into elements, faces and nodes at the end.
+
 namespace squeal
 {
   namespace
@@ -31,8 +36,8 @@ namespace squeal
         ranges.insert(other.ranges.begin(), other.ranges.end());
       }
 
-      /// Those that @p known, a map by number, has, ascending. The time is bounded by what is known
-      /// and not by what a range claims.
+      /// Returns the numbers that @p known, a map by number, has, ascending. The time is bounded by
+      /// what is known and not by what a range claims.
       template <typename Known>
       std::set<long> members_of(const Known &known) const
       {
@@ -110,41 +115,15 @@ namespace squeal
 
       void read()
       {
-        std::string line;
-        bool has_line = lines.next(line);
-        while (has_line)
+        while (lines.next_keyword(keyword))
         {
-          if (line.empty() || line.rfind("**", 0) == 0)
-          {
-            has_line = lines.next(line);
-            continue;
-          }
-          if (line[0] != '*')
-            lines.fail("data without a keyword before them: '" + line.substr(0, 60) + "'.");
-          const DeckKeyword next = squeal::read_keyword(lines, line);
-          if (next.name == "*INCLUDE")
-            include(next); // whose first lines may be data of the keyword before
-          else
-          {
-            keyword = next;
-            begin();
-          }
-          // The keyword's data
-          while ((has_line = lines.next(line)) && (line.rfind("**", 0) == 0 || line[0] != '*'))
-            if (!line.empty() && line[0] != '*' && take)
-              take(deck_fields(line));
+          begin();
+          for (std::vector<std::string> fields; lines.next_data(fields);)
+            if (take)
+              take(fields);
           finish_element();
           if (placing)
             begin_instance_lines();
-          // The first line behind the placement is read again, behind the part's.
-          if (!part_lines.empty())
-          {
-            if (has_line)
-              lines.replay({lines.current()});
-            lines.replay(part_lines);
-            part_lines.clear();
-            has_line = lines.next(line);
-          }
         }
         if (!instance.empty())
           lines.fail("*INSTANCE has no *END INSTANCE.");
@@ -189,15 +168,6 @@ namespace squeal
           lines.fail(name +
                      " is not followed: it generates or moves nodes. Write the mesh out with "
                      "all nodes and elements, as preprocessors do.");
-        if ((name == "*NODE" || name == "*ELEMENT") && keyword.has("INPUT"))
-          include(keyword);
-      }
-
-      void include(const DeckKeyword &by)
-      {
-        if (by.value("INPUT").empty())
-          lines.fail(by.name + " needs INPUT=.");
-        lines.include(by.raw.at("INPUT"));
       }
 
       std::string need_option(const std::string &option) const
@@ -221,19 +191,11 @@ namespace squeal
         {
           if (!lines.next(line))
             lines.fail("*PART, NAME=" + name + " has no *END PART.");
-          if (line[0] == '*' && line.rfind("**", 0) != 0)
-          {
-            const std::string what = deck_fields(line)[0];
-            if (deck_label(what) == "*END PART")
-              return;
-            if (deck_label(what) == "*INCLUDE")
-            {
-              include(squeal::read_keyword(lines, line));
-              continue;
-            }
-            if (deck_label(what) == "*PART" || deck_label(what) == "*ASSEMBLY")
-              lines.fail("*PART, NAME=" + name + " has no *END PART before this line.");
-          }
+          const std::string what = line[0] == '*' ? deck_label(deck_fields(line)[0]) : "";
+          if (what == "*END PART")
+            return;
+          if (what == "*PART" || what == "*ASSEMBLY")
+            lines.fail("*PART, NAME=" + name + " has no *END PART before this line.");
           parts.at(name).push_back(lines.current());
         }
       }
@@ -277,7 +239,7 @@ namespace squeal
         const auto *p = &placement[3];
         if (n_placing_lines > 1 && std::hypot(p[3] - p[0], p[4] - p[1], p[5] - p[2]) == 0)
           lines.fail("*INSTANCE: the two points of the axis of rotation are one.");
-        part_lines = parts.at(instance_part);
+        lines.replay(parts.at(instance_part));
       }
 
       /// Translated, then turned about the axis between two points (Rodrigues).
@@ -593,10 +555,9 @@ namespace squeal
       std::function<void(const std::vector<std::string> &)> take;
 
       std::map<std::string, std::vector<DeckLines::Line>> parts;
-      std::vector<DeckLines::Line> part_lines; ///< that are to be read next
-      std::string instance, instance_part;     ///< empty: outside of all
-      bool placing = false;                    ///< its data lines are being read
-      std::array<double, 10> placement{};      ///< translation, two points, degrees
+      std::string instance, instance_part; ///< empty: outside of all
+      bool placing = false;                ///< its data lines are being read
+      std::array<double, 10> placement{};  ///< translation, two points, degrees
       unsigned int n_placing_lines = 0;
 
       ElementType element_type{};

@@ -21,6 +21,12 @@ namespace squeal
       name.erase(std::remove(name.begin(), name.end(), '"'), name.end());
       return name;
     }
+
+    /// Whether a line begins with a star and is no comment.
+    bool is_keyword(const std::string &line)
+    {
+      return !line.empty() && line[0] == '*' && line.rfind("**", 0) != 0;
+    }
   } // namespace
 
   std::string deck_label(const std::string &text)
@@ -50,7 +56,7 @@ namespace squeal
   {
   }
 
-  bool DeckLines::next(std::string &line)
+  bool DeckLines::next_as_written(std::string &line)
   {
     while (!sources.empty())
     {
@@ -61,6 +67,8 @@ namespace squeal
         filename             = replayed.file;
         number               = replayed.number;
         line = text = replayed.text;
+        if (source.next == source.lines.size())
+          sources.pop_back();
         return true;
       }
       if (source.file.is_open() && std::getline(source.file, line))
@@ -81,12 +89,57 @@ namespace squeal
     return true;
   }
 
-  void DeckLines::include(const std::string &name)
+  bool DeckLines::next(std::string &line)
+  {
+    while (next_as_written(line))
+    {
+      if (!is_keyword(line) || deck_label(deck_fields(line)[0]) != "*INCLUDE")
+        return true;
+      include(read_keyword(line));
+    }
+    return false;
+  }
+
+  bool DeckLines::next_keyword(DeckKeyword &keyword)
+  {
+    for (std::string line; next(line);)
+      if (is_keyword(line))
+      {
+        has_keyword = true;
+        keyword     = read_keyword(line);
+        if ((keyword.name == "*NODE" || keyword.name == "*ELEMENT") && keyword.has("INPUT"))
+          include(keyword);
+        return true;
+      }
+      else if (!has_keyword && !line.empty() && line[0] != '*')
+        fail("data without a keyword before them: '" + line.substr(0, 60) + "'.");
+    return false;
+  }
+
+  bool DeckLines::next_data(std::vector<std::string> &fields)
+  {
+    for (std::string line; next(line);)
+      if (is_keyword(line))
+      {
+        replay({current()}); // the next keyword
+        return false;
+      }
+      else if (!line.empty() && line[0] != '*')
+      {
+        fields = deck_fields(line);
+        return true;
+      }
+    return false;
+  }
+
+  void DeckLines::include(const DeckKeyword &by)
   {
     constexpr std::size_t deepest = 20;
+    if (by.value("INPUT").empty())
+      fail(by.name + " needs INPUT=.");
     if (sources.size() >= deepest)
       fail("files include each other more than " + std::to_string(deepest) + " deep.");
-    const std::filesystem::path path(unquoted(name));
+    const std::filesystem::path path(by.raw.at("INPUT"));
     const std::string full = path.is_absolute()
                                  ? path.string()
                                  : (std::filesystem::path(deck).parent_path() / path).string();
@@ -111,10 +164,10 @@ namespace squeal
     return found == options.end() ? "" : found->second;
   }
 
-  DeckKeyword read_keyword(DeckLines &lines, std::string line)
+  DeckKeyword DeckLines::read_keyword(std::string line)
   {
     while (line.back() == ',') // the options go on
-      line += lines.need("the rest of " + line.substr(0, 60));
+      line += need("the rest of " + line.substr(0, 60));
     const std::vector<std::string> fields = deck_fields(line);
     DeckKeyword keyword;
     keyword.name = deck_label(fields[0]);

@@ -19,59 +19,43 @@ namespace squeal
 
       DeckModel read()
       {
-        std::string line;
-        bool has_line = lines.next(line);
-        while (has_line)
+        while (lines.next_keyword(keyword))
         {
-          if (line.empty() || line[0] != '*' || line.rfind("**", 0) == 0)
-          {
-            has_line = lines.next(line);
-            continue;
-          }
-          keyword = squeal::read_keyword(lines, line);
-          where   = place();
-          if (keyword.name == "*INCLUDE")
-          {
-            lines.include(keyword.raw["INPUT"]);
-            has_line = lines.next(line);
-            continue;
-          }
-          if ((keyword.name == "*NODE" || keyword.name == "*ELEMENT") && keyword.has("INPUT"))
-            lines.include(keyword.raw["INPUT"]);
+          where = text_of(lines.current().file, ", line ", lines.line_number());
           data.clear();
           const bool is_mesh = keyword.name == "*ELEMENT" &&
                                keyword.value("TYPE").rfind("C3D", 0) == 0; // large, and known
-          while ((has_line = lines.next(line)) && (line.rfind("**", 0) == 0 || line[0] != '*'))
-            if (line.rfind("**", 0) != 0 && !is_mesh &&
-                !(keyword.name == "*NODE" && !scope.empty()))
-              data.push_back(deck_fields(line));
+          if (!is_mesh && !(keyword.name == "*NODE" && !scope.empty()))
+            for (std::vector<std::string> fields; lines.next_data(fields);)
+              data.push_back(fields);
           take();
         }
         return std::move(model);
       }
 
     private:
-      std::string place() const
-      {
-        return text_of(lines.current().file, ", line ", lines.line_number());
-      }
-
       void pass_over(const std::string &why = "")
       {
         model.passed_over.push_back(where + ": " + keyword.name + (why.empty() ? "" : ", ") + why);
       }
 
+      /// Throws InputError with the place of the keyword.
+      [[noreturn]] void fail(const std::string &message) const
+      {
+        throw InputError("--from-deck: " + where + ": " + keyword.name + message);
+      }
+
       double number(const std::size_t row, const std::size_t column) const
       {
         if (row >= data.size() || column >= data[row].size())
-          throw InputError("--from-deck: " + where + ": " + keyword.name + " has too few data.");
+          fail(" has too few data.");
         return lines.real(data[row][column]);
       }
 
       std::string option(const std::string &name) const
       {
         if (keyword.value(name).empty())
-          throw InputError("--from-deck: " + where + ": " + keyword.name + " needs " + name + "=.");
+          fail(" needs " + name + "=.");
         return keyword.value(name);
       }
 
@@ -208,8 +192,7 @@ namespace squeal
       void take_material()
       {
         if (!material)
-          throw InputError("--from-deck: " + where + ": " + keyword.name +
-                           " stands behind no *MATERIAL.");
+          fail(" stands behind no *MATERIAL.");
         if (keyword.name == "*DENSITY")
           material->density = number(0, 0);
         else if (keyword.name == "*DAMPING")
@@ -227,8 +210,7 @@ namespace squeal
           const std::string type = keyword.value("TYPE");
           if (!type.empty() && type != "ISOTROPIC" && type != "ISO" &&
               type != "ENGINEERING CONSTANTS")
-            throw InputError("--from-deck: " + where + ": *ELASTIC, TYPE=" + type +
-                             "; allowed are ISOTROPIC and ENGINEERING CONSTANTS.");
+            fail(", TYPE=" + type + "; allowed are ISOTROPIC and ENGINEERING CONSTANTS.");
           std::vector<double> values;
           for (std::size_t row = 0; row < data.size(); ++row)
             for (std::size_t k = 0; k < data[row].size(); ++k)
@@ -236,8 +218,7 @@ namespace squeal
                 values.push_back(number(row, k));
           const std::size_t n = type == "ENGINEERING CONSTANTS" ? 9 : 2;
           if (values.size() < n)
-            throw InputError("--from-deck: " + where + ": *ELASTIC needs " + std::to_string(n) +
-                             " numbers.");
+            fail(" needs " + std::to_string(n) + " numbers.");
           if (data.size() > (n == 9 ? 2 : 1))
             pass_over("values at other temperatures than the first");
           values.resize(n);

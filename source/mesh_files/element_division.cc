@@ -1,5 +1,6 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/text.h>
+#include <squeal/mesh/quadratic_manifold.h>
 #include <squeal/mesh_files/element_file.h>
 #include <squeal/mesh_files/joined_surfaces.h>
 #include <squeal/mesh_files/mesh_checks.h>
@@ -8,6 +9,11 @@
 #include <cmath>
 #include <set>
 #include <unordered_map>
+
+// Elements become hexahedra. The tables of the shapes come first; ElementMap is an element's
+// polynomial of degree 2, or its map to circles about the axis. Divider finds which edges are
+// halved, until no element asks for more, makes the new nodes, which neighbours share, and the
+// cells with their curved shapes, and gives groups and faces to the parts.
 
 namespace squeal
 {
@@ -252,7 +258,7 @@ namespace squeal
       }
 
     public:
-      /// Of a corner of a hexahedron: 0 or 1.
+      /// Coordinate @p d of a corner of the unit hexahedron: 0 or 1.
       static unsigned int coordinate(const unsigned int corner, const unsigned int d)
       {
         return d == 2 ? corner / 4 : d == 1 ? corner % 4 / 2 : (corner % 4 + 1) / 2 % 2;
@@ -685,7 +691,7 @@ namespace squeal
         out.node_sets = in.node_sets;
       }
 
-      /// Of an element's longest edge: what the digits of a file may miss
+      /// What the digits of a file may miss, of an element's longest edge.
       static constexpr double same_place = 1e-5;
 
       const ElementFile &in;

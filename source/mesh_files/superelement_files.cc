@@ -16,6 +16,11 @@
 #include <sstream>
 #include <tuple>
 
+// A superelement of files: matrices in the format of Matrix Market, nodes as a table. What is read
+// must be symmetric and of one size; then nodes are held to the surfaces that are near enough, and
+// the report tells how far they were. rigid_stiffness() is what the stiffness does to rigid
+// motions, for the check of supports.
+
 namespace squeal
 {
   using namespace dealii;

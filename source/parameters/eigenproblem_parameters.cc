@@ -22,12 +22,11 @@ namespace squeal
       add_choice(
           prm, "Solver", solver,
           "block_krylov: block second-order Arnoldi, shift-invert with MUMPS on blocks of "
-          "right-hand sides. krylov: SLEPc's PEP (TOAR) with the same factorisation, one vector at "
-          "a time: slower, an independent check. dense: LAPACK, for small problems. "
-          "block_davidson: "
-          "without factors, for models whose factors do not fit: modes of elements of one degree "
-          "less, found by block_krylov, are corrected with multigrid. none: the run ends with the "
-          "static equilibrium.");
+          "right-hand sides. krylov: SLEPc's PEP (TOAR) with the same factorisation, one vector "
+          "at a time: slower, an independent check. dense: LAPACK, for small problems. "
+          "block_davidson: without factors, for models whose factors do not fit: modes of "
+          "elements of one degree less, found by block_krylov, are corrected with multigrid. "
+          "none: the run ends with the static equilibrium.");
       prm.add_parameter("Tolerance", tolerance,
                         "Backward error that every reported mode reaches, -; with block_davidson "
                         "the estimated relative error of every eigenvalue.",
@@ -56,11 +55,10 @@ namespace squeal
       const Subsection section(prm, "Static equilibrium");
       add_choice(
           prm, "Linear solver", linear_solver,
-          "How the steady sliding state is solved for. direct: LU by MUMPS. iterative: GMRES with "
-          "multigrid, for models whose factors do not fit. auto: iterative with "
+          "How the steady sliding state is solved for. direct: LU by MUMPS. iterative: GMRES "
+          "with multigrid, for models whose factors do not fit. auto: iterative with "
           "Eigenproblem/Solver = block_davidson, and where modes are not asked for and the "
-          "expected "
-          "factors do not fit, else direct.");
+          "expected factors do not fit, else direct.");
       add_choice(
           prm, "Multigrid", multigrid,
           "Algebraic multigrid of the iterative solver, on the displacements of degree 1. gamg: of "

@@ -9,6 +9,10 @@
 #include <functional>
 #include <map>
 
+// The section Joints: its keys, then one list after the other (points, masses, springs, dashpots,
+// links, ties, contacts, superelements) as values, each with errors that tell the key and what is
+// allowed, then the rules across lists.
+
 namespace squeal
 {
   namespace Parameters
@@ -116,19 +120,17 @@ namespace squeal
       const Subsection section(prm, "Joints");
       prm.add_parameter(
           "Ties", ties,
-          "Surface groups of the scene mesh that are tied, meshes not matching: surface : surface, "
-          "and so on, plane, oblique or curved. The first of a pair has the multipliers: take the "
-          "softer or finer side, the smaller one if one is larger. Both belong to the rotor or "
-          "both "
-          "do not.");
+          "Surface groups of the scene mesh that are tied, meshes not matching: surface : "
+          "surface, and so on, plane, oblique or curved. The first of a pair has the "
+          "multipliers: take the softer or finer side, the smaller one if one is larger. Both "
+          "belong to the rotor or both do not.");
       prm.add_parameter(
           "Contacts", contacts,
           "Surface groups of bodies that do not turn and touch without sliding, meshes not "
-          "matching: "
-          "surface : surface : frictionless, or surface : surface : stick, if wanted with the "
-          "friction coefficient up to which it sticks (stick 0.3: more is warned of); and so on. "
-          "The "
-          "static state decides where they touch. The first of a pair has the multipliers.");
+          "matching: surface : surface : frictionless, or surface : surface : stick, if wanted "
+          "with the friction coefficient up to which it sticks (stick 0.3: more is warned of); "
+          "and so on. The static state decides where they touch. The first of a pair has the "
+          "multipliers.");
       prm.add_parameter(
           "Position tolerance", position_tolerance,
           "Largest distance of joined surfaces, m; 0: 5 % of the longest edge of their "

@@ -15,11 +15,10 @@ namespace squeal
       prm.declare_entry(
           "Ratios", "", Patterns::Map(Patterns::Double(), Patterns::Double(), 0, 1000),
           "Pairs frequency : ratio, Hz and a part of critical damping, -, by ascending "
-          "frequencies, "
-          "as a modal test of the brake gives them: each real mode of the brake with its contact, "
-          "without friction, is damped by the ratio of its frequency, linear between those given "
-          "and constant beyond. Used in the stage full, beside the damping of materials. Empty: "
-          "none.");
+          "frequencies, as a modal test of the brake gives them: each real mode of the brake "
+          "with its contact, without friction, is damped by the ratio of its frequency, linear "
+          "between those given and constant beyond. Used in the stage full, beside the damping "
+          "of materials. Empty: none.");
       prm.add_action("Ratios",
                      [this](const std::string &text)
                      {

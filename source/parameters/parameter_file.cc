@@ -15,6 +15,11 @@
 #include <optional>
 #include <sstream>
 
+// From a file to Parameters::All and back. declare() lists the keys with what a reader is told of
+// each; read() parses a file with those that it includes and the overrides of the command line, an
+// unknown key getting the name that is nearest; vary() and choose() change values for studies; the
+// rest prints what was used and the manual.
+
 namespace squeal
 {
   using dealii::Utilities::trim;

@@ -9,6 +9,10 @@
 #include <algorithm>
 #include <tuple>
 
+// The sections that have no file of their own, in the order of the parameter file: keys by
+// declare(), rules of a section by check(). At the end Parameters::All: its sections, what a stage
+// has, and the rules across sections.
+
 namespace squeal
 {
   StageTerms terms_of(const Stage stage)
@@ -216,10 +220,9 @@ namespace squeal
       friction.check();
       if (angular_velocity == 0 && terms_of(stage).friction_damping && !is_smoothed())
         fail("Operation/Angular velocity", angular_velocity,
-             "the friction damping of the stages friction_damping and full grows like 1/Omega and "
-             "has "
-             "no value at rest. Choose a speed other than 0, one of the stages elastic, transport, "
-             "friction, or a Contact/Friction/Smoothing speed.");
+             "the friction damping of the stages friction_damping and full grows like 1/Omega "
+             "and has no value at rest. Choose a speed other than 0, one of the stages elastic, "
+             "transport, friction, or a Contact/Friction/Smoothing speed.");
     }
 
     void Strip::declare(ParameterHandler &prm)
@@ -398,9 +401,8 @@ namespace squeal
           "block (plane strain). mesh: bodies of a mesh file. matrices: Matrix Market files.");
       add_choice(
           prm, "Stage", stage,
-          "What the model contains. elastic: M, K. transport: and G, M*. friction: and "
-          "mu T. friction_damping: and P_R, Q_R. full: and material damping. ladder: all of them "
-          "one "
+          "What the model contains. elastic: M, K. transport: and G, M*. friction: and mu T. "
+          "friction_damping: and P_R, Q_R. full: and material damping. ladder: all of them one "
           "after the other, side by side.");
       rotor.declare(prm);
       pads.declare(prm);

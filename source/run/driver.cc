@@ -15,7 +15,7 @@
 #include <squeal/run/run_directory.h>
 #include <squeal/run/superelement_export.h>
 #include <squeal/run/wanted.h>
-#include <squeal/scenes/imported_scene.h>
+#include <squeal/scenes/make_scene.h>
 #include <squeal/studies/frequency_response.h>
 #include <squeal/studies/sampling.h>
 #include <squeal/studies/stability_map.h>
@@ -38,15 +38,6 @@ namespace squeal
 
   namespace
   {
-    template <int dim>
-    Geometry<dim> make_scene(const Parameters::All &prm)
-    {
-      if constexpr (dim == 2)
-        return make_strip(prm);
-      else
-        return make_bodies(prm);
-    }
-
     EigensolverOptions options_of(const Parameters::Eigenproblem &prm, Log &log)
     {
       EigensolverOptions options;

@@ -440,7 +440,8 @@ namespace squeal
           prm.terms().friction && prm.operation.angular_velocity == 0 && prm.contact.is_smoothed())
         text << "Warning, no friction: at rest (Operation/Angular velocity = 0) a law with "
                 "Contact/Friction/Smoothing speed gives zero.\n";
-      if (const double ratio = too_long_cells(prm); ratio > 0)
+      if (const double ratio = too_long_cells(prm.rotor, prm.discretization);
+          ratio > 0 && prm.scene == Scene::brake)
         text << "Warning, thin rotor: its cells are " << number(std::round(ratio))
              << " times as long as thick. "
              << (prm.discretization.degree < free_of_locking

@@ -15,8 +15,10 @@
 #include <sstream>
 #include <tuple>
 
-// What the deck says beside its mesh (deck_model.h) becomes a parameter file: DeckWriter decides
-// what turns, where the axis is and which units the deck has, and writes what follows.
+// What a deck says beside its mesh (deck_model.h) becomes a parameter file. DeckWriter first
+// decides which units the deck has, what turns, which contacts slide and where the axis is; then
+// write() writes the file from top to bottom, Mesh with its supports, materials, joints, operation,
+// friction, and at the end what was passed over.
 
 namespace squeal
 {

@@ -112,6 +112,19 @@ namespace squeal
             });
       }
 
+      /// Changes the uses of all faces of a surface, which must not be in contact or tied.
+      void add_free(const std::string &surface, const std::string &key,
+                    const std::function<void(Use &)> &change)
+      {
+        add(surface, key,
+            [&](Use &use)
+            {
+              if (!use.contact.empty())
+                mesh.fail(key, "a face of '" + surface + "' is in contact or tied too.");
+              change(use);
+            });
+      }
+
       void add_supports_and_loads()
       {
         fix(prm.mesh.clamped, "Clamped", {{true, true, true}});
@@ -156,14 +169,7 @@ namespace squeal
         const std::vector<Parameters::Joints::Point> points = prm.joints.list_of_points();
         for (unsigned int p = 0; p < points.size(); ++p)
           if (!points[p].surface.empty())
-            add(points[p].surface, "Joints/Points",
-                [&](Use &use)
-                {
-                  if (!use.contact.empty())
-                    mesh.fail("Joints/Points",
-                              "a face of '" + points[p].surface + "' is in contact or tied too.");
-                  use.points.insert(p);
-                });
+            add_free(points[p].surface, "Joints/Points", [&](Use &use) { use.points.insert(p); });
       }
 
       void add_superelements()
@@ -171,14 +177,7 @@ namespace squeal
         const auto elements = prm.joints.list_of_superelements();
         for (unsigned int k = 0; k < elements.size(); ++k)
           for (const std::string &name : elements[k].surfaces)
-            add(name, superelements_key,
-                [&, k](Use &use)
-                {
-                  if (!use.contact.empty())
-                    mesh.fail(superelements_key,
-                              "a face of '" + name + "' is in contact or tied too.");
-                  use.superelements.insert(k);
-                });
+            add_free(name, superelements_key, [&](Use &use) { use.superelements.insert(k); });
       }
 
       /// Surfaces at which forces act or motions are observed: names that are no points'.
@@ -191,13 +190,7 @@ namespace squeal
           for (const Parameters::Response::Place &place : places)
             if (place.point.empty() && !prm.joints.has_point(place.name) &&
                 names.insert(place.name).second)
-              add(place.name, key,
-                  [&, key = key](Use &use)
-                  {
-                    if (!use.contact.empty())
-                      mesh.fail(key, "a face of '" + place.name + "' is in contact or tied too.");
-                    use.places.insert(place.name);
-                  });
+              add_free(place.name, key, [&](Use &use) { use.places.insert(place.name); });
       }
 
       /// Surfaces of the superelement that is to be made, on whose nodes no support may be.

@@ -1,11 +1,11 @@
 #include <squeal/base/errors.h>
+#include <squeal/mesh/coarse_mesh.h>
 #include <squeal/mesh_files/mesh_checks.h>
 #include <squeal/scenes/imported_faces.h>
 #include <squeal/scenes/imported_joints.h>
-#include <squeal/scenes/imported_scene.h>
 #include <squeal/scenes/imported_supports.h>
-
-#include <deal.II/grid/grid_tools.h>
+#include <squeal/scenes/make_scene.h>
+#include <squeal/scenes/mesh_report.h>
 
 #include <algorithm>
 #include <cmath>
@@ -61,7 +61,7 @@ namespace squeal
       std::vector<unsigned int> number(mesh.file.nodes.size(), -1);
       for (unsigned int c = 0; c < mesh.file.cells.size(); ++c)
       {
-        CellData<3> cell;
+        CoarseCell<3> cell;
         cell.material_id = part_of_cell[c];
         for (unsigned int v = 0; v < 8; ++v)
         {
@@ -90,16 +90,10 @@ namespace squeal
       for (auto &[name, surface] : mesh.file.surfaces)
         for (ImportedMesh::Face &face : surface)
           face = renumber(face);
-      try
-      {
-        GridTools::consistently_order_cells(geometry.cells);
-      }
-      catch (const ExceptionBase &)
-      {
+      if (!order_consistently(geometry.cells))
         mesh.fail("File",
                   "the cells' edges cannot be directed consistently: rows of cells close in "
                   "a twisted ring.");
-      }
     }
 
     /// A uniform contact pressure is that of the load only where both act on the same area.
@@ -132,7 +126,7 @@ namespace squeal
     }
   } // namespace
 
-  Geometry<3> make_mesh_scene(const Parameters::All &prm)
+  Geometry<3> make_imported_scene(const Parameters::All &prm)
   {
     ImportedMesh mesh(prm);
     const ImportedBodies bodies(prm, mesh);

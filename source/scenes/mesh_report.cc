@@ -1,18 +1,24 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/text.h>
-#include <squeal/scenes/imported_scene.h>
+#include <squeal/mesh/coarse_mesh.h>
+#include <squeal/scenes/mesh_report.h>
 
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/dofs/dof_handler.h>
 #include <deal.II/fe/fe_q.h>
 #include <deal.II/fe/fe_values.h>
 #include <deal.II/fe/mapping_q.h>
+#include <deal.II/grid/tria.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <iomanip>
 #include <set>
 #include <sstream>
+
+// The measures of a mesh that was read. measure() computes volumes, areas and Jacobians of the
+// cells as they will be computed with; report_mesh() sums them up in rows, one for the mesh, each
+// body, each group and each contact pair, refuses cells that are folded, and makes of the rows a
+// table (table_of()) and a text for the log (describe_*()).
 
 namespace squeal
 {
@@ -37,7 +43,7 @@ namespace squeal
                      const unsigned int degree)
     {
       Triangulation<3> triangulation;
-      geometry.make_coarse_mesh(triangulation);
+      make_coarse_mesh(geometry, triangulation);
       const MappingQ<3> mapping(degree);
       const FE_Q<3> fe(degree);
       FEValues<3> volumes(mapping, fe, QGauss<3>(degree + 1), update_JxW_values),
@@ -95,13 +101,6 @@ namespace squeal
       const ContactPairMeasures *pair = nullptr;
     };
 
-    std::string digits(const double value)
-    {
-      std::ostringstream text;
-      text << std::setprecision(12) << value;
-      return text.str();
-    }
-
     /// Quoted where it must be.
     std::string csv_text(const std::string &text)
     {
@@ -118,17 +117,17 @@ namespace squeal
       std::string text = "kind,name,use,count,volume_m3,mass_kg,area_m2,smallest_jacobian,"
                          "x_min_m,x_max_m,y_min_m,y_max_m,z_min_m,z_max_m,gap_m,overlap_m2,"
                          "least_cover\n";
-      const auto known = [](const double value) { return value < 0 ? "" : digits(value); };
+      const auto known = [](const double value) { return value < 0 ? "" : number(value); };
       for (const Row &row : rows)
       {
         text += name_of(row.kind) + "," + csv_text(row.name) + "," + csv_text(row.use) + "," +
                 std::to_string(row.count) + "," + known(row.volume) + "," + known(row.mass) + "," +
                 known(row.area) + ",";
-        text += row.pair || row.kind == Kind::surface ? "" : digits(row.jacobian);
+        text += row.pair || row.kind == Kind::surface ? "" : number(row.jacobian);
         for (unsigned int d = 0; d < 3; ++d)
-          text += "," + digits(row.box.low[d]) + "," + digits(row.box.high[d]);
-        text += row.pair ? "," + digits(row.pair->gap) + "," + digits(row.pair->overlap) + "," +
-                               digits(row.pair->least_cover)
+          text += "," + number(row.box.low[d]) + "," + number(row.box.high[d]);
+        text += row.pair ? "," + number(row.pair->gap) + "," + number(row.pair->overlap) + "," +
+                               number(row.pair->least_cover)
                          : ",,,";
         text += "\n";
       }
@@ -186,7 +185,7 @@ namespace squeal
         size = std::max(size, all.box.high[d] - all.box.low[d]);
       if (size >= smallest && size <= largest)
         return "";
-      return text_of("Warning, size: the bodies extend over ", digits(size),
+      return text_of("Warning, size: the bodies extend over ", number(size),
                      " m. Mesh/Scale gives the file's unit of length in metres: 1e-3 for mm.\n");
     }
 
@@ -208,7 +207,7 @@ namespace squeal
           (by_middle_nodes ? "Mesh/File: "
                            : "Mesh/Curved bodies = " + name_of(prm.mesh.curved) + ": ") +
           facts.file.name + ": element " + std::to_string(facts.file.cells[cell].number) +
-          " has the scaled Jacobian " + digits(jacobian) +
+          " has the scaled Jacobian " + number(jacobian) +
           (by_middle_nodes
                ? " where its edges follow its middle nodes. These must be nearer to the middles."
                : " where its edges follow circles about the axis. It needs a smaller angle "
@@ -251,7 +250,7 @@ namespace squeal
       const unsigned int degree = prm.discretization.degree;
       unsigned int n            = 0;
       double worst              = 0;
-      for (const CellData<3> &cell : geometry.cells)
+      for (const CoarseCell<3> &cell : geometry.cells)
       {
         double low = 1e300, high = 0;
         for (unsigned int v = 0; v < 8; ++v)

@@ -1,6 +1,7 @@
 #include <squeal/bodies/displacement_multigrid.h>
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/petsc_vector_view.h>
+#include <squeal/mesh/finite_element_space.h>
 #include <squeal/statics/iterative_statics.h>
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/linalg/dense.h>
+#include <squeal/mesh/finite_element_space.h>
 #include <squeal/statics/direct_statics.h>
 #include <squeal/statics/static_equilibrium.h>
 

@@ -6,6 +6,7 @@
 #include <deal.II/fe/fe_values.h>
 
 #include <squeal/mesh/finite_element_space.h>
+#include <squeal/scenes/make_scene.h>
 
 /// What the tests on meshes share.
 namespace squeal::tests

@@ -110,7 +110,7 @@ namespace squeal::tests
       for (unsigned int j = 0; j < cells[1]; ++j)
         for (unsigned int i = 0; i < cells[0]; ++i)
         {
-          dealii::CellData<3> cell;
+          CoarseCell<3> cell;
           for (unsigned int v = 0; v < 8; ++v)
             cell.vertices[v] = first + (i + v % 2) + n_r * ((j + v / 2 % 2) + n_phi * (k + v / 4));
           cell.material_id = body;

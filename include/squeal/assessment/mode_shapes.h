@@ -1,6 +1,5 @@
 #pragma once
 
-#include <squeal/mesh/finite_element_space.h>
 #include <squeal/projection/eigenpairs.h>
 
 #include <string>
@@ -8,6 +7,9 @@
 
 namespace squeal
 {
+  template <int dim>
+  class FiniteElementSpace;
+
   /// How a mode looks, by its kinetic energy rho |u|^2 without the motion of transport.
   struct ModeShape
   {

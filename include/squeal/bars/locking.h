@@ -13,9 +13,9 @@ namespace squeal
   /// Whether elements of the degree may lock since the material hardly changes its volume.
   bool may_lock(const Material &material, unsigned int degree);
 
-  /// How many times the rotor's cells are as long as thick, if they are too long for solid elements
-  /// of a plate and the scene says so; otherwise 0.
-  double too_long_cells(const Parameters::All &parameters);
+  /// How many times the cells of the built-in brake's rotor are as long as thick, if they are too
+  /// long for solid elements of a plate; otherwise 0.
+  double too_long_cells(const Parameters::Rotor &rotor, const Parameters::Discretization &mesh);
 
   /// Whether a cell lies at a support that holds it in all directions, at whose edges stress is
   /// singular, and is long beside its shortest side. Then stress falls over a small part of its

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/linalg/multi_vector.h>
-#include <squeal/mesh/finite_element_space.h>
+#include <squeal/mesh/geometry.h>
 #include <squeal/parameters/materials.h>
 
 #include <memory>
@@ -9,6 +9,9 @@
 
 namespace squeal
 {
+  template <int dim>
+  class FiniteElementSpace;
+
   /// The matrices of theory.md, section 2, of one material. Rows of other bodies are empty. SI
   /// units.
   struct BodyMatrices

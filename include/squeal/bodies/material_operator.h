@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/mesh/geometry.h>
+#include <squeal/parameters/materials.h>
 
 #include <vector>
 

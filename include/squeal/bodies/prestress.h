@@ -1,13 +1,16 @@
 #pragma once
 
 #include <squeal/linalg/multi_vector.h>
-#include <squeal/mesh/finite_element_space.h>
+#include <squeal/mesh/geometry.h>
 #include <squeal/parameters/materials.h>
 
 #include <vector>
 
 namespace squeal
 {
+  template <int dim>
+  class FiniteElementSpace;
+
   /// The centrifugal load of the given bodies, int -rho Omega^2 (w.grad)w . Phi, N: for w = e_z x x
   /// the force rho Omega^2 (x, y, 0), none for straight transport. One column.
   template <int dim>

@@ -2,7 +2,7 @@
 
 #include <squeal/linalg/compressed_rows.h>
 #include <squeal/linalg/dense.h>
-#include <squeal/mesh/finite_element_space.h>
+#include <squeal/mesh/geometry.h>
 #include <squeal/mesh/mortar.h>
 
 #include <array>
@@ -20,6 +20,9 @@
 
 namespace squeal
 {
+  template <int dim>
+  class FiniteElementSpace;
+
   /// A node that carries unknowns, as a node of a contact face sees it.
   template <int dim>
   struct FreeNode

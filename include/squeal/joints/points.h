@@ -1,7 +1,8 @@
 #pragma once
 
 #include <squeal/linalg/matrix.h>
-#include <squeal/mesh/finite_element_space.h>
+
+#include <deal.II/base/point.h>
 
 #include <array>
 #include <memory>
@@ -9,6 +10,9 @@
 
 namespace squeal
 {
+  template <int dim>
+  class FiniteElementSpace;
+
   /// The points of a scene on one mesh, with their masses, springs, dashpots and rigid links
   /// (theory.md, section 11). A point's motions r = (r_t, r_r) are unknowns, defined by
   /// multipliers,

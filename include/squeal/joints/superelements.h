@@ -1,12 +1,14 @@
 #pragma once
 
 #include <squeal/linalg/matrix.h>
-#include <squeal/mesh/finite_element_space.h>
 
 #include <memory>
 
 namespace squeal
 {
+  template <int dim>
+  class FiniteElementSpace;
+
   /// The superelements of a scene on one mesh (theory.md, section 11). Their coordinates v are
   /// unknowns with the given matrices; the displacement v_n of each node that is held is that of
   /// the point x_n of the surfaces that is nearest to it,

@@ -2,12 +2,15 @@
 
 #include <squeal/contact/contact_kinematics.h>
 #include <squeal/linalg/matrix.h>
-#include <squeal/mesh/finite_element_space.h>
+#include <squeal/mesh/geometry.h>
 
 #include <memory>
 
 namespace squeal
 {
+  template <int dim>
+  class FiniteElementSpace;
+
   /// The ties of a scene on one mesh (theory.md, section 11), with [[u]] = u_2 - u_1 between the
   /// second side and the first,
   ///

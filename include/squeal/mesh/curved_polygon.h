@@ -56,7 +56,7 @@ namespace squeal
 
   double signed_area(const CurvedPolygon &polygon);
 
-  /// The same region with straight lines for curves that are straight to rounding, without sides
+  /// Returns the region with straight lines for curves that are straight to rounding, without sides
   /// shorter than rounding and without corners between two straight sides of one direction.
   CurvedPolygon simplified(const CurvedPolygon &polygon);
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <squeal/linalg/complex_multi_vector.h>
-#include <squeal/mesh/finite_element_space.h>
 
 #include <complex>
 #include <functional>
@@ -11,6 +10,9 @@
 
 namespace squeal
 {
+  template <int dim>
+  class FiniteElementSpace;
+
   /// Writes the pieces of all ranks, <base>.<rank>.vtu (<base>.vtu of a single one), and
   /// <base>.pvtu, which names them and whose name is returned. Collective.
   std::string write_pieces(

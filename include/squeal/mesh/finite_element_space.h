@@ -22,7 +22,7 @@ namespace squeal
     double weight;
   };
 
-  /// Mesh, finite element and numbering.
+  /// Holds mesh, finite element and numbering.
   ///
   /// Displacement components share one scalar element, so everything is indexed by *nodes* (degrees
   /// of freedom of the scalar element). An *equation* is a row of the eigenproblem: a displacement
@@ -44,7 +44,8 @@ namespace squeal
     FiniteElementSpace(const Geometry<dim> &geometry, unsigned int degree, bool with_multipliers,
                        MPI_Comm comm);
 
-    /// The same scene on the *same* mesh with another degree. The mesh must outlive it unchanged.
+    /// Makes a space of another degree of the same scene on the *same* mesh, which must outlive it
+    /// unchanged.
     FiniteElementSpace(const FiniteElementSpace &other, unsigned int degree);
 
     /// Numbers nodes and equations on the present mesh. Call it after every change of the mesh.

@@ -2,11 +2,10 @@
 
 #include <squeal/mesh/quadratic_cells.h>
 #include <squeal/mesh/superelement.h>
-#include <squeal/parameters/parameters.h>
 
 #include <deal.II/base/point.h>
 #include <deal.II/base/tensor.h>
-#include <deal.II/grid/tria.h>
+#include <deal.II/base/types.h>
 
 #include <algorithm>
 #include <array>
@@ -82,7 +81,7 @@ namespace squeal
   {
     static constexpr unsigned int ground = -1;
     unsigned int first, second;
-    /// Of a spring and dashpot, along and about x, y, z: N/m, N m and N s/m, N m s
+    /// Spring and dashpot along and about the axes: N/m three times, N m; N s/m three times, N m s.
     std::array<double, 6> stiffness = {}, damping = {};
     /// Unit vectors along which, and about which, these act.
     std::array<std::array<double, 3>, 3> axes = {{{{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}}};
@@ -119,8 +118,16 @@ namespace squeal
     bool curved = true;    ///< whether edges follow circles about the z axis (3D)
   };
 
-  /// The bodies of a scene: coarse mesh, boundary names, supports, loads, contact pairs, transport
-  /// field.
+  /// A cell of the coarse mesh: its vertices in the order of deal.II.
+  template <int dim>
+  struct CoarseCell
+  {
+    std::array<unsigned int, (1u << dim)> vertices;
+    dealii::types::material_id material_id = 0;
+  };
+
+  /// The bodies of a scene as a value: coarse mesh, boundary names, supports, loads, contact pairs,
+  /// joints. Rooms below make spaces and matrices of it; scenes/ makes it (make_scene.h).
   template <int dim>
   struct Geometry
   {
@@ -139,7 +146,7 @@ namespace squeal
     std::vector<TiedSurfaces> ties;
     PointJoints point_joints;
     std::vector<Superelement> superelements;
-    /// Of which a superelement is to be made: the surfaces on which the body hangs; or none.
+    /// The body, if any, of which a superelement is to be made, and the surfaces on which it hangs.
     std::optional<SuperelementInterface> superelement_out;
     /// Bodies that neither turn nor touch the rotor, by name.
     std::map<Body, std::string> other_bodies;
@@ -155,7 +162,7 @@ namespace squeal
     /// The boundaries of surfaces at which forces act or motions are observed, by name.
     std::map<std::string, std::set<dealii::types::boundary_id>> response_surfaces;
 
-    /// By material id. Where bodies are of one material each, the two are the same.
+    /// What cells are, by material id. Where bodies are of one material each, ids are bodies.
     std::vector<Part> parts = {{rotor_body, 0}, {upper_pad_body, 1}, {lower_pad_body, 1}};
     /// The material ids of the cells of one material, of bodies that there are.
     std::vector<Body> bodies_of(unsigned int material) const;
@@ -163,18 +170,15 @@ namespace squeal
     /// Whether supports and closed contact leave a body a rigid motion.
     bool may_move_rigidly = false;
 
-    /// Of a mesh file: its measures for the log, and as a table.
+    /// Measures of a mesh file for the log, and as a table; else empty.
     std::string report, report_table;
 
     /// The transport field w of theory.md, section 1: the rotor's velocity is Omega w.
     dealii::Tensor<1, dim> transport(const dealii::Point<dim> &x) const;
 
-    /// Fills an empty triangulation: disjoint bodies with material ids, manifolds and boundary ids.
-    void make_coarse_mesh(dealii::Triangulation<dim> &triangulation) const;
-
     /// The coarse mesh as vertices and cells; ids of the boundaries follow from positions.
     std::vector<dealii::Point<dim>> vertices;
-    std::vector<dealii::CellData<dim>> cells;
+    std::vector<CoarseCell<dim>> cells;
     /// The shapes of cells that middle nodes bend (3D).
     QuadraticCells quadratic;
 
@@ -198,24 +202,4 @@ namespace squeal
       return periodic.first != dealii::numbers::invalid_boundary_id;
     }
   };
-
-  /// Interval ends of n equal cells on [a, b], of which the first (last) is divided @p at_start (@p
-  /// at_end) times, each time at @p ratio times the last cut's distance from the end. So each layer
-  /// is @p ratio times as thick as the next one inwards, but the outermost one, which is not
-  /// divided any more, is ratio/(1 - ratio) times as thick as its neighbour.
-  std::vector<double> graded_points(double a, double b, unsigned int n, unsigned int at_start,
-                                    unsigned int at_end, double ratio);
-
-  /// Interval ends of n cells on [a, b], as equal as they can be while the ascending @p lines are
-  /// among the ends; with fewer cells than intervals the lines are left out.
-  std::vector<double> aligned_points(double a, double b, unsigned int n,
-                                     const std::vector<double> &lines);
-
-  /// Annular rotor about the z axis with mid-plane z = 0 and up to two sector pads on its plane
-  /// faces.
-  Geometry<3> make_brake(const Parameters::All &parameters);
-
-  /// Elastic layer y in [-thickness, 0], periodic in x and fixed below, under a block on y in [0,
-  /// ...].
-  Geometry<2> make_strip(const Parameters::All &parameters);
 } // namespace squeal

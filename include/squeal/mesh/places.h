@@ -1,18 +1,21 @@
 #pragma once
 
 #include <squeal/linalg/multi_vector.h>
-#include <squeal/mesh/finite_element_space.h>
+#include <squeal/parameters/parameters.h>
 
 #include <string>
 #include <vector>
 
 namespace squeal
 {
-  /// Of each place and direction d a column e with e^T u = d . u(x), of a surface its mean
+  template <int dim>
+  class FiniteElementSpace;
+
+  /// Gives each place and direction d a column e with e^T u = d . u(x); for a surface, its mean
   ///
   ///     e^T u = 1/|A| int_A d . u da,
   ///
-  /// and of a point of joints d . r_t. So F e is the load of a force F d, of a surface spread
+  /// and for a point of joints d . r_t. So F e is the load of a force F d, of a surface spread
   /// evenly. A point may lie beside the mesh by a hundredth of the cell that is nearest. @p key
   /// names the list in errors. Throws InputError for a place that there is not, and for a point
   /// that several bodies have if none is named. Collective.

@@ -5,6 +5,7 @@
 #include <deal.II/base/point.h>
 #include <deal.II/base/types.h>
 
+#include <algorithm>
 #include <memory>
 #include <set>
 #include <string>
@@ -33,7 +34,10 @@ namespace squeal
       return matrices->stiffness.n_rows;
     }
     /// The number of nodes that are held.
-    unsigned int n_held() const;
+    unsigned int n_held() const
+    {
+      return std::count(is_held.begin(), is_held.end(), true);
+    }
   };
 
   /// A body of which a superelement is to be made, and the boundaries on which it hangs on others.

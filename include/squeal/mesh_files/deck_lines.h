@@ -8,45 +8,6 @@
 
 namespace squeal
 {
-  /// The lines of a deck of Abaqus or CalculiX in the order in which they count: files that it
-  /// includes stand where they are included, and a part's lines can be read again.
-  class DeckLines : public LineReader
-  {
-  public:
-    struct Line
-    {
-      std::string text, file;
-      unsigned int number;
-    };
-
-    DeckLines(std::istream &in, const std::string &filename);
-
-    bool next(std::string &line) override;
-    /// Goes on in another file and then comes back; @p name is relative to the deck's directory.
-    void include(const std::string &name);
-    /// Reads these lines first.
-    void replay(const std::vector<Line> &lines);
-    /// The current line.
-    Line current() const
-    {
-      return {text, filename, number};
-    }
-
-  private:
-    struct Source
-    {
-      std::ifstream file;
-      std::string name;
-      unsigned int number = 0;
-      std::vector<Line> lines; ///< where there is no file
-      std::size_t next = 0;
-    };
-    const std::string deck;
-    unsigned int n_own = 0;    ///< lines of the deck itself
-    std::list<Source> sources; ///< the innermost last
-    std::string text;
-  };
-
   /// Keywords and labels of decks: capitals, no blanks at the ends, no quotes.
   std::string deck_label(const std::string &text);
 
@@ -68,6 +29,56 @@ namespace squeal
     std::string value(const std::string &option) const;
   };
 
-  /// The keyword of a line, with lines on which its options go on.
-  DeckKeyword read_keyword(DeckLines &lines, std::string line);
+  /// Reads a deck of Abaqus or CalculiX, line by line or block by block: a keyword and its data.
+  /// Files that it includes stand where they are included, so that their first lines may be data of
+  /// the keyword before; a part's lines can be read again.
+  class DeckLines : public LineReader
+  {
+  public:
+    struct Line
+    {
+      std::string text, file;
+      unsigned int number;
+    };
+
+    DeckLines(std::istream &in, const std::string &filename);
+
+    /// Reads the next keyword, with lines on which its options go on; passes over what is left of
+    /// the data of the one before. Returns false at the end. Throws InputError for data without a
+    /// keyword before them.
+    bool next_keyword(DeckKeyword &keyword);
+    /// Reads the next line of data of the present keyword; comments and empty lines are passed
+    /// over. Returns false where there is none.
+    bool next_data(std::vector<std::string> &fields);
+
+    /// Reads the next line, of an included file where a line includes one.
+    bool next(std::string &line) override;
+    /// Reads these lines first.
+    void replay(const std::vector<Line> &lines);
+    /// The current line.
+    Line current() const
+    {
+      return {text, filename, number};
+    }
+
+  private:
+    struct Source
+    {
+      std::ifstream file;
+      std::string name;
+      unsigned int number = 0;
+      std::vector<Line> lines; ///< where there is no file
+      std::size_t next = 0;
+    };
+    bool next_as_written(std::string &line);
+    DeckKeyword read_keyword(std::string line);
+    /// Goes on in the file of INPUT=, relative to the deck's directory, and then comes back.
+    void include(const DeckKeyword &by);
+
+    const std::string deck;
+    unsigned int n_own = 0;    ///< lines of the deck itself
+    std::list<Source> sources; ///< the innermost last
+    std::string text;
+    bool has_keyword = false; ///< has read one
+  };
 } // namespace squeal

@@ -29,7 +29,7 @@ namespace squeal
     /// rotation about an axis at a point of each.
     void connect(unsigned int first, const dealii::Point<3> &at_first, unsigned int second,
                  const dealii::Point<3> &at_second, unsigned int c);
-    /// The same along or about any unit vector.
+    /// Holds them along or about any unit vector.
     void connect(unsigned int first, const dealii::Point<3> &at_first, unsigned int second,
                  const dealii::Point<3> &at_second, const std::array<double, 3> &direction,
                  bool rotates);

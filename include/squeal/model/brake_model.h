@@ -8,6 +8,7 @@
 #include <squeal/joints/points.h>
 #include <squeal/joints/superelements.h>
 #include <squeal/joints/ties.h>
+#include <squeal/mesh/finite_element_space.h>
 #include <squeal/model/model.h>
 #include <squeal/projection/eigenpairs.h>
 #include <squeal/statics/static_solver.h>

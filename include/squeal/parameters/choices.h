@@ -15,7 +15,7 @@ namespace squeal
   /// Whether the rotor's material moves through its mesh, or turning is felt by what slides on it
   /// only.
   SQUEAL_CHOICE(Transport, full, none)
-  /// Of turning, about +z or -z.
+  /// The sense in which the rotor turns: about +z or -z.
   SQUEAL_CHOICE(Direction, forward, backward)
 
   /// The cylinder of the rotor that is held.

@@ -63,8 +63,8 @@ namespace squeal
     /// Every key with default, unit and allowed values. @p format is prm, json or md.
     void print_manual(std::ostream &out, const std::string &format) const;
 
-    /// The same for reading, of the keys whose path holds @p part, in any case. Throws InputError
-    /// if there is none.
+    /// Prints the manual's entries, for reading, of the keys whose path holds @p part, in any case.
+    /// Throws InputError if there is none.
     void print_keys(std::ostream &out, const std::string &part) const;
 
   private:

@@ -10,6 +10,12 @@
 #include <utility>
 #include <vector>
 
+// The parameters of a run: one struct per section of the parameter file, in its order, and at the
+// end Parameters::All with the rules across sections. Defaults are the member initialisers,
+// declare() makes the members keys, every text carries its unit, and check() holds the rules that
+// no pattern of a single key can express: it throws InputError with the path of the key. Rooms
+// behind scenes, model, studies and run take a section or a value.
+
 namespace squeal
 {
   /// What a stage brings into the equations of motion.
@@ -24,11 +30,6 @@ namespace squeal
 
   namespace Parameters
   {
-    // One struct per section of the parameter file: defaults are the member initialisers,
-    // declare() makes the members keys, every text carries its unit, and check() holds the rules
-    // that no pattern of a single key can express. check() throws InputError with the path of the
-    // key.
-
     /// The keys of a StiffnessFactor.
     void declare(dealii::ParameterHandler &prm, StiffnessFactor &factor);
     void check(const std::string &section, const StiffnessFactor &factor);
@@ -244,7 +245,7 @@ namespace squeal
       {
         std::string first, second; ///< points; the second may be the ground
         Six values = {};
-        /// Of a spring or dashpot: the directions to which its values belong, unit vectors.
+        /// Unit vectors to which the values of a spring or dashpot belong.
         std::array<std::array<double, 3>, 3> axes = {{{{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}}};
       };
       /// Matrices of another program or run: <files>-K.mtx and so on, held to surfaces.
@@ -438,8 +439,8 @@ namespace squeal
       struct Place
       {
         std::string text; ///< as the key says it
-        /// Of a point that several bodies have, the body, or empty; else a surface or a point of
-        /// Joints/Points
+        /// A surface or a point of Joints/Points. With a point: the body that is meant, where
+        /// several have it, or empty.
         std::string name;
         std::vector<double> point; ///< m; empty: the place is named
         std::vector<double> direction;
@@ -533,7 +534,7 @@ namespace squeal
       Matrices matrices;
       Output output;
 
-      /// Of displacements: 2 in the strip, else 3.
+      /// The number of components of a displacement: 2 in the strip, else 3.
       unsigned int n_components() const
       {
         return scene == Scene::strip ? 2 : 3;
@@ -553,7 +554,6 @@ namespace squeal
       std::vector<BodyMaterial> materials() const;
       /// The material of a section, "Rotor", "Pads", "Mesh/Part 1" and so on.
       MaterialSection &material(const std::string &section);
-      /// The number of contact pairs.
       /// Throws InputError where Contact/Friction/Of pads names a pad that there is not.
       void check_friction_of_pads() const;
       /// Whether surfaces touch: pads on the rotor, or bodies that do not slide.
@@ -561,6 +561,7 @@ namespace squeal
       {
         return n_pads() > 0 || !joints.contacts.empty();
       }
+      /// The number of contact pairs.
       int n_pads() const
       {
         return scene == Scene::mesh    ? int(mesh.pairs().size())
@@ -597,7 +598,7 @@ namespace squeal
       void check_edge_levels() const;
       void check_joints() const;
       void check_relaxation() const;
-      /// Of the stage full: StiffnessFactor::fit of each material.
+      /// Fits the factor of each material to its table (StiffnessFactor::fit) in the stage full.
       void fit_modulus_tables();
     };
   } // namespace Parameters

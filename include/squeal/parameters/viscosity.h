@@ -23,7 +23,7 @@ namespace squeal
       return bulk != other.bulk || shear != other.shear || tensor != other.tensor;
     }
     struct Constant;
-    /// Those that are not zero; C_v is linear in them.
+    /// The constants that are not zero; C_v is linear in them.
     std::vector<Constant> constants() const;
     /// Whether no rate of strain feeds energy.
     bool is_passive() const;

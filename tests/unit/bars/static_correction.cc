@@ -3,6 +3,7 @@
 #include <squeal/bars/static_correction.h>
 #include <squeal/contact/contact_forces.h>
 #include <squeal/eigen/eigensolvers.h>
+#include <squeal/scenes/make_scene.h>
 
 #include <doctest/doctest.h>
 

@@ -6,6 +6,7 @@
 #include <squeal/contact/contact_fields.h>
 #include <squeal/contact/contact_forces.h>
 #include <squeal/model/brake_model.h>
+#include <squeal/scenes/make_scene.h>
 namespace squeal::tests::friction_work_tests
 {
   namespace

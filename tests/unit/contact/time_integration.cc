@@ -6,6 +6,7 @@
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/linalg/factorization.h>
 #include <squeal/model/brake_model.h>
+#include <squeal/scenes/make_scene.h>
 
 /// The equations of motion with the nonlinear forces of contact and friction, integrated in time
 /// from a small disturbance of the steady sliding: what grows or decays there does so with the real

@@ -13,7 +13,6 @@
 /// What the tests of joints share.
 namespace squeal::tests
 {
-  using dealii::CellData;
   using dealii::Tensor;
   namespace types = dealii::types;
 
@@ -44,7 +43,7 @@ namespace squeal::tests
         for (unsigned int j = 0; j < n[1]; ++j)
           for (unsigned int i = 0; i < n[0]; ++i)
           {
-            CellData<3> cell;
+            CoarseCell<3> cell;
             cell.material_id = body;
             for (unsigned int v = 0; v < 8; ++v)
               cell.vertices[v] = vertex({{i + v % 2, j + v / 2 % 2, k + v / 4}});

@@ -7,7 +7,9 @@
 #include <deal.II/fe/fe_values.h>
 #include <deal.II/fe/mapping_q.h>
 
-#include <squeal/mesh/geometry.h>
+#include <squeal/mesh/coarse_mesh.h>
+#include <squeal/mesh/intervals.h>
+#include <squeal/scenes/make_scene.h>
 namespace squeal::tests::geometry_tests
 {
   using namespace dealii;
@@ -59,7 +61,7 @@ namespace squeal::tests::geometry_tests
     {
       const Geometry<3> geometry = make_brake(p);
       Triangulation<3> triangulation;
-      geometry.make_coarse_mesh(triangulation);
+      make_coarse_mesh(geometry, triangulation);
       triangulation.refine_global(n_refinements);
       Measures measured = measure(triangulation);
 
@@ -166,7 +168,7 @@ namespace squeal::tests::geometry_tests
       CHECK(load.pressure(Point<3>(0.1, 0.01, 0.018)) == p.pads.pressure);
 
     Triangulation<3> triangulation;
-    geometry.make_coarse_mesh(triangulation);
+    make_coarse_mesh(geometry, triangulation);
     for (const auto &cell : triangulation.active_cell_iterators())
     {
       const double z = cell->center()[2], r = std::hypot(cell->center()[0], cell->center()[1]);
@@ -227,7 +229,7 @@ namespace squeal::tests::geometry_tests
     p.discretization.pad_cells    = {{1, 2, 1}};
     p.discretization.clamp_layers = 0;
     Triangulation<3> triangulation;
-    make_brake(p).make_coarse_mesh(triangulation);
+    make_coarse_mesh(make_brake(p), triangulation);
     // 8 faces on each of the rotor's four boundaries; 2 on the contact and back face of each pad, 6
     // on its side.
     const auto count = [&]()

@@ -3,6 +3,8 @@
 #include <doctest/doctest.h>
 
 #include <squeal/base/errors.h>
+#include <squeal/mesh/coarse_mesh.h>
+#include <squeal/mesh/quadratic_manifold.h>
 #include <squeal/mesh_files/element_file.h>
 #include <squeal/mesh_files/mesh_checks.h>
 
@@ -115,7 +117,7 @@ namespace squeal::tests::element_division_tests
         if (corner_jacobians(file, cell)[0] < 0)
           for (unsigned int v = 0; v < 4; ++v)
             std::swap(cell.nodes[v], cell.nodes[v + 4]);
-        CellData<3> data;
+        CoarseCell<3> data;
         data.material_id = rotor_body;
         for (unsigned int v = 0; v < 8; ++v)
         {
@@ -130,7 +132,7 @@ namespace squeal::tests::element_division_tests
         geometry.cells.push_back(data);
       }
       geometry.quadratic = file.quadratic.renumbered(number);
-      GridTools::consistently_order_cells(geometry.cells);
+      REQUIRE(order_consistently(geometry.cells));
       return geometry;
     }
 
@@ -155,14 +157,14 @@ namespace squeal::tests::element_division_tests
     double volume(const Geometry<3> &geometry)
     {
       Triangulation<3> triangulation;
-      geometry.make_coarse_mesh(triangulation);
+      make_coarse_mesh(geometry, triangulation);
       return GridTools::volume(triangulation);
     }
 
     unsigned int n_boundary_faces(const Geometry<3> &geometry)
     {
       Triangulation<3> triangulation;
-      geometry.make_coarse_mesh(triangulation);
+      make_coarse_mesh(geometry, triangulation);
       unsigned int n = 0;
       for (const auto &cell : triangulation.active_cell_iterators())
         for (const unsigned int f : cell->face_indices())
@@ -268,8 +270,8 @@ namespace squeal::tests::element_division_tests
       // Points of the mapping of degree 2, also of cells that are refined, are images of those of
       // the straight ones.
       Triangulation<3> before, after;
-      straight.make_coarse_mesh(before);
-      bent.make_coarse_mesh(after);
+      make_coarse_mesh(straight, before);
+      make_coarse_mesh(bent, after);
       for (unsigned int level = 0; level < 2; ++level)
       {
         const FE_Q<3> fe(2);

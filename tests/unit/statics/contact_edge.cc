@@ -6,6 +6,7 @@
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/model/brake_model.h>
+#include <squeal/scenes/make_scene.h>
 namespace squeal::tests::contact_edge_tests
 {
   using Complex = std::complex<double>;

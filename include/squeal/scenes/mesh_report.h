@@ -4,6 +4,7 @@
 #include <squeal/mesh_files/joined_surfaces.h>
 #include <squeal/mesh_files/mesh_checks.h>
 #include <squeal/mesh_files/mesh_file.h>
+#include <squeal/parameters/parameters.h>
 
 #include <map>
 #include <string>
@@ -11,17 +12,6 @@
 
 namespace squeal
 {
-  /// Rotor and pads of a mesh file. Groups of the file by name become bodies, materials, supports,
-  /// loads and contact pairs as the section Mesh says; the geometry's report has the mesh's
-  /// measures. Throws InputError for everything that cannot work: what, where, what is allowed.
-  Geometry<3> make_mesh_scene(const Parameters::All &parameters);
-
-  /// The bodies of the three-dimensional scenes, brake or mesh. Throws InputError.
-  inline Geometry<3> make_bodies(const Parameters::All &parameters)
-  {
-    return parameters.scene == Scene::mesh ? make_mesh_scene(parameters) : make_brake(parameters);
-  }
-
   /// What is known of a mesh besides its geometry.
   struct MeshFacts
   {
