@@ -1,8 +1,10 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/text.h>
 #include <squeal/parameters/expressions.h>
 #include <squeal/parameters/parameter_file.h>
 
 #include <deal.II/base/mpi.h>
+#include <deal.II/base/parameter_handler.h>
 #include <deal.II/base/patterns.h>
 #include <deal.II/base/utilities.h>
 
@@ -63,21 +65,24 @@ namespace squeal
     }
   } // namespace
 
-  ParameterFile::ParameterFile() : all(std::make_unique<Parameters::All>())
+  ParameterFile::ParameterFile()
+      : all(std::make_unique<Parameters::All>()), prm(std::make_unique<dealii::ParameterHandler>())
   {
     declare();
   }
 
+  ParameterFile::~ParameterFile() = default;
+
   void ParameterFile::declare()
   {
-    prm.clear();
+    prm->clear();
     entries.clear();
-    all->declare(prm);
+    all->declare(*prm);
 
     // The handler's own JSON is the one public list of its entries.
     std::ostringstream json;
-    prm.print_parameters(json, dealii::ParameterHandler::KeepDeclarationOrder |
-                                   dealii::ParameterHandler::JSON);
+    prm->print_parameters(json, dealii::ParameterHandler::KeepDeclarationOrder |
+                                    dealii::ParameterHandler::JSON);
     std::istringstream in(json.str());
     boost::property_tree::ptree tree;
     boost::property_tree::read_json(in, tree);
@@ -439,16 +444,16 @@ namespace squeal
                        allowed(entry->pattern) + " " + entry->documentation);
 
     for (const std::string &s : entry->section)
-      prm.enter_subsection(s);
-    prm.set(entry->key, used);
+      prm->enter_subsection(s);
+    prm->set(entry->key, used);
     for (unsigned int i = 0; i < entry->section.size(); ++i)
-      prm.leave_subsection();
+      prm->leave_subsection();
   }
 
   double ParameterFile::value_of(const std::string &path) const
   {
     const Entry &entry     = entry_of(path, "Sweep/Parameter");
-    const std::string text = prm.get(entry.section, entry.key);
+    const std::string text = prm->get(entry.section, entry.key);
     try
     {
       return dealii::Utilities::string_to_double(text);
@@ -492,17 +497,17 @@ namespace squeal
   {
     out << "# All parameters of a run of squeal " SQUEAL_VERSION
            ". This file reproduces the run.\n";
-    prm.print_parameters(out, dealii::ParameterHandler::KeepDeclarationOrder |
-                                  dealii::ParameterHandler::ShortPRM);
+    prm->print_parameters(out, dealii::ParameterHandler::KeepDeclarationOrder |
+                                   dealii::ParameterHandler::ShortPRM);
   }
 
   void ParameterFile::print_manual(std::ostream &out, const std::string &format) const
   {
     using dealii::ParameterHandler;
     if (format == "prm")
-      prm.print_parameters(out, ParameterHandler::KeepDeclarationOrder | ParameterHandler::PRM);
+      prm->print_parameters(out, ParameterHandler::KeepDeclarationOrder | ParameterHandler::PRM);
     else if (format == "json")
-      prm.print_parameters(out, ParameterHandler::KeepDeclarationOrder | ParameterHandler::JSON);
+      prm->print_parameters(out, ParameterHandler::KeepDeclarationOrder | ParameterHandler::JSON);
     else if (format == "md")
     {
       out << "| key | default | allowed | meaning |\n|---|---|---|---|\n";

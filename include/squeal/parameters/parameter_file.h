@@ -21,6 +21,7 @@ namespace squeal
   public:
     /// All parameters at their defaults.
     ParameterFile();
+    ~ParameterFile();
 
     /// Reads @p filename, then applies @p overrides of the form "Section/Key=value", then checks
     /// the rules across keys. A line "include name" outside of subsections stands for the file of
@@ -89,7 +90,7 @@ namespace squeal
 
     std::map<std::string, std::string> texts; ///< of the files read, by name
     std::unique_ptr<Parameters::All> all;
-    dealii::ParameterHandler prm;
+    std::unique_ptr<dealii::ParameterHandler> prm; ///< whose entries are members of all
     std::vector<Entry> entries;
     std::string name_, original;
   };
