@@ -23,7 +23,7 @@ namespace squeal
       MultiVector x(block.row_range(), 1);
       std::copy_n(block.column(column), block.n_local(), x.data());
       x                 = multiply(matrix, x);
-      const double size = std::sqrt(inner_products(x, x)[0]);
+      const double size = std::sqrt(inner_product(x, x));
       for (unsigned int i = 0; i < x.n_local(); ++i)
         x.data()[i] /= size;
       return x;
@@ -48,7 +48,7 @@ namespace squeal
       const Factorization factorization(problem.Q, Factorization::Kind::lu,
                                         "the position matrix (for static instability)");
       const MultiVector x = factorization.solve(b), z = factorization.solve_transposed(c);
-      const double reciprocal = inner_products(c, x)[0];
+      const double reciprocal = inner_product(c, x);
       if (!std::isfinite(reciprocal)) // singular up to rounding
         return result;
       result.value = 1 / reciprocal;
@@ -57,7 +57,7 @@ namespace squeal
         double sum = 0;
         for (const Term &term : derivatives[k].terms)
           if (term.order == 0)
-            sum += term.coefficient * inner_products(z, multiply(*term.matrix, x))[0];
+            sum += term.coefficient * inner_product(z, multiply(*term.matrix, x));
         result.derivatives[k] = result.value * result.value * sum;
       }
     }

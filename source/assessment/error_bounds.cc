@@ -40,16 +40,11 @@ namespace squeal
       std::vector<std::vector<double>> costs(n);
       for (unsigned int k = 0; k < 2 * n; ++k)
       {
-        roots.emplace_back(pairs.re[k], pairs.im[k]);
-        const bool is_conjugate      = pairs.im[k] < 0;
-        std::vector<Complex> entries = pairs.vector(is_conjugate ? k - 1 : k);
+        roots.push_back(pairs.values[k]);
+        const Complex *const entries = pairs.right.column(k);
         double norm                  = 0;
-        for (Complex &entry : entries)
-        {
-          if (is_conjugate)
-            entry = std::conj(entry);
-          norm += std::norm(entry) / 2;
-        }
+        for (unsigned int j = 0; j < 2 * n; ++j)
+          norm += std::norm(entries[j]) / 2;
         for (unsigned int j = 0; j < n; ++j)
           costs[j].push_back(1 -
                              std::norm((entries[j] + Complex(0, 1) * entries[n + j]) / 2.) / norm +

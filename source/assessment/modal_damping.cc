@@ -35,25 +35,24 @@ namespace squeal
     {
       auto known = forms.find(&matrix);
       if (known == forms.end())
-        known =
-            forms.emplace(&matrix, DenseMatrix(n, n, inner_products(u, multiply(matrix, u)))).first;
+        known = forms.emplace(&matrix, inner_products(u, multiply(matrix, u))).first;
       return known->second;
     };
     DenseMatrix m(n, n), k(n, n), c(n, n);
     for (const unsigned int order : {0, 1, 2})
       for (const Term &term : terms_of_order(model.terms(), order))
         if (order == 1 ? is_damping(term) : is_conservative(term.origin))
-          add(term.coefficient, form_of(*term.matrix), order == 2 ? m : order == 1 ? c : k);
+          (order == 2 ? m : order == 1 ? c : k).add(term.coefficient, form_of(*term.matrix));
     for (DenseMatrix *matrix : {&m, &k, &c})
       *matrix = symmetrised(std::move(*matrix));
 
     const auto [phi, squares]  = real_modes(m, k, modes.size());
     const unsigned int n_modes = squares.size();
 
-    DenseMatrix d = congruent(c, phi);
+    DenseMatrix d = phi.transpose() * (c * phi);
     for (const RelaxationTerm &term : model.relaxation())
     {
-      const DenseMatrix a = congruent(form_of(*term.matrix), phi);
+      const DenseMatrix a = phi.transpose() * (form_of(*term.matrix) * phi);
       for (unsigned int j = 0; j < n_modes; ++j)
         for (unsigned int i = 0; i < n_modes; ++i)
         {

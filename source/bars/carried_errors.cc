@@ -23,8 +23,7 @@ namespace squeal
                           std::vector<Complex> transition, const unsigned int n_before)
   {
     ModesOnCourse result{value, modes.lambda, modes.parity, branches, {}};
-    result.transition        = ComplexDense(n_before, modes.size());
-    result.transition.values = std::move(transition);
+    result.transition = {n_before, modes.size(), std::move(transition)};
     return result;
   }
 
@@ -65,28 +64,12 @@ namespace squeal
   {
     constexpr double worst_condition = 1e5;
 
-    ComplexDense inverse_of(const ComplexDense &a)
-    {
-      ComplexDense unit(a.n_rows, a.n_rows);
-      for (unsigned int i = 0; i < a.n_rows; ++i)
-        unit(i, i) = 1;
-      return ComplexFactors(a).solve(std::move(unit));
-    }
-
-    double largest_entry(const ComplexDense &a)
-    {
-      double size = 0;
-      for (const Complex &value : a.values)
-        size = std::max(size, std::abs(value));
-      return size;
-    }
-
     /// The modes of two places that are on the same branches, by their numbers before, and how the
     /// one turn into the other.
     struct Pairs
     {
       std::vector<unsigned int> before, after;
-      ComplexDense c, inverse;
+      ComplexDenseMatrix c, inverse;
 
       /// Pairs the modes that are @p known, by their numbers before or after.
       Pairs(const ModesOnCourse &from, const ModesOnCourse &to,
@@ -104,12 +87,13 @@ namespace squeal
           after.push_back(j);
         }
         const unsigned int n = before.size();
-        c                    = ComplexDense(n, n);
+        c                    = ComplexDenseMatrix(n, n);
         for (unsigned int j = 0; j < n; ++j)
           for (unsigned int i = 0; i < n; ++i)
             c(i, j) = to.transition(before[i], after[j]);
-        inverse = inverse_of(c);
-        if (!(largest_entry(c) * largest_entry(inverse) < worst_condition))
+        inverse = LuFactors<Complex>(c, LuFactors<Complex>::ZeroPivot::becomes_rounding)
+                      .solve(ComplexDenseMatrix::identity(n));
+        if (!(c.largest_entry() * inverse.largest_entry() < worst_condition))
           *this = Pairs();
       }
 
@@ -118,11 +102,9 @@ namespace squeal
     };
 
     /// A F B for square matrices.
-    Effect transformed(const ComplexDense &a, const Effect &f, const ComplexDense &b)
+    Effect transformed(const ComplexDenseMatrix &a, const Effect &f, const ComplexDenseMatrix &b)
     {
-      ComplexDense middle(a.n_rows, a.n_rows);
-      middle.values = f;
-      return product(product(a, middle), b).values;
+      return (a * DenseView<Complex>(f.data(), a.n_rows, a.n_rows) * b).values;
     }
 
     template <typename Visit>
@@ -166,8 +148,8 @@ namespace squeal
     /// l^2, which is smooth there, 2 l f.
     KnownEffects carried(const KnownEffects &known, const ModesOnCourse &source,
                          const std::vector<unsigned int> &of, const ModesOnCourse &target,
-                         std::vector<unsigned int> to, const ComplexDense &c,
-                         const ComplexDense &inverse)
+                         std::vector<unsigned int> to, const ComplexDenseMatrix &c,
+                         const ComplexDenseMatrix &inverse)
     {
       ErrorEffects effects = of_modes(known, of);
       const unsigned int n = of.size();
@@ -298,14 +280,14 @@ namespace squeal
     /// A_0 + q A_1 + q^2 A_2 + s E for a few modes, with q from 0 to 1 along the step.
     struct CriticalProblem
     {
-      std::array<ComplexDense, 3> a;
+      std::array<ComplexDenseMatrix, 3> a;
       double start   = 0; ///< where it is critical without E, nearly
       Complex centre = 0; ///< the eigenvalue there, or the mean of the pair
       bool is_pair   = false;
 
-      ComplexDense at(const double q, const Effect &effect, const double s) const
+      ComplexDenseMatrix at(const double q, const Effect &effect, const double s) const
       {
-        ComplexDense sum(a[0].n_rows, a[0].n_rows);
+        ComplexDenseMatrix sum(a[0].n_rows, a[0].n_rows);
         for (std::size_t k = 0; k < effect.size(); ++k)
           sum.values[k] =
               a[0].values[k] + q * a[1].values[k] + q * q * a[2].values[k] + s * effect[k];
@@ -329,7 +311,7 @@ namespace squeal
           const double here  = discriminant(q);
           return -here * h / (discriminant(q + h) - here);
         }
-        const ComplexEigenpairs pairs = general_eigen(at(q, effect, s));
+        const DenseEigenpairs pairs = general_eigen(at(q, effect, s), true);
         const unsigned int k = nearest(pairs.values, near, 1).front(), n = a[0].n_rows;
         Complex along = 0, product = 0;
         for (unsigned int j = 0; j < n; ++j)
@@ -392,20 +374,18 @@ namespace squeal
     {
       std::vector<unsigned int> modes; ///< numbers at its beginning
       std::vector<Complex> lambda;
-      std::array<ComplexDense, 3> a; ///< A_0 + q A_1 + q^2 A_2
-      ErrorEffects effects;          ///< at the critical value
+      std::array<ComplexDenseMatrix, 3> a; ///< A_0 + q A_1 + q^2 A_2
+      ErrorEffects effects;                ///< at the critical value
     };
 
     /// A of another place in the modes of the first one.
-    ComplexDense operator_of(const ModesOnCourse &other, const Pairs &pairs)
+    ComplexDenseMatrix operator_of(const ModesOnCourse &other, const Pairs &pairs)
     {
       const unsigned int n = pairs.after.size();
-      ComplexDense l(n, n);
+      ComplexDenseMatrix l(n, n);
       for (unsigned int k = 0; k < n; ++k)
         l(k, k) = other.lambda[pairs.after[k]];
-      ComplexDense result(n, n);
-      result.values = transformed(pairs.c, l.values, pairs.inverse);
-      return result;
+      return pairs.c * l * pairs.inverse;
     }
 
     std::optional<Step> step_between(const ModesOnCourse &from, const ModesOnCourse &to,
@@ -421,16 +401,15 @@ namespace squeal
       step.modes           = pairs.before;
       step.effects         = of_modes(mixed, pairs.before);
       const unsigned int n = step.modes.size();
-      for (ComplexDense &part : step.a)
-        part = ComplexDense(n, n);
+      for (ComplexDenseMatrix &part : step.a)
+        part = ComplexDenseMatrix(n, n);
       for (unsigned int k = 0; k < n; ++k)
       {
         step.lambda.push_back(from.lambda[step.modes[k]]);
         step.a[0](k, k) = step.lambda.back();
       }
       step.a[1] = operator_of(to, pairs);
-      for (std::size_t k = 0; k < step.a[1].values.size(); ++k)
-        step.a[1].values[k] -= step.a[0].values[k];
+      step.a[1] -= step.a[0];
       return step;
     }
 
@@ -441,9 +420,9 @@ namespace squeal
       constexpr double near_end = 0.02, condition = 100;
       const Pairs pairs(from, at, step.modes, true);
       if (share < near_end || share > 1 - near_end || pairs.before != step.modes ||
-          largest_entry(pairs.c) * largest_entry(pairs.inverse) > condition)
+          pairs.c.largest_entry() * pairs.inverse.largest_entry() > condition)
         return;
-      const ComplexDense a = operator_of(at, pairs);
+      const ComplexDenseMatrix a = operator_of(at, pairs);
       for (std::size_t k = 0; k < a.values.size(); ++k)
       {
         const Complex off = (a.values[k] - step.a[0].values[k] - share * step.a[1].values[k]) /
@@ -493,9 +472,9 @@ namespace squeal
     while (order.size() > largest || std::isinf(distance(order.back())))
       order.pop_back();
     const unsigned int m = order.size();
-    const auto part_of   = [&](const ComplexDense &a)
+    const auto part_of   = [&](const ComplexDenseMatrix &a)
     {
-      ComplexDense part(m, m);
+      ComplexDenseMatrix part(m, m);
       for (unsigned int i = 0; i < m; ++i)
         for (unsigned int j = 0; j < m; ++j)
           part(i, j) = a(order[i], order[j]);

@@ -38,7 +38,7 @@ namespace squeal
                                     const FiniteElementSpace<dim> &test)
       : test(test), n_q(QGauss<dim>(test.fe.degree + 1).size()),
         evaluation(at_points(trial.fe, QGauss<dim>(test.fe.degree + 1))),
-        testing(transposed(at_points(test.fe, QGauss<dim>(test.fe.degree + 1)))),
+        testing(at_points(test.fe, QGauss<dim>(test.fe.degree + 1)).transpose()),
         geometry(test.mapping, test.fe, QGauss<dim>(test.fe.degree + 1),
                  update_inverse_jacobians | update_quadrature_points | update_JxW_values),
         points(n_q), jxw(n_q)
@@ -95,8 +95,7 @@ namespace squeal
   void CellResiduals<dim>::set_stress(const Material &material, const DenseMatrix &u)
   {
     const ElasticModuli<dim> C(material);
-    DenseMatrix at_points(evaluation.n_rows, dim);
-    gemm(false, 1, evaluation, u, 0, at_points);
+    const DenseMatrix at_points = evaluation * u;
     for (unsigned int q = 0; q < n_q; ++q)
     {
       std::array<const double *, dim> fields;
@@ -201,7 +200,7 @@ namespace squeal
     const unsigned int m = factors.size(), n_fields = evaluation.n_rows;
     if (fields.n_rows != n_fields || fields.n_columns != u.n_columns)
       fields = DenseMatrix(n_fields, u.n_columns);
-    gemm(false, 1, evaluation, u, 0, fields);
+    gemm<double>(1, evaluation, u, 0, fields.values.data());
     for (const bool left : {false, true})
       for (unsigned int j = 0; j < m; ++j)
       {
@@ -219,15 +218,13 @@ namespace squeal
         }
         combine_at_points(material, c, re.data(), im.data());
       }
-    gemm(false, 1, testing, fields, 0, r);
+    gemm<double>(1, testing, fields, 0, r.values.data());
   }
 
   template <int dim>
   DenseMatrix CellResiduals<dim>::reference_derivatives(const DenseMatrix &functions) const
   {
-    DenseMatrix result((1 + dim) * n_q, functions.n_columns);
-    gemm(true, 1, testing, functions, 0, result);
-    return result;
+    return testing.transpose() * functions;
   }
 
   template <int dim>

@@ -39,8 +39,7 @@ namespace squeal
       for (const auto &entry : base_map.cells[number])
         coarse(entry.unknown % n_base, place(entry.unknown / n_base, j)) +=
             entry.weight * columns[j].local_element(entry.index);
-    DenseMatrix fine(n, coarse.n_columns);
-    gemm(false, 1, lift, coarse, 0, fine);
+    const DenseMatrix fine = lift * coarse;
     for (unsigned int j = 0; j < n_columns; ++j)
       for (const auto &entry : map.cells[number])
         if (entry.direct && entry.index < result.n_local())
@@ -70,7 +69,7 @@ namespace squeal
     counts[0].compress(dealii::VectorOperation::add);
     counts[0].update_ghost_values();
     const std::vector<Column> imported = map.import(forces);
-    DenseMatrix fine(n, n_fields), coarse(base.fe.n_dofs_per_cell(), n_fields);
+    DenseMatrix fine(n, n_fields);
     for (unsigned int number = 0; number < map.cells.size(); ++number)
     {
       std::fill(fine.values.begin(), fine.values.end(), 0.);
@@ -78,7 +77,7 @@ namespace squeal
         if (entry.direct)
           fine.values[entry.unknown] =
               imported[0].local_element(entry.index) / counts[0].local_element(entry.index);
-      gemm(true, 1, lift, fine, 0, coarse);
+      const DenseMatrix coarse = lift.transpose() * fine;
       for (const auto &entry : base_map.cells[number])
         sums[0].local_element(entry.index) += entry.weight * coarse.values[entry.unknown];
     }

@@ -77,9 +77,9 @@ namespace squeal
       std::vector<bool> locks;                      ///< by material
       std::vector<double> proportions;              ///< by material, viscous_proportion()
       std::vector<std::vector<double>> shares;      ///< s_K of each cell's unknowns
-      DenseMatrix t_re, t_im;                       ///< T
+      ComplexDenseMatrix t;                         ///< T
       std::map<Kind, std::vector<Complex>> kinds;   ///< parts of F by kinds of cells, of this rank
-      DenseMatrix yielding_re, yielding_im; ///< what T becomes more where V_h follows, at most
+      ComplexDenseMatrix more_yielding;     ///< what T becomes more where V_h follows, at most
       std::vector<Column> state_correction; ///< sums and numbers of summands
     };
 
@@ -89,8 +89,7 @@ namespace squeal
           space(residuals.space), local(space.fine, space.map, residuals.cells,
                                         residuals.contact.get(), model.parameters().pads.pressure,
                                         model.parameters().terms().friction, model.ties().scale),
-          t_re(m, m), t_im(m, m), yielding_re(m, m), yielding_im(m, m),
-          state_correction(space.map.zeros(2))
+          t(m, m), more_yielding(m, m), state_correction(space.map.zeros(2))
     {
       const unsigned int degree  = space.base.fe.degree;
       const Parameters::All &prm = model.parameters();
@@ -103,35 +102,12 @@ namespace squeal
       }
     }
 
-    /// Z^H R of two blocks of columns [Re, Im], added.
-    void add_product(const DenseMatrix &z, const DenseMatrix &r, DenseMatrix &re, DenseMatrix &im)
-    {
-      const unsigned int m = re.n_rows;
-      DenseMatrix products(2 * m, 2 * m);
-      gemm(true, 1, z, r, 0, products);
-      for (unsigned int j = 0; j < m; ++j)
-        for (unsigned int i = 0; i < m; ++i)
-        {
-          re(i, j) += products(i, j) + products(m + i, m + j);
-          im(i, j) += products(i, m + j) - products(m + i, j);
-        }
-    }
-
-    /// The columns 2m ... 4m (the left ones), or the first 2m.
-    DenseMatrix half(const DenseMatrix &all, const bool left)
-    {
-      const unsigned int n_columns = all.n_columns / 2;
-      const auto begin = all.values.begin() + (left ? std::size_t(n_columns) * all.n_rows : 0);
-      return {all.n_rows, n_columns, {begin, begin + std::size_t(n_columns) * all.n_rows}};
-    }
-
     template <int dim>
     void Estimator<dim>::add_products()
     {
       // By pieces that stay in the cache: copies of all columns would be large.
       constexpr unsigned int longest = 1024;
-      DenseMatrix re(residuals.n_vectors, residuals.n_vectors),
-          im(residuals.n_vectors, residuals.n_vectors), z, r;
+      DenseMatrix products(2 * residuals.n_vectors, 2 * residuals.n_vectors), z, r;
       for (unsigned int first = 0; first < residuals.lifted.n_local(); first += longest)
       {
         const unsigned int n_rows = std::min(longest, residuals.lifted.n_local() - first);
@@ -140,18 +116,12 @@ namespace squeal
         for (unsigned int j = 0; j < 2 * residuals.n_vectors; ++j)
         {
           std::copy_n(residuals.lifted.column(2 * residuals.n_vectors + j) + first, n_rows,
-                      &z.values[std::size_t(j) * n_rows]);
-          std::copy_n(residuals.values[j].begin() + first, n_rows,
-                      &r.values[std::size_t(j) * n_rows]);
+                      z.column(j));
+          std::copy_n(residuals.values[j].begin() + first, n_rows, r.column(j));
         }
-        add_product(z, r, re, im);
+        add_product(1, z.transpose(), r, products);
       }
-      for (unsigned int j = 0; j < m; ++j)
-        for (unsigned int i = 0; i < m; ++i)
-        {
-          t_re(i, j) += re(i, j);
-          t_im(i, j) += im(i, j);
-        }
+      t += adjoint_product(products).columns(0, m).rows(0, m);
     }
 
     /// Residuals of faces and edges are divided among the cells that share them, in proportion to
@@ -238,7 +208,7 @@ namespace squeal
             if (entry.direct)
               all.values[std::size_t(j) * space.n_fields * space.n + entry.unknown] =
                   shares[number][entry.unknown] * residuals.values[j].local_element(entry.index);
-        gemm(true, 1, local.functions, all, 0, tested);
+        gemm<double>(1, local.functions.transpose(), all, 0, tested.values.data());
         const unsigned int n_kept = problem.unknowns.size();
         DenseMatrix r(n_kept, 4 * residuals.n_vectors);
         for (unsigned int j = 0; j < 4 * residuals.n_vectors; ++j)
@@ -249,20 +219,17 @@ namespace squeal
         DenseMatrix softer;
         if (yields)
           softer = soften(number, material, problem);
-        const DenseMatrix right = half(r, false), left = half(r, true),
-                          solution = problem.symmetric
-                                         ? solve_positive(std::move(problem.matrix), right)
-                                         : solve(std::move(problem.matrix), right);
-        DenseMatrix e_re(residuals.n_vectors, residuals.n_vectors),
-            e_im(residuals.n_vectors, residuals.n_vectors);
-        add_product(left, solution, e_re, e_im);
-        DenseMatrix more_re(residuals.n_vectors, residuals.n_vectors),
-            more_im(residuals.n_vectors, residuals.n_vectors);
+        const unsigned int n_half     = 2 * residuals.n_vectors;
+        const DenseView<double> right = r.columns(0, n_half), left = r.columns(n_half, n_half);
+        const DenseMatrix solution      = problem.symmetric
+                                              ? solve_positive(std::move(problem.matrix), right)
+                                              : solve(std::move(problem.matrix), right);
+        const ComplexDenseMatrix answer = adjoint_product(left.transpose() * solution);
+        ComplexDenseMatrix softer_answer;
         if (yields)
-          add_product(left,
-                      problem.symmetric ? solve_positive(std::move(softer), right)
-                                        : solve(std::move(softer), right),
-                      more_re, more_im);
+          softer_answer = adjoint_product(
+              left.transpose() * (problem.symmetric ? solve_positive(std::move(softer), right)
+                                                    : solve(std::move(softer), right)));
         std::vector<std::complex<float>> parts;
         std::vector<Complex> &of_kind = kinds[kind_of(cell)];
         of_kind.resize(m * m);
@@ -272,16 +239,11 @@ namespace squeal
             // Damping makes the stiffness complex.
             const OperatorFactors &c = residuals.factors[material][j];
             const Complex stiffness  = c.k + c.v * proportions[material];
-            const Complex e          = Complex(e_re(i, j), e_im(i, j)) / stiffness;
-            t_re(i, j) -= e.real();
-            t_im(i, j) -= e.imag();
+            const Complex e          = answer(i, j) / stiffness;
+            t(i, j) -= e;
             of_kind[i + m * j] += e / (2. * modes.lambda[i]);
             if (yields)
-            {
-              const Complex more = Complex(more_re(i, j), more_im(i, j)) / stiffness - e;
-              yielding_re(i, j) -= more.real();
-              yielding_im(i, j) -= more.imag();
-            }
+              more_yielding(i, j) -= softer_answer(i, j) / stiffness - e;
             if (i == j)
               parts.emplace_back(e / (2. * modes.lambda[j]));
           }
@@ -404,12 +366,13 @@ namespace squeal
                                                   damping_products(*residuals.contact, i, k, other);
             for (unsigned int p = 0; p < before.size(); ++p)
             {
+              std::vector<double> change = after[p].c;
+              for (unsigned int q = 0; q < k.n_points; ++q)
+                change[q] -= before[p].c[q];
               const DenseMatrix z = z_vectors.traces(before[p].left, k);
               DenseMatrix x       = x_vectors.traces(before[p].right, k);
-              for (unsigned int q = 0; q < k.n_points; ++q)
-                for (unsigned int j = 0; j < x.n_rows; ++j)
-                  x(j, q) *= after[p].c[q] - before[p].c[q];
-              squeal::add(1., outer_product(z, x), forms[before[p].order]);
+              x.scale(change);
+              add_product(1, z, x.transpose(), forms[before[p].order]);
             }
           });
       std::vector<Complex> f(m * m);
@@ -418,14 +381,11 @@ namespace squeal
         DenseMatrix &form = forms[order];
         MPI_Allreduce(MPI_IN_PLACE, form.values.data(), form.values.size(), MPI_DOUBLE, MPI_SUM,
                       space.fine.comm);
+        const ComplexDenseMatrix product = adjoint_product(form);
         for (unsigned int i = 0; i < m; ++i)
           for (unsigned int j = 0; j < m; ++j)
-          {
-            const Complex product(
-                form(i, j) + form(residuals.n_vectors + i, residuals.n_vectors + j),
-                form(i, residuals.n_vectors + j) - form(residuals.n_vectors + i, j));
-            f[i + m * j] -= (order == 0 ? 1. : modes.lambda[j]) * product / (2. * modes.lambda[i]);
-          }
+            f[i + m * j] -=
+                (order == 0 ? 1. : modes.lambda[j]) * product(i, j) / (2. * modes.lambda[i]);
       }
       return f;
     }
@@ -488,24 +448,18 @@ namespace squeal
     template <int dim>
     void Estimator<dim>::find_corrections(EigenvalueErrors &errors)
     {
-      // T, and what may come to it where V_h follows
-      std::vector<double> sums;
-      for (const DenseMatrix *block : {&t_re, &t_im, &yielding_re, &yielding_im})
-        sums.insert(sums.end(), block->values.begin(), block->values.end());
-      MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, space.fine.comm);
-      std::vector<Complex> f(m * m), yielding_effect(m * m);
-      for (unsigned int i = 0; i < m; ++i)
+      for (ComplexDenseMatrix *block : {&t, &more_yielding})
+      {
+        MPI_Allreduce(MPI_IN_PLACE, block->values.data(), m * m, MPI_CXX_DOUBLE_COMPLEX, MPI_SUM,
+                      space.fine.comm);
         for (unsigned int j = 0; j < m; ++j)
-          for (std::vector<Complex> *effect : {&f, &yielding_effect})
-          {
-            const double *block = &sums[effect == &f ? 0 : 2 * m * m];
-            (*effect)[i + m * j] =
-                -Complex(block[i + m * j], block[m * m + i + m * j]) / (2. * modes.lambda[i]);
-          }
-      add_answer_of_damping(f);
-      add_answer_of_damping(yielding_effect);
-      ErrorEffects &effects = errors.effects;
-      effects               = {std::move(f), parts_by_kind(), space.base.fe.degree, {}};
+          for (unsigned int i = 0; i < m; ++i)
+            (*block)(i, j) /= -2. * modes.lambda[i];
+        add_answer_of_damping(block->values);
+      }
+      const std::vector<Complex> &yielding_effect = more_yielding.values;
+      ErrorEffects &effects                       = errors.effects;
+      effects = {std::move(t.values), parts_by_kind(), space.base.fe.degree, {}};
       if (residuals.with_state)
         add_effect_of_pressure(effects);
       for (ErrorEffects::Alternatives &edges : other_edges(errors))

@@ -87,8 +87,8 @@ namespace squeal
       for (unsigned int i = 0; i < base.size(); ++i)
         coupling(i, j) = stiffness(base[i], moves[j]);
     const DenseMatrix answer = solve_positive(std::move(k), coupling);
-    DenseMatrix relief(moves.size(), moves.size()), result = problem.matrix;
-    gemm(true, 1, coupling, answer, 0, relief);
+    const DenseMatrix relief = coupling.transpose() * answer;
+    DenseMatrix result       = problem.matrix;
     // Displacements come first.
     for (unsigned int j = 0; j < moves.size(); ++j)
       for (unsigned int i = 0; i < moves.size(); ++i)

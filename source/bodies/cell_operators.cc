@@ -111,10 +111,7 @@ namespace squeal
   {
     if (!hanging)
       return a;
-    DenseMatrix a_w(a.n_rows, free.size());
-    gemm(false, 1, a, interpolation, 0, a_w);
-    condensed = DenseMatrix(free.size(), free.size());
-    gemm(true, 1, interpolation, a_w, 0, condensed);
+    condensed = interpolation.transpose() * (a * interpolation);
     return condensed;
   }
 

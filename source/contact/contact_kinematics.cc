@@ -169,7 +169,7 @@ namespace squeal
         for (unsigned int a = 0; a < 2 * n_nodes; ++a)
           for (unsigned int q = 0; q < n_points; ++q)
             weighted(q, a) = weights[q] * jump(q, a);
-        gemm(true, 1, weighted, right, 0, local);
+        gemm<double>(1, weighted.transpose(), right, 0, local.values.data());
         for (unsigned int b = 0; b < right.n_columns && !turned_right; ++b)
           for (unsigned int a = 0; a < b; ++a) // symmetric to the last digit
             local(b, a) = local(a, b);

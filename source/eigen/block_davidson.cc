@@ -125,8 +125,8 @@ namespace squeal
 
     std::vector<DensePair> MatrixFreeSearch::ritz_pairs() const
     {
-      const double radius             = search_radius(options.max_imaginary);
-      const ProjectedNonlinear &small = davidson.projected();
+      const double radius       = search_radius(options.max_imaginary);
+      const SmallProblem &small = davidson.projected();
       std::vector<DensePair> result;
       for (DensePair &pair : quadratic_eigenpairs(small.m, small.p, small.q, 0, radius, true))
         if (std::abs(pair.lambda) <= radius)
@@ -143,13 +143,14 @@ namespace squeal
     {
       const bool left = side == Side::left;
       EigenPairs pairs;
-      std::vector<std::vector<Complex>> coordinates;
-      for (const DensePair &pair : ritz)
+      ComplexDenseMatrix coordinates(davidson.n_columns(), ritz.size());
+      for (unsigned int k = 0; k < ritz.size(); ++k)
       {
-        pairs.lambda.push_back(pair.lambda);
-        coordinates.push_back(left ? pair.left : pair.vector);
+        const std::vector<Complex> &vector = left ? ritz[k].left : ritz[k].vector;
+        pairs.lambda.push_back(ritz[k].lambda);
+        std::copy(vector.begin(), vector.end(), coordinates.column(k));
       }
-      pairs.right                = davidson.vectors(coordinates, side);
+      pairs.right                = davidson.vectors(std::move(coordinates), side);
       const BackwardError &error = left ? of_left : of_right;
       residuals                  = error.residuals(pairs);
       // Pressures of a compliant contact are in the basis; others are what the residual tells.
@@ -288,11 +289,11 @@ namespace squeal
           add(pair.vector);
           add(pair.left);
         }
-      DenseMatrix vectors               = outer_product(spanning, spanning);
+      DenseMatrix vectors               = spanning * spanning.transpose();
       const std::vector<double> squares = symmetric_eigen(vectors);
       const unsigned int n_dropped =
           std::upper_bound(squares.begin(), squares.end(), dropped * dropped) - squares.begin();
-      const DenseMatrix turn = some_columns(vectors, n_dropped, n - n_dropped);
+      const DenseMatrix turn = vectors.columns(n_dropped, n - n_dropped);
       davidson.turn(turn);
       for (DensePair &pair : ritz)
         for (std::vector<Complex> *coefficients : {&pair.vector, &pair.left})

@@ -1,5 +1,6 @@
 #include <squeal/eigen/block_krylov.h>
 #include <squeal/projection/search_space.h>
+#include <squeal/projection/small_problem.h>
 
 #include <algorithm>
 #include <cmath>
@@ -106,9 +107,7 @@ namespace squeal
       DenseMatrix coefficients;
       const MultiVector added =
           small_space.add(to_multi_vector(block), {rounding}, {}, &coefficients);
-      append(small, {small.n_rows,
-                     added.n_columns(),
-                     {added.data(), added.data() + std::size_t(small.n_rows) * added.n_columns()}});
+      small.append({added.data(), small.n_rows, added.n_columns()});
       return coefficients;
     }
 
@@ -128,12 +127,7 @@ namespace squeal
 
     DenseMatrix part_of(const DenseMatrix &stacked, const unsigned int half)
     {
-      const unsigned int n = stacked.n_rows / 2;
-      DenseMatrix result(n, stacked.n_columns);
-      for (unsigned int j = 0; j < stacked.n_columns; ++j)
-        for (unsigned int i = 0; i < n; ++i)
-          result(i, j) = stacked(half * n + i, j);
-      return result;
+      return stacked.rows(half * stacked.n_rows / 2, stacked.n_rows / 2);
     }
 
     void Arnoldi::start(const unsigned int block_size, const unsigned int seed)
@@ -153,7 +147,7 @@ namespace squeal
     {
       const double s         = shift_invert.shift;
       const unsigned int n   = n_new();
-      const DenseMatrix last = some_columns(small, n_columns(), n);
+      const DenseMatrix last = small.columns(n_columns(), n);
       const DenseMatrix a    = quadratic ? part_of(last, 0) : DenseMatrix(),
                         b    = quadratic ? part_of(last, 1) : last;
       // -c (P + 2 s M) a - c^2 M b, and + c^2 M b without a velocity term
@@ -161,8 +155,8 @@ namespace squeal
       for (std::size_t k = 0; k < factors.values.size(); ++k)
         factors.values[k] =
             quadratic ? -c * c * b.values[k] - 2 * s * c * a.values[k] : c * c * b.values[k];
-      append(factors, a);
-      const MultiVector vectors = combine(space.basis(), factors.values, factors.n_columns);
+      factors.append(a);
+      const MultiVector vectors = combine(space.basis(), factors);
       MultiVector right         = multiply(problem.M, vectors.columns(0, n));
       if (quadratic)
       {
@@ -181,10 +175,10 @@ namespace squeal
         image = stack(image, a, d);
       }
       else
-        small = with_rows(small, d);
+        small.resize_rows(d);
       const DenseMatrix columns = expand_small(image);
       for (unsigned int j = 0; j < n; ++j)
-        hessenberg_columns.push_back(some_columns(columns, j, 1).values);
+        hessenberg_columns.push_back(DenseMatrix(columns.columns(j, 1)).values);
     }
 
     DenseMatrix Arnoldi::hessenberg() const
@@ -198,13 +192,8 @@ namespace squeal
 
     MultiVector Arnoldi::images(const DenseMatrix &coefficients) const
     {
-      const DenseMatrix all = hessenberg();
-      DenseMatrix in_small(all.n_rows, coefficients.n_columns);
-      gemm(false, 1, all, coefficients, 0, in_small);
-      const DenseMatrix upper = quadratic ? part_of(small, 0) : small;
-      DenseMatrix in_basis(upper.n_rows, coefficients.n_columns);
-      gemm(false, 1, upper, in_small, 0, in_basis);
-      MultiVector result = combine(space.basis(), in_basis.values, coefficients.n_columns);
+      const DenseMatrix in_small = hessenberg() * coefficients;
+      MultiVector result = combine(space.basis(), small.rows(0, space.n_columns()) * in_small);
       scale_pressures(result, 1 / invisible);
       return result;
     }
@@ -223,14 +212,15 @@ namespace squeal
     {
       const double c          = region.radius;
       const unsigned int m    = h.n_columns;
-      const DenseEigenpairs e = general_eigen(with_rows(h, m));
+      const DenseEigenpairs e = general_eigen<double>(h.rows(0, m));
       std::vector<RitzPair> result;
       for (unsigned int j = 0; j < m; ++j)
       {
-        const Complex theta(e.re[j], e.im[j]);
-        const bool complex_pair     = e.im[j] != 0;
-        std::vector<Complex> vector = e.vector(j);
-        double square               = 0;
+        const Complex theta = e.values[j];
+        if (theta.imag() < 0) // its conjugate is there
+          continue;
+        const std::vector<Complex> vector(e.right.column(j), e.right.column(j) + m);
+        double square = 0;
         for (unsigned int i = m; i < h.n_rows; ++i)
         {
           Complex r = 0;
@@ -254,7 +244,6 @@ namespace squeal
             for (const SquareRoot &root : upper_square_roots(shift_invert.square - c * c / theta))
               add(root.value, root.conjugate);
         }
-        j += complex_pair;
       }
       return result;
     }

@@ -117,7 +117,7 @@ namespace squeal
                                 " unknowns; this problem has " + std::to_string(problem.rows.size) +
                                 ".",
                             {Failure::too_large_for_dense});
-        const double radius        = search_radius(options.max_imaginary);
+        const double radius = search_radius(options.max_imaginary);
         const unsigned int n_rigid =
             problem.may_move_rigidly
                 ? count_reference_modes(problem, rigid_body_limit(options.max_imaginary))

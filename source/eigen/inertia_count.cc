@@ -29,7 +29,7 @@ namespace squeal
                       reference_x = multiply(problem.shifted_reference(0), x);
     const MultiVector other       = difference(q_x, reference_x);
     constexpr double rounding     = 1e-13;
-    return inner_products(other, other)[0] <= rounding * rounding * inner_products(q_x, q_x)[0];
+    return inner_product(other, other) <= rounding * rounding * inner_product(q_x, q_x);
   }
 
   namespace
@@ -95,7 +95,7 @@ namespace squeal
     {
       const MultiVector product = multiply(*matrix, vector);
       for (const MultiVector *other : {&product, &vector})
-        fingerprint.push_back(inner_products(product, *other)[0]);
+        fingerprint.push_back(inner_product(product, *other));
     }
     Count &known = counted[omegas];
     if (fingerprint != known.fingerprint)

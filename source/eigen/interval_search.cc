@@ -263,8 +263,9 @@ namespace squeal
 
     RitzPairs SideSearch::ritz_pairs(const bool of_left) const
     {
-      const auto oriented = [&](const DenseMatrix &a) { return of_left ? transposed(a) : a; };
-      DenseMatrix q       = f;
+      const auto oriented = [&](const DenseMatrix &a) -> DenseMatrix
+      { return of_left ? a.transpose() : DenseView<double>(a); };
+      DenseMatrix q = f;
       for (std::size_t k = 0; k < q.values.size(); ++k)
         q.values[k] -= options.region.square * m.values[k];
       RitzPairs result;

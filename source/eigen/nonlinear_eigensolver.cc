@@ -7,6 +7,7 @@
 #include <squeal/eigen/window.h>
 #include <squeal/projection/backward_error.h>
 #include <squeal/projection/davidson.h>
+#include <squeal/projection/projected_nonlinear.h>
 
 #include <algorithm>
 #include <cmath>
@@ -119,7 +120,7 @@ namespace squeal
       Equations left;
       const EigensolverOptions &options;
       Davidson davidson;
-      std::vector<ProjectedPair> pairs;
+      SmallPairs pairs;
       std::vector<Complex> quadratic, previous; ///< eigenvalues without the frozen terms; before
       std::vector<double> changes, errors;
       double worst_before = std::numeric_limits<double>::infinity();
@@ -143,41 +144,25 @@ namespace squeal
 
     void Search::follow()
     {
-      const ProjectedNonlinear &small = davidson.projected();
-      const std::vector<DensePair> all =
-          quadratic_eigenpairs(small.m, small.p, small.q, right.shift_invert.shift,
-                               search_radius(options.max_imaginary), true);
-      std::vector<Complex> lambda;
-      for (const DensePair &pair : all)
-        lambda.push_back(pair.lambda);
-      const std::vector<unsigned int> partners = nearest_partners(quadratic, lambda);
+      const SmallProblem &small = davidson.projected();
+      const SmallPairs all =
+          small.solve(right.shift_invert.shift, search_radius(options.max_imaginary), true);
+      const std::vector<unsigned int> partners = nearest_partners(quadratic, all.lambda);
       if (partners.size() < quadratic.size())
         throw SolverError("Modes of the problem with frozen moduli are missing in its own space.",
                           {Failure::modes_missing});
-      const auto scaled = [](std::vector<Complex> x, const bool conjugate)
-      {
-        double square = 0;
-        for (const Complex &value : x)
-          square += std::norm(value);
-        for (Complex &value : x)
-          value = (conjugate ? std::conj(value) : value) / std::sqrt(square);
-        return x;
-      };
-      pairs.clear();
-      for (const unsigned int j : partners)
-        pairs.push_back({all[j].lambda, scaled(all[j].vector, false), scaled(all[j].left, true)});
+      pairs = all.select(partners);
+      pairs.right.normalise();
+      pairs.left.normalise();
       n_steps = follow_to_exact(small, pairs);
     }
 
     void Search::update(const bool first_time)
     {
       const MPI_Comm comm     = right.problem.rows.comm;
-      const unsigned int size = davidson.n_columns();
-      for (ProjectedPair &pair : pairs)
-      {
-        pair.right.resize(size);
-        pair.left.resize(size);
-      }
+      const unsigned int size = davidson.n_columns(), n = quadratic.size();
+      pairs.right.resize_rows(size);
+      pairs.left.resize_rows(size);
       int rank = 0;
       MPI_Comm_rank(comm, &rank);
       work_apart(comm,
@@ -186,25 +171,12 @@ namespace squeal
                    if (rank == 0 && (first_time || !correct_exact(davidson.projected(), pairs)))
                      follow();
                  });
-      std::vector<Complex> numbers;
-      for (const ProjectedPair &pair : pairs)
-      {
-        numbers.push_back(pair.lambda);
-        numbers.insert(numbers.end(), pair.right.begin(), pair.right.end());
-        numbers.insert(numbers.end(), pair.left.begin(), pair.left.end());
-      }
-      numbers.resize((1 + 2 * std::size_t(size)) * quadratic.size());
-      MPI_Bcast(numbers.data(), 2 * numbers.size(), MPI_DOUBLE, 0, comm);
+      if (rank > 0)
+        pairs = {
+            std::vector<Complex>(n), ComplexDenseMatrix(size, n), ComplexDenseMatrix(size, n), {}};
+      for (std::vector<Complex> *numbers : {&pairs.lambda, &pairs.right.values, &pairs.left.values})
+        MPI_Bcast(numbers->data(), numbers->size(), MPI_CXX_DOUBLE_COMPLEX, 0, comm);
       MPI_Bcast(&n_steps, 1, MPI_UNSIGNED, 0, comm);
-      pairs.resize(quadratic.size());
-      auto next = numbers.cbegin();
-      for (ProjectedPair &pair : pairs)
-      {
-        pair.lambda = *next++;
-        pair.right.assign(next, next + size);
-        pair.left.assign(next + size, next + 2 * size);
-        next += 2 * size;
-      }
     }
 
     void Search::Equations::iterate(const std::vector<Complex> &lambda, ComplexMultiVector vectors)
@@ -218,19 +190,9 @@ namespace squeal
 
     void Search::iterate()
     {
-      std::vector<Complex> lambda;
-      std::vector<std::vector<Complex>> of_right, of_left;
-      for (const ProjectedPair &pair : pairs)
-      {
-        lambda.push_back(pair.lambda);
-        of_right.push_back(pair.right);
-        of_left.push_back(pair.left);
-      }
-      right.iterate(lambda, davidson.vectors(of_right, Side::right));
+      right.iterate(pairs.lambda, davidson.vectors(pairs.right, Side::right));
       Stopwatch watch;
-      ComplexMultiVector y = davidson.vectors(of_left, Side::left);
-      y.conjugate(); // T(l)^T y = 0: y = conj(z)
-      left.iterate(lambda, std::move(y));
+      left.iterate(pairs.lambda, davidson.vectors(pairs.left, Side::left));
       seconds_of_left += watch.lap();
       n_solves += 4 * pairs.size();
     }
@@ -261,7 +223,7 @@ namespace squeal
       double worst = 0;
       for (unsigned int j = 0; j < pairs.size(); ++j)
       {
-        const Complex l = pairs[j].lambda;
+        const Complex l = pairs.lambda[j];
         // The eigenvalue must have settled, too, or be so uncertain by rounding that its changes
         // do not become smaller.
         constexpr double uncertain = 1e-5;

@@ -43,6 +43,20 @@ namespace squeal
     return result;
   }
 
+  ComplexMultiVector combine(const MultiVector &a, const ComplexDenseMatrix &coefficients)
+  {
+    const DenseMatrix parts = real_and_imaginary(coefficients);
+    const unsigned int n    = coefficients.n_columns;
+    return {combine(a, parts.columns(0, n)), combine(a, parts.columns(n, n))};
+  }
+
+  ComplexMultiVector to_multi_vector(const ComplexDenseMatrix &a)
+  {
+    const DenseMatrix parts = real_and_imaginary(a);
+    return {to_multi_vector(DenseMatrix(parts.columns(0, a.n_columns))),
+            to_multi_vector(DenseMatrix(parts.columns(a.n_columns, a.n_columns)))};
+  }
+
   ComplexMultiVector multiply(const Matrix &matrix, const ComplexMultiVector &x)
   {
     return {multiply(matrix, x.re), multiply(matrix, x.im)};
@@ -56,10 +70,10 @@ namespace squeal
       return form;
     // (z_re - i z_im)^T (a_re + i a_im)
     const ComplexMultiVector a = multiply(matrix, x);
-    const auto rr = inner_products(z.re, a.re), ri = inner_products(z.re, a.im),
-               ir = inner_products(z.im, a.re), ii = inner_products(z.im, a.im);
+    const DenseMatrix rr = inner_products(z.re, a.re), ri = inner_products(z.re, a.im),
+                      ir = inner_products(z.im, a.re), ii = inner_products(z.im, a.im);
     for (std::size_t k = 0; k < form.size(); ++k)
-      form[k] = Complex(rr[k] + ii[k], ri[k] - ir[k]);
+      form[k] = Complex(rr.values[k] + ii.values[k], ri.values[k] - ir.values[k]);
     return form;
   }
 

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <stdexcept>
 
+// PETSc's rows are lent and given back; blocks are added to entries whose places were looked up
+// once; lists of entries are handed over to the ranks that own their rows and summed; matrices are
+// added, in place where the pattern allows it. Last, entries that repeat: sorted the first time,
+// afterwards summed without any search.
 namespace squeal
 {
   SequentialRows::SequentialRows(Mat matrix) : matrix(matrix)

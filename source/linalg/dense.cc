@@ -12,113 +12,305 @@
 #include <cmath>
 #include <limits>
 
+// From views and their products by way of factorisations to eigenvalues; every product ends in
+// gemm(). PETSc's header declares the real functions of BLAS and LAPACK, the complex ones are
+// declared here; Lapack<Number> gives both one name, so that templates can call them.
+extern "C"
+{
+  void zgemm_(const char *, const char *, const int *, const int *, const int *,
+              const std::complex<double> *, const std::complex<double> *, const int *,
+              const std::complex<double> *, const int *, const std::complex<double> *,
+              std::complex<double> *, const int *);
+  void zgemv_(const char *, const int *, const int *, const std::complex<double> *,
+              const std::complex<double> *, const int *, const std::complex<double> *, const int *,
+              const std::complex<double> *, std::complex<double> *, const int *);
+  void zgetrf_(const int *, const int *, std::complex<double> *, const int *, int *, int *);
+  void zgetrs_(const char *, const int *, const int *, const std::complex<double> *, const int *,
+               const int *, std::complex<double> *, const int *, int *);
+  void zgeev_(const char *, const char *, const int *, std::complex<double> *, const int *,
+              std::complex<double> *, std::complex<double> *, const int *, std::complex<double> *,
+              const int *, std::complex<double> *, const int *, double *, int *);
+}
+
 namespace squeal
 {
-  void gemm(const bool transpose_a, const unsigned int n_rows, const unsigned int n_columns,
-            const double alpha, const double *a, const unsigned int n, const double *b,
-            const double beta, double *c)
+  using Complex = std::complex<double>;
+
+  namespace
   {
-    const PetscBLASInt lda = n_rows, m = transpose_a ? n_columns : n_rows,
-                       k = transpose_a ? n_rows : n_columns, n_products = n, one = 1;
-    if (m == 0 || n == 0 || k == 0)
-      return;
-    if (n == 1)
+    static_assert(std::is_same<PetscBLASInt, int>::value, "BLAS with 32-bit numbers");
+
+    template <typename Number>
+    struct Lapack;
+    template <>
+    struct Lapack<double>
     {
-      const PetscBLASInt width = n_columns;
-      BLASgemv_(transpose_a ? "T" : "N", &lda, &width, &alpha, a, &lda, b, &one, &beta, c, &one);
+      static constexpr auto gemm  = BLASgemm_;
+      static constexpr auto gemv  = BLASgemv_;
+      static constexpr auto getrf = LAPACKgetrf_;
+      static constexpr auto getrs = LAPACKgetrs_;
+    };
+    template <>
+    struct Lapack<Complex>
+    {
+      static constexpr auto gemm  = zgemm_;
+      static constexpr auto gemv  = zgemv_;
+      static constexpr auto getrf = zgetrf_;
+      static constexpr auto getrs = zgetrs_;
+    };
+
+    void assert_fits([[maybe_unused]] const bool fits)
+    {
+      Assert(fits, dealii::StandardExceptions::ExcMessage("Matrices do not fit."));
     }
-    else if (transpose_a && m == 1) // a row is the same as the column B^T a
-      BLASgemv_("T", &k, &n_products, &alpha, b, &k, a, &one, &beta, c, &one);
-    else
-      BLASgemm_(transpose_a ? "T" : "N", "N", &m, &n_products, &k, &alpha, a, &lda, b, &k, &beta, c,
-                &m);
+  } // namespace
+
+  template <typename Number>
+  DenseView<Number> DenseView<Number>::columns(const unsigned int from, const unsigned int n) const
+  {
+    assert_fits(from + n <= n_columns());
+    return form_ == Form::plain
+               ? DenseView(first + std::size_t(from) * stride_, height, n, stride_, form_)
+               : DenseView(first + from, n, width, stride_, form_);
   }
 
-  void gemm(const bool transpose_a, const double alpha, const DenseMatrix &a, const DenseMatrix &b,
-            const double beta, DenseMatrix &c)
+  template <typename Number>
+  DenseView<Number> DenseView<Number>::rows(const unsigned int from, const unsigned int n) const
   {
-    Assert(c.n_rows == (transpose_a ? a.n_columns : a.n_rows) && c.n_columns == b.n_columns &&
-               b.n_rows == (transpose_a ? a.n_rows : a.n_columns),
-           dealii::StandardExceptions::ExcMessage("Matrices do not fit."));
-    gemm(transpose_a, a.n_rows, a.n_columns, alpha, a.values.data(), b.n_columns, b.values.data(),
-         beta, c.values.data());
+    assert_fits(from + n <= n_rows());
+    return form_ == Form::plain
+               ? DenseView(first + from, n, width, stride_, form_)
+               : DenseView(first + std::size_t(from) * stride_, height, n, stride_, form_);
+  }
+
+  template <typename Number>
+  DenseView<Number> DenseView<Number>::transpose() const
+  {
+    assert_fits(form_ != Form::adjoint);
+    return {first, height, width, stride_, form_ == Form::plain ? Form::transposed : Form::plain};
+  }
+
+  template <typename Number>
+  DenseView<Number> DenseView<Number>::adjoint() const
+  {
+    if (std::is_same<Number, double>::value)
+      return transpose();
+    assert_fits(form_ != Form::transposed);
+    return {first, height, width, stride_, form_ == Form::plain ? Form::adjoint : Form::plain};
+  }
+
+  template <typename Number>
+  Dense<Number>::Dense(const View &copied) : n_rows(copied.n_rows())
+  {
+    values.reserve(std::size_t(n_rows) * copied.n_columns());
+    append(copied);
+    n_columns = copied.n_columns();
+  }
+
+  template <typename Number>
+  Dense<Number> Dense<Number>::identity(const unsigned int n)
+  {
+    Dense result(n, n);
+    for (unsigned int i = 0; i < n; ++i)
+      result(i, i) = 1;
+    return result;
+  }
+
+  template <typename Number>
+  Dense<Number> Dense<Number>::columns(const std::vector<unsigned int> &numbers) const
+  {
+    Dense result(n_rows, numbers.size());
+    for (unsigned int k = 0; k < numbers.size(); ++k)
+      std::copy_n(column(numbers[k]), n_rows, result.column(k));
+    return result;
+  }
+
+  template <typename Number>
+  void Dense<Number>::append(const View &columns)
+  {
+    if (columns.n_columns() == 0)
+      return;
+    n_rows = columns.n_rows();
+    for (unsigned int j = 0; j < columns.n_columns(); ++j)
+      if (columns.form() == View::Form::plain)
+      {
+        const Number *const column = columns.data() + std::size_t(j) * columns.stride();
+        values.insert(values.end(), column, column + n_rows);
+      }
+      else
+        for (unsigned int i = 0; i < n_rows; ++i)
+          values.push_back(columns(i, j));
+    n_columns += columns.n_columns();
+  }
+
+  template <typename Number>
+  void Dense<Number>::resize_rows(const unsigned int n)
+  {
+    Dense result(n, n_columns);
+    for (unsigned int j = 0; j < n_columns; ++j)
+      std::copy_n(column(j), std::min(n, n_rows), result.column(j));
+    *this = std::move(result);
+  }
+
+  template <typename Number>
+  Dense<Number> &Dense<Number>::add(const Number factor, const Dense &other)
+  {
+    if (other.empty() || factor == 0.)
+      return *this;
+    if (empty())
+      *this = Dense(other.n_rows, other.n_columns);
+    assert_fits(n_rows == other.n_rows && n_columns == other.n_columns);
+    for (std::size_t k = 0; k < values.size(); ++k)
+      values[k] += factor * other.values[k];
+    return *this;
+  }
+
+  template <typename Number>
+  Dense<Number> &Dense<Number>::scale(const std::vector<Number> &factors)
+  {
+    for (unsigned int j = 0; j < n_columns; ++j)
+      for (unsigned int i = 0; i < n_rows; ++i)
+        (*this)(i, j) *= factors[j];
+    return *this;
+  }
+
+  template <typename Number>
+  Dense<Number> &Dense<Number>::normalise()
+  {
+    const std::vector<double> lengths = column_norms();
+    for (unsigned int j = 0; j < n_columns; ++j)
+      for (unsigned int i = 0; i < n_rows; ++i)
+        (*this)(i, j) /= lengths[j];
+    return *this;
+  }
+
+  template <typename Number>
+  Dense<Number> &Dense<Number>::conjugate()
+  {
+    if constexpr (!std::is_same<Number, double>::value)
+      for (Number &value : values)
+        value = std::conj(value);
+    return *this;
+  }
+
+  template <typename Number>
+  std::vector<double> Dense<Number>::column_norms() const
+  {
+    std::vector<double> lengths(n_columns);
+    for (unsigned int j = 0; j < n_columns; ++j)
+    {
+      for (unsigned int i = 0; i < n_rows; ++i)
+        lengths[j] += std::norm((*this)(i, j));
+      lengths[j] = std::sqrt(lengths[j]);
+    }
+    return lengths;
+  }
+
+  template <typename Number>
+  double Dense<Number>::largest_entry() const
+  {
+    double largest = 0;
+    for (const Number &value : values)
+      largest = std::max(largest, std::abs(value));
+    return largest;
+  }
+
+  template <typename Number>
+  void gemm(const Number alpha, const DenseView<Number> &a, const DenseView<Number> &b,
+            const Number beta, Number *const c)
+  {
+    using Form = typename DenseView<Number>::Form;
+    assert_fits(a.n_columns() == b.n_rows());
+    const int m = a.n_rows(), n = b.n_columns(), k = a.n_columns(), lda = std::max(1u, a.stride()),
+              ldb = std::max(1u, b.stride()), one = 1;
+    if (m == 0 || n == 0 || k == 0)
+      return;
+    const char form_a = char(a.form()), form_b = char(b.form());
+    if (n == 1 && b.form() == Form::plain)
+    {
+      const int height = a.form() == Form::plain ? m : k, width = a.form() == Form::plain ? k : m;
+      Lapack<Number>::gemv(&form_a, &height, &width, &alpha, a.data(), &lda, b.data(), &one, &beta,
+                           c, &one);
+    }
+    else if (m == 1 && a.form() == Form::transposed && b.form() == Form::plain)
+      Lapack<Number>::gemv("T", &k, &n, &alpha, b.data(), &ldb, a.data(), &one, &beta, c, &one);
+    else
+      Lapack<Number>::gemm(&form_a, &form_b, &m, &n, &k, &alpha, a.data(), &lda, b.data(), &ldb,
+                           &beta, c, &m);
+  }
+
+  DenseMatrix operator*(const DenseView<double> &a, const DenseView<double> &b)
+  {
+    DenseMatrix c(a.n_rows(), b.n_columns());
+    gemm(1., a, b, 0., c.values.data());
+    return c;
+  }
+
+  ComplexDenseMatrix operator*(const DenseView<Complex> &a, const DenseView<Complex> &b)
+  {
+    ComplexDenseMatrix c(a.n_rows(), b.n_columns());
+    gemm<Complex>(1, a, b, 0, c.values.data());
+    return c;
+  }
+
+  ComplexDenseMatrix operator*(const DenseView<double> &a, const DenseView<Complex> &b)
+  {
+    return to_complex(a * real_and_imaginary(b));
+  }
+
+  void add_product(const double factor, const DenseView<double> &a, const DenseView<double> &b,
+                   DenseMatrix &c)
+  {
+    assert_fits(c.n_rows == a.n_rows() && c.n_columns == b.n_columns());
+    gemm(factor, a, b, 1., c.values.data());
+  }
+
+  std::vector<Complex> column_products(const ComplexDenseMatrix &a, const ComplexDenseMatrix &b)
+  {
+    std::vector<Complex> result(b.n_columns);
+    for (unsigned int j = 0; j < b.n_columns; ++j)
+      for (unsigned int i = 0; i < b.n_rows; ++i)
+        result[j] += a(i, j) * b(i, j);
+    return result;
+  }
+
+  DenseMatrix real_and_imaginary(const ComplexDenseMatrix &a)
+  {
+    DenseMatrix parts(a.n_rows, 2 * a.n_columns);
+    for (std::size_t k = 0, n = a.values.size(); k < n; ++k)
+    {
+      parts.values[k]     = a.values[k].real();
+      parts.values[n + k] = a.values[k].imag();
+    }
+    return parts;
+  }
+
+  ComplexDenseMatrix to_complex(const DenseView<double> &parts)
+  {
+    const unsigned int n = parts.n_columns() / 2;
+    ComplexDenseMatrix result(parts.n_rows(), n);
+    for (unsigned int j = 0; j < n; ++j)
+      for (unsigned int i = 0; i < result.n_rows; ++i)
+        result(i, j) = {parts(i, j), parts(i, n + j)};
+    return result;
+  }
+
+  /// (Re Z - i Im Z)^T (Re X + i Im X)
+  ComplexDenseMatrix adjoint_product(const DenseMatrix &products)
+  {
+    const unsigned int m = products.n_rows / 2, n = products.n_columns / 2;
+    ComplexDenseMatrix result(m, n);
+    for (unsigned int j = 0; j < n; ++j)
+      for (unsigned int i = 0; i < m; ++i)
+        result(i, j) = {products(i, j) + products(m + i, n + j),
+                        products(i, n + j) - products(m + i, j)};
+    return result;
   }
 
   void add_multiple(const double factor, const double *x, const unsigned int n, double *y)
   {
     const PetscBLASInt size = n, one = 1;
     BLASaxpy_(&size, &factor, x, &one, y, &one);
-  }
-
-  DenseMatrix outer_product(const DenseMatrix &a, const DenseMatrix &b)
-  {
-    DenseMatrix c(a.n_rows, b.n_rows);
-    const PetscBLASInt m = a.n_rows, n = b.n_rows, k = a.n_columns;
-    const double one = 1, zero = 0;
-    if (m > 0 && n > 0 && k > 0)
-      BLASgemm_("N", "T", &m, &n, &k, &one, a.values.data(), &m, b.values.data(), &n, &zero,
-                c.values.data(), &m);
-    return c;
-  }
-
-  DenseMatrix congruent(const DenseMatrix &a, const DenseMatrix &b)
-  {
-    DenseMatrix a_b(a.n_rows, b.n_columns), result(b.n_columns, b.n_columns);
-    gemm(false, 1, a, b, 0, a_b);
-    gemm(true, 1, b, a_b, 0, result);
-    return result;
-  }
-
-  DenseMatrix transposed(const DenseMatrix &a)
-  {
-    DenseMatrix result(a.n_columns, a.n_rows);
-    for (unsigned int j = 0; j < a.n_columns; ++j)
-      for (unsigned int i = 0; i < a.n_rows; ++i)
-        result(j, i) = a(i, j);
-    return result;
-  }
-
-  DenseMatrix with_rows(const DenseMatrix &a, const unsigned int n_rows)
-  {
-    DenseMatrix result(n_rows, a.n_columns);
-    for (unsigned int j = 0; j < a.n_columns; ++j)
-      std::copy_n(a.values.data() + std::size_t(j) * a.n_rows, std::min(n_rows, a.n_rows),
-                  result.values.data() + std::size_t(j) * n_rows);
-    return result;
-  }
-
-  DenseMatrix some_rows(const DenseMatrix &a, const unsigned int first, const unsigned int n)
-  {
-    DenseMatrix result(n, a.n_columns);
-    for (unsigned int j = 0; j < a.n_columns; ++j)
-      std::copy_n(&a.values[first + std::size_t(j) * a.n_rows], n,
-                  result.values.data() + std::size_t(j) * n);
-    return result;
-  }
-
-  DenseMatrix some_columns(const DenseMatrix &a, const unsigned int first, const unsigned int n)
-  {
-    const auto begin = a.values.begin() + std::size_t(first) * a.n_rows;
-    return {a.n_rows, n, std::vector<double>(begin, begin + std::size_t(n) * a.n_rows)};
-  }
-
-  void append(DenseMatrix &a, const DenseMatrix &b)
-  {
-    if (b.n_columns == 0)
-      return;
-    a.values.insert(a.values.end(), b.values.begin(), b.values.end());
-    a.n_rows = b.n_rows;
-    a.n_columns += b.n_columns;
-  }
-
-  void add(const double factor, const DenseMatrix &a, DenseMatrix &sum)
-  {
-    if (a.values.empty() || factor == 0)
-      return;
-    if (sum.values.empty())
-      sum = DenseMatrix(a.n_rows, a.n_columns);
-    for (std::size_t k = 0; k < a.values.size(); ++k)
-      sum.values[k] += factor * a.values[k];
   }
 
   DenseMatrix symmetrised(DenseMatrix a)
@@ -129,19 +321,35 @@ namespace squeal
     return a;
   }
 
-  DenseMatrix solve(DenseMatrix a, DenseMatrix b)
+  template <typename Number>
+  LuFactors<Number>::LuFactors(Dense<Number> a, const ZeroPivot zero)
+      : factors(std::move(a)), pivots(factors.n_rows)
   {
-    const PetscBLASInt n = a.n_rows, n_rhs = b.n_columns;
-    if (n == 0 || n_rhs == 0)
-      return b;
-    std::vector<PetscBLASInt> pivots(n);
-    PetscBLASInt info = 0;
-    LAPACKgetrf_(&n, &n, a.values.data(), &n, pivots.data(), &info);
-    if (info != 0)
+    const int n = factors.n_rows;
+    int info    = 0;
+    if (n == 0)
+      return;
+    const double size = zero == ZeroPivot::becomes_rounding ? factors.largest_entry() : 0;
+    Lapack<Number>::getrf(&n, &n, factors.values.data(), &n, pivots.data(), &info);
+    if (info != 0 && zero == ZeroPivot::throws)
       throw SingularMatrix("LAPACK: a dense matrix is singular to working precision (row " +
                                std::to_string(info) + " of " + std::to_string(n) + ").",
                            {Failure::singular_matrix});
-    LAPACKgetrs_("N", &n, &n_rhs, a.values.data(), &n, pivots.data(), b.values.data(), &n, &info);
+    for (int i = 0; i < n; ++i)
+      if (factors(i, i) == 0.)
+        factors(i, i) = std::numeric_limits<double>::epsilon() * size;
+  }
+
+  template <typename Number>
+  Dense<Number> LuFactors<Number>::solve(Dense<Number> b,
+                                         const typename DenseView<Number>::Form form) const
+  {
+    const int n = factors.n_rows, n_rhs = b.n_columns;
+    const char letter = char(form);
+    int info          = 0;
+    if (n > 0 && n_rhs > 0)
+      Lapack<Number>::getrs(&letter, &n, &n_rhs, factors.values.data(), &n, pivots.data(),
+                            b.values.data(), &n, &info);
     return b;
   }
 
@@ -163,13 +371,10 @@ namespace squeal
     if (info != 0)
       throw SolverError("LAPACK dgesvd did not converge (info " + std::to_string(info) + ").");
     unsigned int rank = 0;
-    while (rank < sigma.size() && sigma[rank] > smallest * sigma[0])
-      ++rank;
-    u = some_columns(u, 0, rank);
-    for (unsigned int j = 0; j < rank; ++j)
+    for (; rank < sigma.size() && sigma[rank] > smallest * sigma[0]; ++rank)
       for (PetscBLASInt i = 0; i < m; ++i)
-        u(i, j) /= sigma[j];
-    return outer_product(transposed(some_rows(vt, 0, rank)), u);
+        u(i, rank) /= sigma[rank];
+    return vt.rows(0, rank).transpose() * u.columns(0, rank).transpose();
   }
 
   PositiveFactors::PositiveFactors(DenseMatrix a, const std::string &what) : factors(std::move(a))
@@ -241,42 +446,32 @@ namespace squeal
 
   namespace
   {
-    /// The vector that begins in a row of a column, or its conjugate; @p is_complex: the next
-    /// column is the imaginary part.
-    std::vector<std::complex<double>> unpacked(const DenseMatrix &columns, const unsigned int row,
-                                               const unsigned int n, const unsigned int j,
-                                               const bool is_complex, const bool conjugate)
+    /// LAPACK's columns Re v, Im v of a complex pair become v and conj(v), one a column.
+    ComplexDenseMatrix unpacked(const DenseMatrix &columns, const std::vector<double> &imaginary)
     {
-      std::vector<std::complex<double>> x(n);
-      for (unsigned int i = 0; i < n; ++i)
-        x[i] = {columns(row + i, j),
-                is_complex ? (conjugate ? -1 : 1) * columns(row + i, j + 1) : 0.};
-      return x;
+      ComplexDenseMatrix result(columns.n_rows, columns.n_columns);
+      for (unsigned int j = 0; j < columns.n_columns; ++j)
+        for (unsigned int i = 0; i < columns.n_rows; ++i)
+          if (imaginary[j] == 0)
+            result(i, j) = columns(i, j);
+          else if (imaginary[j] > 0)
+          {
+            result(i, j)     = {columns(i, j), columns(i, j + 1)};
+            result(i, j + 1) = std::conj(result(i, j));
+          }
+      return result;
     }
   } // namespace
 
-  std::vector<std::complex<double>> DenseEigenpairs::vector(const unsigned int j) const
-  {
-    return unpacked(vectors, 0, vectors.n_rows, j, im[j] != 0, false);
-  }
-
+  template <>
   DenseEigenpairs general_eigen(DenseMatrix a, const bool with_left)
   {
     const PetscBLASInt n = a.n_rows;
-    DenseEigenpairs result{std::vector<double>(n),
-                           std::vector<double>(n),
-                           DenseMatrix(n, n),
-                           with_left ? DenseMatrix(n, n) : DenseMatrix(),
-                           {}};
+    std::vector<double> re(n), im(n), scale(n), reciprocal_condition(with_left ? n : 0);
+    DenseMatrix right(n, n), left(with_left ? n : 0, with_left ? n : 0);
     PetscBLASInt info = 0, n_work = -1;
     double best_size = 0, norm = 0;
-    std::vector<double> scale, reciprocal_condition;
-    if (with_left)
-    {
-      scale.resize(n);
-      reciprocal_condition.resize(n);
-    }
-    for (int pass = 0; n > 0 && pass < 2; ++pass)
+    for (int pass = 0; n > 0 && pass < 2; ++pass) // the first call asks for the size
     {
       std::vector<double> work(pass == 0 ? 1 : n_work);
       double *const place = pass == 0 ? &best_size : work.data();
@@ -284,152 +479,53 @@ namespace squeal
       {
         PetscBLASInt low = 0, high = 0, unused_integers = 0;
         double unused_conditions = 0;
-        LAPACKgeevx_("B", "V", "V", "E", &n, a.values.data(), &n, result.re.data(),
-                     result.im.data(), result.left.values.data(), &n, result.vectors.values.data(),
-                     &n, &low, &high, scale.data(), &norm, reciprocal_condition.data(),
-                     &unused_conditions, place, &n_work, &unused_integers, &info);
+        LAPACKgeevx_("B", "V", "V", "E", &n, a.values.data(), &n, re.data(), im.data(),
+                     left.values.data(), &n, right.values.data(), &n, &low, &high, scale.data(),
+                     &norm, reciprocal_condition.data(), &unused_conditions, place, &n_work,
+                     &unused_integers, &info);
       }
       else
-        LAPACKgeev_("N", "V", &n, a.values.data(), &n, result.re.data(), result.im.data(), nullptr,
-                    &n, result.vectors.values.data(), &n, place, &n_work, &info);
+        LAPACKgeev_("N", "V", &n, a.values.data(), &n, re.data(), im.data(), nullptr, &n,
+                    right.values.data(), &n, place, &n_work, &info);
       if (info != 0)
         throw SolverError("LAPACK dgeev did not converge (info " + std::to_string(info) + ").");
       n_work = PetscBLASInt(best_size);
     }
+    DenseEigenpairs result{{}, unpacked(right, im), unpacked(left, im), {}};
+    for (PetscBLASInt j = 0; j < n; ++j)
+      result.values.emplace_back(re[j], im[j]);
     for (const double reciprocal : reciprocal_condition)
       result.rounding.push_back(std::numeric_limits<double>::epsilon() * norm / reciprocal);
     return result;
   }
 
-  std::vector<SquareRoot> upper_square_roots(const std::complex<double> square)
+  template <>
+  DenseEigenpairs general_eigen(ComplexDenseMatrix a, const bool with_left)
   {
-    // The roots of a negative number are exactly imaginary; std::sqrt may leave a rounding error.
-    if (square.imag() == 0 && square.real() < 0)
-      return {{{0, std::sqrt(-square.real())}, false}};
-    const std::complex<double> root = std::sqrt(square);
-    if (square.imag() == 0)
-      return {{root, false}, {-root, false}};
-    const std::complex<double> upper = root.imag() >= 0 ? root : -root;
-    return {{upper, false}, {-std::conj(upper), true}};
+    const int n = a.n_rows, n_work = std::max(1, 4 * n);
+    DenseEigenpairs result{std::vector<Complex>(n), ComplexDenseMatrix(n, n), {}, {}};
+    if (with_left)
+      result.left = ComplexDenseMatrix(n, n);
+    std::vector<Complex> work(n_work);
+    std::vector<double> real_work(std::max(1, 2 * n));
+    int info = 0;
+    if (n > 0)
+      zgeev_(with_left ? "V" : "N", "V", &n, a.values.data(), &n, result.values.data(),
+             result.left.values.data(), &n, result.right.values.data(), &n, work.data(), &n_work,
+             real_work.data(), &info);
+    if (info != 0)
+      throw SolverError("LAPACK zgeev did not converge (info " + std::to_string(info) + ").");
+    return result;
   }
 
-  namespace
-  {
-    /// A^{-T} B of the first rows of B, if it is not empty.
-    DenseMatrix solve_left(const DenseMatrix &a, const DenseMatrix &b)
-    {
-      return b.values.empty() ? DenseMatrix() : solve(transposed(a), with_rows(b, a.n_rows));
-    }
-
-    /// l^2 M x + Q x = 0 as the eigenproblem of Q^{-1} M: theta = -1/l^2.
-    std::vector<DensePair> without_velocity_term(const DenseMatrix &m, const DenseMatrix &q,
-                                                 const bool with_left)
-    {
-      const unsigned int n    = m.n_rows;
-      const DenseEigenpairs e = general_eigen(solve(q, m), with_left);
-      const DenseMatrix left  = solve_left(q, e.left);
-      // An infinite eigenvalue is theta = 0. What rounding makes of it cannot be told from a finite
-      // eigenvalue of so small a theta, which would have no correct digit.
-      double largest = 0;
-      for (unsigned int j = 0; j < n; ++j)
-        largest = std::max(largest, std::hypot(e.re[j], e.im[j]));
-      const double infinite = 10 * n * std::numeric_limits<double>::epsilon() * largest;
-
-      std::vector<DensePair> pairs;
-      for (unsigned int j = 0; j < n; ++j)
-      {
-        const bool complex_pair = e.im[j] != 0;
-        const std::complex<double> theta(e.re[j], e.im[j]);
-        if (std::abs(theta) > infinite)
-        {
-          for (const SquareRoot &root : upper_square_roots(-1. / theta))
-          {
-            pairs.push_back(
-                {root.value, unpacked(e.vectors, 0, n, j, complex_pair, root.conjugate), {}});
-            if (with_left)
-              pairs.back().left = unpacked(left, 0, n, j, complex_pair, !root.conjugate);
-          }
-        }
-        j += complex_pair;
-      }
-      return pairs;
-    }
-  } // namespace
-
-  std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
-                                              const DenseMatrix &q, const double shift,
-                                              const double scale, const bool with_left)
-  {
-    const unsigned int n = m.n_rows;
-    if (n == 0)
-      return {};
-    if (p.n_rows == 0 && shift == 0)
-      return without_velocity_term(m, q, with_left);
-
-    const double s  = shift / scale;
-    DenseMatrix q_s = q, right(n, 2 * n);
-    for (std::size_t k = 0; k < q.values.size(); ++k)
-    {
-      const double m_k = scale * scale * m.values[k];
-      const double p_k = p.n_rows == 0 ? 0. : scale * p.values[k];
-      q_s.values[k] += s * p_k + s * s * m_k;
-      right.values[k]                   = -(p_k + 2 * s * m_k);
-      right.values[k + q.values.size()] = -m_k;
-    }
-    const DenseMatrix top = solve(q_s, std::move(right));
-
-    DenseMatrix companion(2 * n, 2 * n);
-    for (unsigned int j = 0; j < 2 * n; ++j)
-      for (unsigned int i = 0; i < n; ++i)
-        companion(i, j) = top(i, j);
-    for (unsigned int i = 0; i < n; ++i)
-      companion(n + i, i) = 1;
-
-    DenseEigenpairs e = general_eigen(companion, with_left);
-    double largest    = 0;
-    for (unsigned int j = 0; j < 2 * n; ++j)
-      largest = std::max(largest, std::hypot(e.re[j], e.im[j]));
-    // Infinite eigenvalues are theta = 0. They are defective, in Jordan blocks of up to four with
-    // constraints, hence rounding spreads them to its fourth root: what is as small may be one of
-    // them, or the real eigenvalue of a dashpot without mass, whose condition is modest. The
-    // condition tells them apart. A threshold there would drop the modes of a body that is almost
-    // free: the nearness of its zero to the shift makes the largest theta.
-    const double nothing = 1e-9 * largest,
-                 spread = std::pow(20 * n * std::numeric_limits<double>::epsilon(), 0.25) * largest;
-    const auto is_small = [&](const unsigned int j, const double bound)
-    { return std::hypot(e.re[j], e.im[j]) <= bound; };
-    const auto may_be_infinite = [&](const unsigned int j)
-    { return is_small(j, spread) && !is_small(j, nothing); };
-    for (unsigned int j = 0; j < 2 * n && e.rounding.empty(); ++j)
-      if (may_be_infinite(j))
-        e = general_eigen(companion, true);
-
-    const DenseMatrix left = with_left ? solve_left(q_s, e.left) : DenseMatrix();
-    std::vector<DensePair> pairs;
-    for (unsigned int j = 0; j < 2 * n; ++j)
-    {
-      // dgeev lists the eigenvalue with positive imaginary part of each pair first.
-      const bool complex_pair = e.im[j] != 0;
-      if (!is_small(j, nothing) && !(may_be_infinite(j) && is_small(j, 10 * e.rounding[j])))
-      {
-        // The lower half of the companion vector is x; conj(theta) has Im l > 0 and the conjugate
-        // vectors.
-        pairs.push_back({shift + scale / std::complex<double>(e.re[j], -e.im[j]),
-                         unpacked(e.vectors, n, n, j, complex_pair, true),
-                         {}});
-        if (with_left)
-          pairs.back().left = unpacked(left, 0, n, j, complex_pair, false);
-      }
-      j += complex_pair;
-    }
-    return pairs;
-  }
-
-  std::complex<double> nearest_root(const std::complex<double> a, const std::complex<double> b,
-                                    const std::complex<double> c, const std::complex<double> given)
-  {
-    const std::complex<double> root = std::sqrt(b * b - 4. * a * c), one = (-b + root) / (2. * a),
-                               other = (-b - root) / (2. * a);
-    return std::abs(one - given) < std::abs(other - given) ? one : other;
-  }
+  template class DenseView<double>;
+  template class DenseView<Complex>;
+  template struct Dense<double>;
+  template struct Dense<Complex>;
+  template class LuFactors<double>;
+  template class LuFactors<Complex>;
+  template void gemm(double, const DenseView<double> &, const DenseView<double> &, double,
+                     double *);
+  template void gemm(Complex, const DenseView<Complex> &, const DenseView<Complex> &, Complex,
+                     Complex *);
 } // namespace squeal

@@ -85,7 +85,7 @@ namespace squeal
 
   double length_of(const MultiVector &column)
   {
-    return std::sqrt(inner_products(column, column)[0]);
+    return std::sqrt(inner_product(column, column));
   }
 
   double largest_entry(const MultiVector &block)
@@ -97,40 +97,49 @@ namespace squeal
     return largest;
   }
 
-  std::vector<double> inner_products(const MultiVector &a, const MultiVector &b)
+  namespace
+  {
+    DenseView<double> columns_of(const MultiVector &block, const unsigned int first,
+                                 const unsigned int n)
+    {
+      return {block.column(first), block.n_local(), n};
+    }
+    DenseView<double> all_of(const MultiVector &block)
+    {
+      return columns_of(block, 0, block.n_columns());
+    }
+  } // namespace
+
+  DenseMatrix inner_products(const MultiVector &a, const MultiVector &b)
   {
     return inner_products(a, 0, a.n_columns(), b, 0, b.n_columns());
   }
 
-  std::vector<double> inner_products(const MultiVector &a, const unsigned int first_a,
-                                     const unsigned int n_a, const MultiVector &b,
-                                     const unsigned int first_b, const unsigned int n_b)
+  DenseMatrix inner_products(const MultiVector &a, const unsigned int first_a,
+                             const unsigned int n_a, const MultiVector &b,
+                             const unsigned int first_b, const unsigned int n_b)
   {
-    std::vector<double> result(std::size_t(n_a) * n_b);
-    gemm(true, a.n_local(), n_a, 1, a.column(first_a), n_b, b.column(first_b), 0, result.data());
-    sum_over_ranks(a.row_range().comm, result);
+    DenseMatrix result = columns_of(a, first_a, n_a).transpose() * columns_of(b, first_b, n_b);
+    sum_over_ranks(a.row_range().comm, result.values);
     return result;
   }
 
-  MultiVector combine(const MultiVector &a, const std::vector<double> &coefficients,
-                      const unsigned int n_columns)
+  double inner_product(const MultiVector &a, const MultiVector &b)
   {
-    MultiVector result(a.row_range(), n_columns);
-    gemm(false, a.n_local(), a.n_columns(), 1, a.data(), n_columns, coefficients.data(), 0,
-         result.data());
+    return inner_products(a, b)(0, 0);
+  }
+
+  MultiVector combine(const MultiVector &a, const DenseView<double> &coefficients)
+  {
+    MultiVector result(a.row_range(), coefficients.n_columns());
+    gemm(1., all_of(a), coefficients, 0., result.data());
     return result;
   }
 
   void subtract_combination(MultiVector &b, const MultiVector &a,
-                            const std::vector<double> &coefficients)
+                            const DenseView<double> &coefficients)
   {
-    gemm(false, a.n_local(), a.n_columns(), -1, a.data(), b.n_columns(), coefficients.data(), 1,
-         b.data());
-  }
-
-  DenseMatrix gram_matrix(const MultiVector &block)
-  {
-    return {block.n_columns(), block.n_columns(), inner_products(block, block)};
+    gemm(-1., all_of(a), coefficients, 1., b.data());
   }
 
   namespace
@@ -138,7 +147,7 @@ namespace squeal
     /// Scales the columns to unit length and leaves out those that are zero.
     MultiVector normalized_columns(const MultiVector &block)
     {
-      const DenseMatrix gram = gram_matrix(block);
+      const DenseMatrix gram = inner_products(block, block);
       std::vector<double> coefficients;
       unsigned int n_kept = 0;
       for (unsigned int j = 0; j < block.n_columns(); ++j)
@@ -175,7 +184,7 @@ namespace squeal
       project_out(basis, block);
       project_out(basis, block);
       const unsigned int n                  = block.n_columns();
-      DenseMatrix vectors                   = gram_matrix(block);
+      DenseMatrix vectors                   = inner_products(block, block);
       const std::vector<double> eigenvalues = symmetric_eigen(vectors);
       if (!(eigenvalues.back() > rounding * rounding))
         break;
@@ -196,12 +205,12 @@ namespace squeal
     // Loss of orthogonality by rounding is small by now: one more pass removes it.
     if (basis.n_columns() == 0)
       return basis;
-    DenseMatrix vectors                   = gram_matrix(basis);
+    DenseMatrix vectors                   = inner_products(basis, basis);
     const std::vector<double> eigenvalues = symmetric_eigen(vectors);
     for (unsigned int j = 0; j < basis.n_columns(); ++j)
       for (unsigned int i = 0; i < basis.n_columns(); ++i)
         vectors(i, j) /= std::sqrt(eigenvalues[j]);
-    return combine(basis, vectors.values, basis.n_columns());
+    return combine(basis, vectors);
   }
 
   void scale_columns(MultiVector &block, const std::vector<double> &factors)
@@ -245,10 +254,8 @@ namespace squeal
   {
     return grow(known, a.n_columns(),
                 [&](const unsigned int row, const unsigned int n_rows, const unsigned int column,
-                    const unsigned int n_columns) {
-                  return DenseMatrix(n_rows, n_columns,
-                                     inner_products(a, row, n_rows, b, column, n_columns));
-                });
+                    const unsigned int n_columns)
+                { return inner_products(a, row, n_rows, b, column, n_columns); });
   }
 
   MultiVector to_multi_vector(const DenseMatrix &a)

@@ -9,13 +9,11 @@ namespace squeal
   {
     constexpr double smallest = 1e-4;
     const DenseMatrix unit    = principal_combinations(mass, smallest);
-    DenseMatrix vectors       = congruent(stiffness, unit);
+    DenseMatrix vectors       = unit.transpose() * (stiffness * unit);
     RealModes result;
     result.squares = symmetric_eigen(vectors);
     result.squares.resize(std::min<std::size_t>(n_modes, result.squares.size()));
-    result.coordinates = DenseMatrix(mass.n_rows, vectors.n_columns);
-    gemm(false, 1, unit, vectors, 0, result.coordinates);
-    result.coordinates = some_columns(result.coordinates, 0, result.squares.size());
+    result.coordinates = (unit * vectors).columns(0, result.squares.size());
     return result;
   }
 } // namespace squeal

@@ -40,13 +40,13 @@ namespace squeal
     DenseMatrix m(n, n), k(n, n);
     for (const unsigned int order : {0u, 2u})
       for (const Term &term : conservative.of_order(order))
-        add(term.coefficient, DenseMatrix(n, n, inner_products(span, multiply(*term.matrix, span))),
-            order == 2 ? m : k);
+        (order == 2 ? m : k)
+            .add(term.coefficient, inner_products(span, multiply(*term.matrix, span)));
     const RealModes modes = real_modes(symmetrised(m), symmetrised(k), found.size());
 
     const auto low_rank = std::make_shared<LowRank>();
     low_rank->vectors   = MultiVector(equations.rows, modes.squares.size());
-    low_rank->preimages = combine(span, modes.coordinates.values, modes.coordinates.n_columns);
+    low_rank->preimages = combine(span, modes.coordinates);
     for (const Term &term : conservative.of_order(2))
       low_rank->vectors.add(term.coefficient, multiply(*term.matrix, low_rank->preimages));
     for (const double square : modes.squares)

@@ -1,5 +1,6 @@
 #include <squeal/projection/davidson.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace squeal
@@ -8,8 +9,8 @@ namespace squeal
       : problem(problem), method(std::move(given)), right(problem.rows), left(problem.rows),
         kept_tests(problem.rows, 0)
   {
-    small.terms = &problem.frozen;
-    small.a.resize(problem.frozen.size());
+    small.frozen_terms = &problem.frozen;
+    small.frozen.resize(problem.frozen.size());
   }
 
   bool Davidson::run(const std::function<std::optional<BothSides>(unsigned int step)> &correct)
@@ -50,7 +51,7 @@ namespace squeal
     kept_tests   = MultiVector(problem.rows, 0);
     for (DenseMatrix *matrix : {&small.m, &small.p, &small.q, &mass_})
       *matrix = {};
-    small.a.assign(problem.frozen.size(), {});
+    small.frozen.assign(problem.frozen.size(), {});
     expand(std::move(columns));
   }
 
@@ -58,22 +59,21 @@ namespace squeal
   {
     right.turn(c);
     if (keeps_tests())
-      kept_tests = combine(kept_tests, c.values, c.n_columns);
+      kept_tests = combine(kept_tests, c);
     const auto turn_both = [&c](DenseMatrix &matrix)
     {
       if (matrix.n_rows > 0)
-        matrix = congruent(matrix, c);
+        matrix = c.transpose() * (matrix * c);
     };
     for (DenseMatrix *matrix : {&small.m, &small.p, &small.q, &mass_})
       turn_both(*matrix);
-    for (DenseMatrix &matrix : small.a)
+    for (DenseMatrix &matrix : small.frozen)
       turn_both(matrix);
   }
 
-  ComplexMultiVector
-  Davidson::vectors(const std::vector<std::vector<std::complex<double>>> &coordinates,
-                    const Side side) const
+  ComplexMultiVector Davidson::vectors(ComplexDenseMatrix coordinates, const Side side) const
   {
+    coordinates.resize_rows(n_columns());
     ComplexMultiVector x = combine(side == Side::right ? right.basis() : tests(), coordinates);
     if (side == Side::left && method.relieve)
       x = {method.partners(x.re, side), method.partners(x.im, side)};
@@ -121,11 +121,10 @@ namespace squeal
     MultiVector &kept         = added[side];
     const MultiVector &others = added[opposite(side)];
     const unsigned int n = kept.n_columns(), n_kept = others.n_columns();
-    const DenseMatrix seen(n_kept, n, inner_products(others, multiply(problem.M, kept)));
-    DenseMatrix combinations(n, n);
-    gemm(true, 1, seen, seen, 0, combinations);
+    const DenseMatrix seen   = inner_products(others, multiply(problem.M, kept));
+    DenseMatrix combinations = seen.transpose() * seen;
     symmetric_eigen(combinations); // ascending
-    kept = combine(kept, some_columns(combinations, n - n_kept, n_kept).values, n_kept);
+    kept               = combine(kept, combinations.columns(n - n_kept, n_kept));
     SearchSpace &space = side == Side::right ? right : left;
     MultiVector basis  = space.basis().columns(0, space.n_columns() - n);
     basis.append(kept);
@@ -150,38 +149,32 @@ namespace squeal
       MultiVector image  = multiply(matrix, v);
       if (is_mass && method.measures)
       {
-        const DenseMatrix of_new(size, n, inner_products(right.basis(), image));
-        extend(mass_, of_new, transposed(with_rows(of_new, old)));
+        const DenseMatrix of_new = inner_products(right.basis(), image);
+        extend(mass_, of_new, of_new.rows(0, old).transpose());
       }
       if (method.relieve)
         method.relieve(image);
-      const DenseMatrix of_new(size, n, inner_products(tests(), image));
+      const DenseMatrix of_new = inner_products(tests(), image);
       DenseMatrix below(n, old);
       if (old > 0)
-        below.values =
-            inner_products(is_mass ? multiply(matrix, w) : multiply_transposed(matrix, w), 0, n,
-                           right.basis(), 0, old);
+        below = inner_products(is_mass ? multiply(matrix, w) : multiply_transposed(matrix, w), 0, n,
+                               right.basis(), 0, old);
       extend(known, of_new, below);
     };
     enlarge(problem.M, small.m);
     enlarge(problem.P, small.p);
     enlarge(problem.Q, small.q);
     for (unsigned int b = 0; b < problem.frozen.size(); ++b)
-      enlarge(problem.frozen[b].matrix, small.a[b]);
+      enlarge(problem.frozen[b].matrix, small.frozen[b]);
   }
 
   ComplexMultiVector combine(const MultiVector &basis,
                              const std::vector<std::vector<std::complex<double>>> &coordinates)
   {
-    const unsigned int n = coordinates.size();
-    DenseMatrix re(basis.n_columns(), n), im(basis.n_columns(), n);
-    for (unsigned int j = 0; j < n; ++j)
-      for (unsigned int i = 0; i < coordinates[j].size(); ++i)
-      {
-        re(i, j) = coordinates[j][i].real();
-        im(i, j) = coordinates[j][i].imag();
-      }
-    return {combine(basis, re.values, n), combine(basis, im.values, n)};
+    ComplexDenseMatrix columns(basis.n_columns(), coordinates.size());
+    for (unsigned int j = 0; j < coordinates.size(); ++j)
+      std::copy(coordinates[j].begin(), coordinates[j].end(), columns.column(j));
+    return combine(basis, columns);
   }
 
   std::vector<MainPart> main_parts(const ComplexMultiVector &vectors)

@@ -20,6 +20,6 @@ namespace squeal
 
   DenseMatrix ResidualSketch::of(const MultiVector &block) const
   {
-    return {n_directions, block.n_columns(), inner_products(directions, block)};
+    return inner_products(directions, block);
   }
 } // namespace squeal

@@ -1,9 +1,9 @@
 #include <squeal/base/text.h>
-#include <squeal/linalg/dense.h>
 #include <squeal/projection/backward_error.h>
 #include <squeal/projection/davidson.h>
 #include <squeal/projection/ritz.h>
 #include <squeal/projection/search_space.h>
+#include <squeal/projection/small_problem.h>
 
 #include <algorithm>
 #include <cmath>
@@ -71,16 +71,13 @@ namespace squeal
 
     EigenPairs Refinement::ritz_pairs() const
     {
-      const ProjectedNonlinear &small = davidson.projected();
-      std::vector<DensePair> all;
-      std::vector<Complex> lambda;
-      for (DensePair &pair :
-           quadratic_eigenpairs(small.m, small.p, small.q, shift_invert.shift, radius))
-        if (std::abs(pair.lambda) <= radius)
-        {
-          lambda.push_back(pair.lambda);
-          all.push_back(std::move(pair));
-        }
+      const SmallPairs all = davidson.projected().solve(shift_invert.shift, radius);
+      std::vector<unsigned int> in_disc;
+      for (unsigned int j = 0; j < all.size(); ++j)
+        if (std::abs(all.lambda[j]) <= radius)
+          in_disc.push_back(j);
+      const SmallPairs found             = all.select(in_disc);
+      const std::vector<Complex> &lambda = found.lambda;
       // Zero eigenvalues of free bodies are defective and never accurate; they are counted, not
       // refined. Overdamped modes crowd, and nobody wants them. Of known eigenvalues only the
       // partners are wanted.
@@ -93,13 +90,9 @@ namespace squeal
                                            (l.real() > 0 || !is_nearly_real(l)))
             chosen.push_back(j);
       EigenPairs pairs;
-      std::vector<std::vector<Complex>> vectors;
       for (const unsigned int j : chosen)
-      {
         pairs.lambda.push_back(lambda[j]);
-        vectors.push_back(std::move(all[j].vector));
-      }
-      pairs.right = davidson.vectors(vectors, Side::right);
+      pairs.right = davidson.vectors(found.right.columns(chosen), Side::right);
       return pairs;
     }
 
@@ -173,28 +166,24 @@ namespace squeal
                               const double shift,
                               const std::function<bool(const Complex &)> &is_wanted)
   {
-    const unsigned int n = problem.rows.size;
-    std::vector<unsigned int> all(n);
-    std::iota(all.begin(), all.end(), 0u);
-    const MultiVector identity = unit_columns(problem.rows, all);
+    std::vector<unsigned int> all_rows(problem.rows.size);
+    std::iota(all_rows.begin(), all_rows.end(), 0u);
+    const MultiVector identity = unit_columns(problem.rows, all_rows);
     const auto entries_of      = [&](const Matrix &matrix)
-    {
-      return matrix ? DenseMatrix(n, n, inner_products(identity, multiply(matrix, identity)))
-                    : DenseMatrix();
-    };
+    { return matrix ? inner_products(identity, multiply(matrix, identity)) : DenseMatrix(); };
+    const SmallPairs all =
+        SmallProblem{
+            entries_of(problem.M), entries_of(problem.P), entries_of(problem.Q), {}, nullptr}
+            .solve(shift, radius, true);
+    std::vector<unsigned int> wanted;
+    for (unsigned int k = 0; k < all.size(); ++k)
+      if (is_wanted(all.lambda[k]))
+        wanted.push_back(k);
+    SmallPairs found = all.select(wanted);
     EigenPairs pairs;
-    std::vector<std::vector<Complex>> right, left;
-    for (DensePair &pair : quadratic_eigenpairs(entries_of(problem.M), entries_of(problem.P),
-                                                entries_of(problem.Q), shift, radius, true))
-      if (is_wanted(pair.lambda))
-      {
-        pairs.lambda.push_back(pair.lambda);
-        right.push_back(std::move(pair.vector));
-        left.push_back(std::move(pair.left));
-      }
-    pairs.right = combine(identity, right);
-    pairs.left  = combine(identity, left);
-    pairs.left.conjugate(); // z = conj(y)
+    pairs.lambda = found.lambda;
+    pairs.right  = combine(identity, found.right);
+    pairs.left   = combine(identity, found.left.conjugate()); // z = conj(y)
     return pairs;
   }
 

@@ -13,7 +13,7 @@ namespace squeal
     MultiVector long_remainders(const MultiVector &remainders, const DenseMatrix &before,
                                 const double shortest, const unsigned int largest_number)
     {
-      const DenseMatrix after = gram_matrix(remainders);
+      const DenseMatrix after = inner_products(remainders, remainders);
       const unsigned int n    = remainders.n_columns();
       std::vector<unsigned int> kept;
       for (unsigned int k = 0; k < n; ++k)
@@ -45,12 +45,13 @@ namespace squeal
       return;
     }
     const DenseMatrix clear =
-        novelty.by_components ? principal_combinations(gram_matrix(remainders), novelty.shortest)
-                              : independent_combinations(gram_matrix(remainders), before,
-                                                         novelty.shortest, novelty.dependent);
-    remainders = combine(remainders, clear.values, clear.n_columns);
+        novelty.by_components
+            ? principal_combinations(inner_products(remainders, remainders), novelty.shortest)
+            : independent_combinations(inner_products(remainders, remainders), before,
+                                       novelty.shortest, novelty.dependent);
+    remainders = combine(remainders, clear);
     for (const Image &image : images)
-      image.of_added = combine(image.of_added, clear.values, clear.n_columns);
+      image.of_added = combine(image.of_added, clear);
   }
 
   MultiVector SearchSpace::add(MultiVector columns, const Novelty &novelty,
@@ -59,13 +60,13 @@ namespace squeal
     const unsigned int n_old = n_columns(), n = columns.n_columns();
     const auto project_out = [&](MultiVector &block)
     {
-      const std::vector<double> part = inner_products(basis_, block);
+      DenseMatrix part = inner_products(basis_, block);
       subtract_combination(block, basis_, part);
       for (const Image &image : images)
         subtract_combination(image.of_added, image.of_basis, part);
-      return DenseMatrix(n_old, block.n_columns(), part);
+      return part;
     };
-    const DenseMatrix before = gram_matrix(columns);
+    const DenseMatrix before = inner_products(columns, columns);
     DenseMatrix old(0, n);
     if (n_old > 0)
       old = project_out(columns);
@@ -79,8 +80,9 @@ namespace squeal
     }
     if (coefficients)
     {
-      *coefficients           = with_rows(old, n_old + remainders.n_columns());
-      const DenseMatrix added = {remainders.n_columns(), n, inner_products(remainders, columns)};
+      const DenseMatrix added = inner_products(remainders, columns);
+      *coefficients           = std::move(old);
+      coefficients->resize_rows(n_old + added.n_rows);
       for (unsigned int j = 0; j < n; ++j)
         for (unsigned int i = 0; i < added.n_rows; ++i)
           (*coefficients)(n_old + i, j) = added(i, j);

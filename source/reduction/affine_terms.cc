@@ -211,7 +211,7 @@ namespace squeal
   {
     DenseMatrix result;
     for (unsigned int i = 0; i < parts.size(); ++i)
-      add(coefficients[order][i], by_matrix[i], result);
+      result.add(coefficients[order][i], by_matrix[i]);
     return result;
   }
 

@@ -24,39 +24,20 @@ namespace squeal
       return entries.make_matrix(rows);
     }
 
-    DenseMatrix dense_products(const MultiVector &a, const MultiVector &b)
-    {
-      return {a.n_columns(), b.n_columns(), inner_products(a, b)};
-    }
-
-    MultiVector combine(const MultiVector &block, const DenseMatrix &coefficients)
-    {
-      MultiVector result(block.row_range(), coefficients.n_columns);
-      for (unsigned int j = 0; j < coefficients.n_columns; ++j)
-        for (unsigned int k = 0; k < coefficients.n_rows; ++k)
-          add_multiple(coefficients(k, j), block.column(k), block.n_local(), result.column(j));
-      return result;
-    }
-
     /// Modes of the space that a block spans: orthonormal in M, by ascending frequency.
     MultiVector ritz_modes(const Matrix &K, const Matrix &M, const MultiVector &block,
                            std::vector<double> &squares)
     {
       constexpr double dependent = 1e-10;
       // Columns of unit length in M, then what is independent of them
-      DenseMatrix m                     = symmetrised(dense_products(block, multiply(M, block)));
+      DenseMatrix m                     = symmetrised(inner_products(block, multiply(M, block)));
       const std::vector<double> lengths = symmetric_eigen(m);
       DenseMatrix basis(m.n_rows, 0);
       for (unsigned int k = 0; k < lengths.size(); ++k)
         if (lengths[k] > dependent * lengths.back())
-        {
-          DenseMatrix column = some_columns(m, k, 1);
-          for (double &value : column.values)
-            value /= std::sqrt(lengths[k]);
-          append(basis, column);
-        }
+          basis.append(DenseMatrix(m.columns(k, 1)).scale({1 / std::sqrt(lengths[k])}));
       const MultiVector orthonormal = combine(block, basis);
-      DenseMatrix k = symmetrised(dense_products(orthonormal, multiply(K, orthonormal)));
+      DenseMatrix k = symmetrised(inner_products(orthonormal, multiply(K, orthonormal)));
       squares       = symmetric_eigen(k);
       return combine(orthonormal, k);
     }
@@ -198,7 +179,7 @@ namespace squeal
     result.n_modes     = squares.size();
     result.highest     = squares.empty() ? 0 : std::sqrt(squares.back()) / (2 * M_PI);
     const auto reduced = [&](const Matrix &matrix)
-    { return symmetrised(dense_products(basis, multiply(matrix, basis))); };
+    { return symmetrised(inner_products(basis, multiply(matrix, basis))); };
     result.K = reduced(K);
     result.M = reduced(M);
     if (D)

@@ -201,7 +201,7 @@ namespace squeal
     DenseMatrix violation = violations(at_rows);
     for (double &value : violation.values)
       value *= -1;
-    return squeal::transposed(squares.solve(squeal::transposed(violation)));
+    return squares.solve(violation.transpose()).transpose();
   }
 
   DenseMatrix InterfaceTerms::Constraints::forces_of(const DenseMatrix &pressures) const
@@ -305,6 +305,6 @@ namespace squeal
       ++of_b.n_columns;
     }
     if (of_a.n_columns > 0)
-      add(1, outer_product(of_a, of_b), sum);
+      sum += of_a * of_b.transpose();
   }
 } // namespace squeal

@@ -1,5 +1,6 @@
 #include <squeal/projection/eigensolver_options.h>
 #include <squeal/projection/shift_invert.h>
+#include <squeal/projection/small_problem.h>
 #include <squeal/reduction/projection_basis.h>
 
 #include <cmath>
@@ -19,7 +20,7 @@ namespace squeal
     /// Modes, each Re and Im, become unit vectors.
     void scale_modes(MultiVector &block)
     {
-      const std::vector<double> squares = inner_products(block, block);
+      const std::vector<double> squares = inner_products(block, block).values;
       const unsigned int n              = block.n_columns() / 2;
       std::vector<double> factors(2 * n);
       for (unsigned int j = 0; j < 2 * n; ++j)
@@ -80,17 +81,12 @@ namespace squeal
     scale_modes(left_vectors);
     const unsigned int n_left = left_vectors.n_columns();
     left                      = MultiVector(rows, 0);
-    const DenseMatrix g(n, n_left, inner_products(right(), 0, n, left_vectors, 0, n_left));
-    const DenseMatrix pseudo_inverse = squeal::solve(outer_product(g, g), g);
-    std::vector<double> coefficients(std::size_t(n_left) * n);
+    const DenseMatrix g       = inner_products(right(), 0, n, left_vectors, 0, n_left);
+    MultiVector candidate = combine(left_vectors, squeal::solve(g * g.transpose(), g).transpose());
+    const DenseMatrix squares = inner_products(candidate, candidate);
+    constexpr double longest  = 5;
     for (unsigned int j = 0; j < n; ++j)
-      for (unsigned int i = 0; i < n_left; ++i)
-        coefficients[i + std::size_t(j) * n_left] = pseudo_inverse(j, i);
-    MultiVector candidate             = combine(left_vectors, coefficients, n);
-    const std::vector<double> squares = inner_products(candidate, candidate);
-    constexpr double longest          = 5;
-    for (unsigned int j = 0; j < n; ++j)
-      if (!(squares[j * (n + 1)] <= longest * longest))
+      if (!(squares(j, j) <= longest * longest))
         return;
     left = std::move(candidate);
   }
@@ -99,22 +95,16 @@ namespace squeal
                                         const MultiVector &space, const double radius,
                                         const double largest) const
   {
-    const unsigned int n    = space.n_columns();
     const auto projected_of = [&](const Matrix &matrix)
-    { return DenseMatrix(n, n, inner_products(space, multiply(matrix, space))); };
-    std::vector<double> coefficients;
-    for (const DensePair &pair :
-         quadratic_eigenpairs(projected_of(problem.M), {}, projected_of(problem.Q), 0, radius))
-      if (std::abs(pair.lambda) <= largest)
-        for (unsigned int part = 0; part < 2; ++part)
-        {
-          double square = 0;
-          for (const Complex c : pair.vector)
-            square += std::norm(c);
-          for (const Complex c : pair.vector)
-            coefficients.push_back((part == 0 ? c.real() : c.imag()) / std::sqrt(square));
-        }
-    return combine(space, coefficients, coefficients.size() / n);
+    { return inner_products(space, multiply(matrix, space)); };
+    const SmallPairs pairs =
+        SmallProblem{projected_of(problem.M), {}, projected_of(problem.Q), {}, nullptr}.solve(
+            0, radius);
+    std::vector<unsigned int> near;
+    for (unsigned int k = 0; k < pairs.size(); ++k)
+      if (std::abs(pairs.lambda[k]) <= largest)
+        near.push_back(k);
+    return combine(space, real_and_imaginary(pairs.right.columns(near).normalise()));
   }
 
   // Coordinates.
@@ -142,13 +132,13 @@ namespace squeal
     EigenPairs result        = whole;
     const unsigned int m     = dimension();
     const auto of_right_side = [&](const MultiVector &x)
-    { return to_multi_vector(DenseMatrix(m, x.n_columns(), inner_products(right(), x))); };
+    { return to_multi_vector(inner_products(right(), x)); };
     result.right  = {of_right_side(whole.right.re), of_right_side(whole.right.im)};
     MultiVector w = left;
     w.append(right().columns(left.n_columns(), m - left.n_columns()));
-    const PositiveFactors squares(DenseMatrix(m, m, inner_products(w, w)));
+    const PositiveFactors squares(inner_products(w, w));
     const auto of_left_side = [&](const MultiVector &z)
-    { return to_multi_vector(squares.solve(DenseMatrix(m, z.n_columns(), inner_products(w, z)))); };
+    { return to_multi_vector(squares.solve(inner_products(w, z))); };
     result.left = {of_left_side(whole.left.re), of_left_side(whole.left.im)};
     return result;
   }

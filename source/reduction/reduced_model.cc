@@ -77,38 +77,39 @@ namespace squeal
     basis.append(basis.modes_of(problem, of_search, radius(), 2 * radius()), 1e-2);
   }
 
-  MultiVector ReducedModel::whole(const ReducedPairs &solutions, const bool of_left) const
+  DenseMatrix ReducedModel::coordinates_of(const ComplexDenseMatrix &vectors) const
   {
-    const auto part = [&](const DenseMatrix &coordinates)
-    {
-      return projection.basis.expanded(to_multi_vector(with_rows(coordinates, dimension())),
-                                       of_left);
-    };
-    MultiVector block = part(solutions.re);
-    block.append(part(solutions.im));
-    return block;
+    DenseMatrix parts = real_and_imaginary(vectors);
+    parts.resize_rows(dimension());
+    return parts;
   }
 
-  void ReducedModel::remember(const ReducedPairs &x, const ReducedPairs &y)
+  MultiVector ReducedModel::whole(const SmallPairs &solutions, const bool of_left) const
+  {
+    return projection.basis.expanded(
+        to_multi_vector(coordinates_of(of_left ? solutions.left : solutions.right)), of_left);
+  }
+
+  void ReducedModel::remember(const SmallPairs &solutions)
   {
     if (course == Course::path)
     {
-      recent.insert(recent.begin(), {x, y});
+      recent.insert(recent.begin(), solutions);
       if (recent.size() > most_recent)
         recent.pop_back();
       return;
     }
     if (scattered.n_solutions == 0)
     {
-      scattered.first_right = whole(x, false);
-      scattered.first_left  = whole(y, true);
+      scattered.first_right = whole(solutions, false);
+      scattered.first_left  = whole(solutions, true);
     }
     scattered.products =
         grow(scattered.products, dimension(),
              [](unsigned int, const unsigned int n, unsigned int, const unsigned int n_columns)
              { return DenseMatrix(n, n_columns); });
-    add(1, outer_product(x.re, x.re), scattered.products);
-    add(1, outer_product(x.im, x.im), scattered.products);
+    const DenseMatrix parts = coordinates_of(solutions.right);
+    add_product(1, parts, parts.transpose(), scattered.products);
     ++scattered.n_solutions;
     ++scattered.n_since_restart;
   }
@@ -137,23 +138,17 @@ namespace squeal
       restart_on_path();
     else
       restart_by_components();
-    predictor  = {};
-    last_right = last_left = {};
+    predictor = {};
+    last      = {};
   }
 
   void ReducedModel::restart_on_path()
   {
-    const auto coordinates = [this](const ReducedPairs &x)
-    {
-      DenseMatrix both = with_rows(x.re, dimension());
-      append(both, with_rows(x.im, dimension()));
-      return both;
-    };
-    const auto &[x, y] = recent.front(); // the last one
     std::vector<ProjectionBasis::Within> others;
     for (unsigned int k = 1; k < recent.size(); ++k)
-      others.push_back({coordinates(recent[k].first), 1e-9});
-    projection.turn(projection.basis.begin_within(coordinates(x), whole(y, true), others));
+      others.push_back({coordinates_of(recent[k].right), 1e-9});
+    projection.turn(projection.basis.begin_within(coordinates_of(recent.front().right),
+                                                  whole(recent.front(), true), others));
     recent.clear();
     opened.clear();
     closed.clear();
@@ -172,12 +167,12 @@ namespace squeal
     unsigned int n_dropped            = 0;
     while (n_dropped < m && squares[n_dropped] < smallest * smallest * scattered.n_solutions)
       ++n_dropped;
-    const unsigned int n_first = scattered.first_right.n_columns();
-    const DenseMatrix of_first(m, n_first, inner_products(basis.right(), scattered.first_right)),
-        components = some_columns(vectors, n_dropped, m - n_dropped),
-        change     = basis.begin_within(of_first, scattered.first_left, {{components, smallest}});
+    const DenseMatrix of_first   = inner_products(basis.right(), scattered.first_right),
+                      components = vectors.columns(n_dropped, m - n_dropped),
+                      change     = basis.begin_within(of_first, scattered.first_left,
+                                                      {{components, smallest}});
     projection.turn(change);
-    scattered.products             = congruent(scattered.products, change);
+    scattered.products             = change.transpose() * (scattered.products * change);
     scattered.n_since_restart      = 0;
     scattered.dimension_at_restart = dimension();
   }
@@ -259,12 +254,11 @@ namespace squeal
     // which make this series slow, are in V.
     for (unsigned int k = 0; k < n_summands; ++k)
     {
-      MultiVector responses             = basis.displacements(factors->solve(forces));
-      const std::vector<double> squares = inner_products(responses, responses);
+      MultiVector responses     = basis.displacements(factors->solve(forces));
+      const DenseMatrix squares = inner_products(responses, responses);
       std::vector<double> lengths;
       for (unsigned int j = 0; j < responses.n_columns(); ++j)
-        lengths.push_back(1 /
-                          std::sqrt(std::max(squares[j * (responses.n_columns() + 1)], 1e-300)));
+        lengths.push_back(1 / std::sqrt(std::max(squares(j, j), 1e-300)));
       scale_columns(responses, lengths);
       const unsigned int before = dimension();
       basis.append(std::move(responses), ProjectionBasis::smallest);
@@ -277,7 +271,7 @@ namespace squeal
 
   /// Of the pairs in the disc those with the smallest residuals: others are no modes of the whole
   /// problem.
-  std::vector<unsigned int> ReducedModel::best_pairs(const ReducedPairs &solutions) const
+  std::vector<unsigned int> ReducedModel::best_pairs(const SmallPairs &solutions) const
   {
     std::vector<unsigned int> best(solutions.lambda.size());
     std::iota(best.begin(), best.end(), 0u);
@@ -288,7 +282,7 @@ namespace squeal
     return best;
   }
 
-  std::vector<unsigned int> ReducedModel::failing(const ReducedPairs &solutions,
+  std::vector<unsigned int> ReducedModel::failing(const SmallPairs &solutions,
                                                   const std::vector<unsigned int> &which,
                                                   const double largest_error) const
   {
@@ -301,41 +295,31 @@ namespace squeal
   }
 
   /// Solves the projected problem and certifies the pairs. The last pairs are where to start from.
-  void ReducedModel::solve_projected(ReducedPairs &x, ReducedPairs &y)
+  SmallPairs ReducedModel::solve_projected()
   {
     projection.project(small);
-    x = last_right;
-    y = last_left;
-    if (x.lambda.empty() || !small.improve(x, y))
+    SmallPairs solutions = last;
+    if (solutions.empty() || !small.improve(solutions))
     {
-      small.solve_densely(x, y);
+      solutions = small.solve();
       // Dense pairs have rounding errors of stiff vectors, and may be more than there are modes.
-      if (x.lambda.size() > counts.in_disc)
+      if (solutions.size() > counts.in_disc)
       {
-        projection.certify(x);
-        std::vector<double> errors = x.errors;
+        projection.certify(solutions);
+        std::vector<double> errors = solutions.errors;
         std::nth_element(errors.begin(), errors.begin() + counts.in_disc, errors.end());
         has_others |= errors[counts.in_disc] <= known_beyond;
-        const std::vector<unsigned int> best = best_pairs(x);
-        x                                    = x.select(best);
-        y                                    = y.select(best);
+        solutions = solutions.select(best_pairs(solutions));
       }
-      ReducedPairs refined_x = x, refined_y = y;
-      if (small.improve(refined_x, refined_y))
-      {
-        x = std::move(refined_x);
-        y = std::move(refined_y);
-      }
+      small.improve(solutions); // or they stay as they are
     }
-    projection.certify(x);
-    if (x.lambda.size() == counts.in_disc)
-    {
-      last_right = x;
-      last_left  = y;
-    }
+    projection.certify(solutions);
+    if (solutions.size() == counts.in_disc)
+      last = solutions;
+    return solutions;
   }
 
-  void ReducedModel::observe(const ReducedPairs &before, const ReducedPairs &after)
+  void ReducedModel::observe(const SmallPairs &before, const SmallPairs &after)
   {
     if (before.lambda.empty())
       return;
@@ -354,7 +338,7 @@ namespace squeal
   }
 
   /// The residuals of pairs that fail, with a margin, so that the next parameters need none.
-  MultiVector ReducedModel::residuals_to_correct(const ReducedPairs &x) const
+  MultiVector ReducedModel::residuals_to_correct(const SmallPairs &x) const
   {
     const std::vector<unsigned int> lacking = failing(x, best_pairs(x), 0.3 * accepted_error());
     return lacking.empty() ? MultiVector(projection.basis.rows, 0)
@@ -368,8 +352,8 @@ namespace squeal
       return false;
     const unsigned int before = dimension();
     MultiVector added         = projection.basis.displacements(factors->solve(residuals));
-    DenseMatrix products(added.n_columns(), added.n_columns(), inner_products(added, added));
-    const double largest = std::sqrt(std::max(0., symmetric_eigen(products).back()));
+    DenseMatrix products      = inner_products(added, added);
+    const double largest      = std::sqrt(std::max(0., symmetric_eigen(products).back()));
     // Something is to come of what fails, however little it fails by.
     projection.basis.append(
         std::move(added),
@@ -395,9 +379,7 @@ namespace squeal
       return false;
     if (!counts.overdamped)
       return true;
-    ReducedPairs x, y;
-    small.solve_densely(x, y);
-    return x.lambda.size() == counts.in_disc;
+    return small.solve().size() == counts.in_disc;
   }
 
   bool ReducedModel::take(const std::vector<Term> &terms)
@@ -405,7 +387,7 @@ namespace squeal
     const bool is_anew = projection.terms.size() == 0;
     const auto split   = [&]
     {
-      last_right = last_left = {};
+      last = {};
       for (std::vector<unsigned int> *in_interface : {&opened, &closed, &open_before})
         in_interface->clear(); // it is numbered anew
       return projection.split(terms);
@@ -441,12 +423,12 @@ namespace squeal
       enrich(predictor.residuals);
     predictor.residuals = {};
     has_others          = false;
-    ReducedPairs x, y;
-    double last = HUGE_VAL, before_last = HUGE_VAL; // errors
+    SmallPairs x;
+    double last_error = HUGE_VAL, before_last = HUGE_VAL;
     for (unsigned int n_corrections = 0;; ++n_corrections)
     {
-      const ReducedPairs before = std::move(x);
-      solve_projected(x, y);
+      const SmallPairs before = std::move(x);
+      x                       = solve_projected();
       observe(before, x);
       const std::vector<unsigned int> best    = best_pairs(x),
                                       lacking = failing(x, best, largest_error);
@@ -473,20 +455,20 @@ namespace squeal
           n_steady    = 0;
         }
         ++n_steady;
-        remember(x.select(best), y.select(best));
+        remember(x.select(best));
         const double growth = predictor.worst > 0 && n_steady > 1 ? worst / predictor.worst : 1;
         predictor.worst     = worst;
         if (worst * growth > largest_error)
           predictor.residuals = residuals_to_correct(x);
-        return make_modes(x, y, best);
+        return make_modes(x, best);
       }
       constexpr double hopeless = 1e-2;
       // A correction divides errors by 20 or more and costs a vector a mode; a basis too large
       // costs more than a new expansion point.
       const double n_needed = std::ceil(std::log(worst / largest_error) / std::log(20.));
       const bool stagnates  = worst > 0.5 * before_last;
-      before_last           = last;
-      last                  = worst;
+      before_last           = last_error;
+      last_error            = worst;
       if (n_corrections == most_corrections || lacking.empty() || worst > hopeless || stagnates ||
           dimension() + n_needed * lacking.size() > largest_dimension())
         return std::nullopt;
@@ -495,7 +477,7 @@ namespace squeal
     }
   }
 
-  EigenPairs ReducedModel::make_modes(const ReducedPairs &x, const ReducedPairs &y,
+  EigenPairs ReducedModel::make_modes(const SmallPairs &x,
                                       const std::vector<unsigned int> &which) const
   {
     std::vector<Complex> lambda;
@@ -510,13 +492,8 @@ namespace squeal
         modes.lambda.push_back(lambda[k]);
         modes.backward_error.push_back(x.errors[which[k]]);
       }
-    const auto vectors_of = [&](const ReducedPairs &solutions)
-    {
-      const ReducedPairs of_window = solutions.select(numbers);
-      return ComplexMultiVector(to_multi_vector(of_window.re), to_multi_vector(of_window.im));
-    };
-    modes.right      = vectors_of(x);
-    transposed.right = vectors_of(y);
+    modes.right      = to_multi_vector(x.right.columns(numbers));
+    transposed.right = to_multi_vector(x.left.columns(numbers));
     transposed.backward_error.assign(numbers.size(), std::nan("")); // not computed
     attach_left_vectors(problem(), std::move(transposed), modes);
     normalise(projection, modes);

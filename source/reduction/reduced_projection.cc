@@ -4,6 +4,11 @@
 #include <cmath>
 #include <numeric>
 
+// First the projections of constant matrices: images of new vectors are formed, multiplied with V
+// and W, and dropped (add_images), or turned with the basis (turn). Then, for each set of terms,
+// the interface: W is moved to its constraints, and the changing terms are added in its rows
+// (project). Last what is asked of solutions: forms, residuals, and bounds of their errors by
+// sketches.
 namespace squeal
 {
   namespace
@@ -18,27 +23,18 @@ namespace squeal
     }
 
     /// What is known of a block's rows, a column a row, with that of further columns below.
-    DenseMatrix with_rows_below(const DenseMatrix &known, const DenseMatrix &added)
+    DenseMatrix with_rows_below(const DenseMatrix &known, const DenseView<double> &added)
     {
-      DenseMatrix all(known.n_rows + added.n_rows, added.n_columns);
-      for (unsigned int j = 0; j < added.n_columns; ++j)
+      DenseMatrix all(known.n_rows + added.n_rows(), added.n_columns());
+      for (unsigned int j = 0; j < all.n_columns; ++j)
       {
-        double *const to = all.values.data() + std::size_t(j) * all.n_rows;
-        std::copy_n(known.values.data() + std::size_t(j) * known.n_rows, known.n_rows, to);
-        std::copy_n(added.values.data() + std::size_t(j) * added.n_rows, added.n_rows,
-                    to + known.n_rows);
+        std::copy_n(known.column(j), known.n_rows, all.column(j));
+        for (unsigned int i = 0; i < added.n_rows(); ++i)
+          all(known.n_rows + i, j) = added(i, j);
       }
       return all;
     }
 
-    std::vector<double> top_corner(const DenseMatrix &a, const unsigned int n)
-    {
-      std::vector<double> result;
-      for (unsigned int j = 0; j < n; ++j)
-        for (unsigned int i = 0; i < n; ++i)
-          result.push_back(a(i, j));
-      return result;
-    }
   } // namespace
 
   ReducedProjection::ReducedProjection(const QuadraticEigenproblem &problem)
@@ -124,34 +120,33 @@ namespace squeal
       for (const MultiVector &of_matrix : terms.images(some))
         images.append(of_matrix);
       // V is long: one product with it for all matrices.
-      const DenseMatrix of_right(n_all, images.n_columns(), inner_products(basis.right(), images)),
-          of_left(n_left, images.n_columns(), inner_products(basis.left, images));
-      const DenseMatrix inside = gather_rows(images, interface.rows());
+      const DenseMatrix of_right = inner_products(basis.right(), images),
+                        of_left  = inner_products(basis.left, images);
+      const DenseMatrix inside   = gather_rows(images, interface.rows());
       clear_rows(images, interface.rows());
       const DenseMatrix sketched = sketch->of(images);
       for (unsigned int i = 0; i < n_matrices; ++i)
       {
-        append(by_right[i], some_columns(of_right, i * n, n));
-        append(by_left[i], some_columns(of_left, i * n, n));
-        append(sketches[i], some_columns(sketched, i * n, n));
-        at_rows[i] = with_rows_below(at_rows[i], some_rows(inside, i * n, n));
+        by_right[i].append(of_right.columns(i * n, n));
+        by_left[i].append(of_left.columns(i * n, n));
+        sketches[i].append(sketched.columns(i * n, n));
+        at_rows[i] = with_rows_below(at_rows[i], inside.rows(i * n, n));
         if (n_imaged > 0 && !terms.is_symmetric(i))
-          append(by_old[i], DenseMatrix(n_imaged, n,
-                                        inner_products(basis.right(), 0, n_imaged,
-                                                       terms.transposed_image(i, some), 0, n)));
+          by_old[i].append(
+              inner_products(basis.right(), 0, n_imaged, terms.transposed_image(i, some), 0, n));
       }
     }
 
     for (unsigned int i = 0; i < n_matrices; ++i)
     {
       if (terms.is_symmetric(i))
-        by_old[i] = some_rows(by_right[i], 0, n_imaged);
-      projected[of_right][i] =
-          grow(projected[of_right][i], n_all,
-               [&](const unsigned int first, unsigned int, unsigned int, const unsigned int n)
-               { return first == 0 && n > 0 ? by_right[i] : transposed(by_old[i]); });
-      DenseMatrix top = some_rows(some_columns(projected[petrov][i], 0, n_imaged), 0, n_left);
-      append(top, by_left[i]);
+        by_old[i] = by_right[i].rows(0, n_imaged);
+      projected[of_right][i] = grow(
+          projected[of_right][i], n_all,
+          [&](const unsigned int first, unsigned int, unsigned int, const unsigned int n)
+          { return first == 0 && n > 0 ? DenseView<double>(by_right[i]) : by_old[i].transpose(); });
+      DenseMatrix top = projected[petrov][i].columns(0, n_imaged).rows(0, n_left);
+      top.append(by_left[i]);
       set_tests(i, top);
     }
     n_imaged = n_all;
@@ -164,10 +159,10 @@ namespace squeal
     // The left vectors' norms; M is symmetric.
     if (terms.coefficient(2, i) == 0)
       return;
-    const DenseMatrix of_left_alone(n_left, n_left,
-                                    projected[of_left][i].values.empty()
-                                        ? inner_products(basis.left, terms.image(i, basis.left))
-                                        : top_corner(projected[of_left][i], n_left));
+    const DenseMatrix of_left_alone =
+        projected[of_left][i].empty()
+            ? inner_products(basis.left, terms.image(i, basis.left))
+            : DenseMatrix(projected[of_left][i].columns(0, n_left).rows(0, n_left));
     DenseMatrix whole = projected[petrov][i];
     for (unsigned int c = 0; c < n_left; ++c)
       for (unsigned int r = 0; r < n_all; ++r)
@@ -183,28 +178,18 @@ namespace squeal
       forget_images();
       return;
     }
-    const auto turned_rows = [&c](const DenseMatrix &a)
-    {
-      DenseMatrix result(c.n_columns, a.n_columns);
-      gemm(true, 1, c, a, 0, result);
-      return result;
-    };
     const DenseMatrix left_rows = gather_rows(basis.left, interface.rows());
-    right_rows                  = turned_rows(right_rows);
+    right_rows                  = c.transpose() * right_rows;
     tests.rows                  = with_top(right_rows, left_rows);
     right_change                = DenseMatrix();
     n_imaged                    = c.n_columns;
     for (unsigned int i = 0; i < terms.size(); ++i)
     {
-      at_rows[i] = turned_rows(at_rows[i]);
-      DenseMatrix sketched(ResidualSketch::n_directions, n_imaged);
-      gemm(false, 1, sketches[i], c, 0, sketched);
-      sketches[i]                       = std::move(sketched);
-      projected[of_right][i]            = congruent(projected[of_right][i], c);
-      projected[of_left][i]             = DenseMatrix();
-      const MultiVector of_left_vectors = terms.transposed_image(i, basis.left);
-      set_tests(i, DenseMatrix(left_rows.n_rows, n_imaged,
-                               inner_products(of_left_vectors, basis.right())));
+      at_rows[i]             = c.transpose() * at_rows[i];
+      sketches[i]            = sketches[i] * c;
+      projected[of_right][i] = c.transpose() * (projected[of_right][i] * c);
+      projected[of_left][i]  = DenseMatrix();
+      set_tests(i, inner_products(terms.transposed_image(i, basis.left), basis.right()));
     }
   }
 
@@ -222,7 +207,7 @@ namespace squeal
       small.set_violations(right_change);
     }
     tests.moved = tests.rows;
-    add(1, tests.change, tests.moved);
+    tests.moved += tests.change;
   }
 
   void ReducedProjection::project(ReducedEigenproblem &small)
@@ -241,7 +226,7 @@ namespace squeal
     {
       DenseMatrix with_pressures = right_rows;
       if (order == 0)
-        add(1, right_pressures, with_pressures);
+        with_pressures += right_pressures;
       DenseMatrix &of_v     = changing_images[order];
       of_v                  = interface.forces(order, with_pressures);
       images_at_rows[order] = terms.sum(order, at_rows);
@@ -249,13 +234,11 @@ namespace squeal
       interface.add_products(tests.moved, of_v, sum);
       // W - V = -C^T (C C^T)^{-1} C V: by way of C A V, which has few columns
       if (!images_at_rows[order].values.empty() && !tests.balance.values.empty())
-        add(1,
-            outer_product(tests.balance,
-                          interface.left_constraints().violations(images_at_rows[order])),
-            sum);
+        sum += tests.balance *
+               interface.left_constraints().violations(images_at_rows[order]).transpose();
       small.set_terms(order, order == 1 && !terms.has_velocity_terms() ? DenseMatrix() : sum);
       operators[petrov][order] = std::move(sum);
-      add(1, of_v, images_at_rows[order]);
+      images_at_rows[order] += of_v;
     }
   }
 
@@ -304,134 +287,82 @@ namespace squeal
               pressures[order](j, interface.left_constraints().rows[k]) = balancing(j, k);
         }
     DenseMatrix test_change = tests.change;
-    add(1, tests.pressures, test_change);
+    test_change += tests.pressures;
     for (const Term &term : others)
     {
       const MultiVector image = multiply(*term.matrix, basis.right());
-      DenseMatrix small       = with_top(
-                DenseMatrix(dimension(), dimension(), inner_products(basis.right(), image)),
-                DenseMatrix(basis.left.n_columns(), dimension(), inner_products(basis.left, image)));
-      add(1, outer_product(test_change, gather_rows(image, interface.rows())), small);
+      DenseMatrix small =
+          with_top(inner_products(basis.right(), image), inner_products(basis.left, image));
+      small += test_change * gather_rows(image, interface.rows()).transpose();
       add_term(term, term.order, small);
       // On the pressures, which are those of Lambda_0 + l Lambda_1 + l^2 Lambda_2
       DenseMatrix test = tests.moved;
-      add(1, tests.pressures, test);
+      test += tests.pressures;
       for (unsigned int order = 0; order < 3; ++order)
         if (!pressures[order].values.empty())
           if (const DenseMatrix forces =
                   interface.forces_of_pressures(*term.matrix, pressures[order]);
               !forces.values.empty())
-            add_term(term, term.order + order, outer_product(test, forces));
+            add_term(term, term.order + order, test * forces.transpose());
     }
     return result;
   }
 
-  namespace
-  {
-    /// x^H A x of each column of x.
-    std::vector<std::complex<double>> forms_of(const DenseMatrix &a, const DenseMatrix &re,
-                                               const DenseMatrix &im)
-    {
-      DenseMatrix a_re(a.n_rows, re.n_columns), a_im = a_re;
-      gemm(false, 1, a, re, 0, a_re);
-      gemm(false, 1, a, im, 0, a_im);
-      std::vector<std::complex<double>> sums(re.n_columns);
-      for (unsigned int j = 0; j < re.n_columns; ++j)
-        for (unsigned int i = 0; i < a.n_rows; ++i)
-          sums[j] += std::complex<double>(re(i, j), -im(i, j)) *
-                     std::complex<double>(a_re(i, j), a_im(i, j));
-      return sums;
-    }
-  } // namespace
-
   ReducedProjection::RayleighForms ReducedProjection::rayleigh_forms(const EigenPairs &modes) const
   {
-    const unsigned int n = modes.lambda.size();
-    const auto small     = [&](const MultiVector &block) {
-      return DenseMatrix(dimension(), n, {block.data(), block.data() + dimension() * n});
-    };
-    const DenseMatrix x_re = small(modes.right.re), x_im = small(modes.right.im);
-    RayleighForms forms;
-    forms.of_p = operators[of_right][1].values.empty()
-                     ? std::vector<Complex>(n)
-                     : forms_of(operators[of_right][1], x_re, x_im);
-    forms.of_q = forms_of(operators[of_right][0], x_re, x_im);
+    const unsigned int n           = modes.lambda.size();
+    const MultiVector parts        = modes.right.real_span();
+    const ComplexDenseMatrix x     = to_complex({parts.data(), dimension(), 2 * n});
+    const ComplexDenseMatrix x_bar = ComplexDenseMatrix(x).conjugate();
+    const auto forms_of            = [&](const DenseMatrix &a)
+    { return a.empty() ? std::vector<Complex>(n) : column_products(x_bar, a * x); };
+    RayleighForms forms{forms_of(operators[of_right][1]), forms_of(operators[of_right][0])};
     if (!interface.is_constrained())
       return forms;
     // (N + mu T) Lambda of the modes
-    DenseMatrix at_rows_re(n, interface.n_rows()), at_rows_im = at_rows_re;
-    gemm(true, 1, x_re, right_rows, 0, at_rows_re);
-    gemm(true, 1, x_im, right_rows, 0, at_rows_im);
-    std::array<DenseMatrix, 2> forces = forces_at_interface(modes.lambda, x_re, x_im);
-    for (DenseMatrix &part : forces)
-      part = interface.left_constraints().shortest_change(part);
-    for (unsigned int r = 0; r < interface.n_rows(); ++r)
-      for (unsigned int j = 0; j < n; ++j)
-        forms.of_q[j] += Complex(at_rows_re(j, r), -at_rows_im(j, r)) *
-                         Complex(forces[0](j, r), forces[1](j, r));
+    const DenseMatrix forces =
+        interface.left_constraints().shortest_change(forces_at_interface(modes.lambda, x));
+    const std::vector<Complex> work =
+        column_products(right_rows.transpose() * x_bar, to_complex(forces.transpose()));
+    for (unsigned int j = 0; j < n; ++j)
+      forms.of_q[j] += work[j];
     return forms;
   }
 
-  namespace
+  /// The interface rows of Q(l) x without the contact's pressures: a row a solution, first their
+  /// real parts, then the imaginary ones.
+  DenseMatrix ReducedProjection::forces_at_interface(const std::vector<Complex> &lambda,
+                                                     const ComplexDenseMatrix &x) const
   {
-    /// Columns of a complex matrix times factors.
-    void scale_columns(const DenseMatrix &re, const DenseMatrix &im,
-                       const std::vector<std::complex<double>> &factors, DenseMatrix &to_re,
-                       DenseMatrix &to_im)
-    {
-      to_re = to_im = DenseMatrix(re.n_rows, re.n_columns);
-      for (unsigned int j = 0; j < re.n_columns; ++j)
-        for (unsigned int i = 0; i < re.n_rows; ++i)
-        {
-          const std::complex<double> x = factors[j] * std::complex<double>(re(i, j), im(i, j));
-          to_re(i, j)                  = x.real();
-          to_im(i, j)                  = x.imag();
-        }
-    }
-  } // namespace
-
-  /// The interface rows of Q(l) x without the contact's pressures: Re and Im, a row a solution.
-  std::array<DenseMatrix, 2>
-  ReducedProjection::forces_at_interface(const std::vector<Complex> &lambda,
-                                         const DenseMatrix &x_re, const DenseMatrix &x_im) const
-  {
-    std::array<DenseMatrix, 2> result;
-    result.fill(DenseMatrix(lambda.size(), interface.n_rows()));
+    DenseMatrix result(2 * lambda.size(), interface.n_rows());
     for (unsigned int order = 0; order < 3; ++order)
     {
       const DenseMatrix &of_basis = images_at_rows[order];
-      if (of_basis.values.empty())
+      if (of_basis.empty())
         continue;
       std::vector<Complex> powers;
       for (const Complex l : lambda)
         powers.push_back(std::pow(l, int(order)));
-      DenseMatrix re, im;
-      scale_columns(x_re, x_im, powers, re, im);
-      gemm(true, 1, re, of_basis, 1, result[0]);
-      gemm(true, 1, im, of_basis, 1, result[1]);
+      const DenseMatrix parts = real_and_imaginary(ComplexDenseMatrix(x).scale(powers));
+      add_product(1, parts.transpose(), of_basis, result);
     }
     return result;
   }
 
-  /// The interface rows of Q(l) x with the pressures that make them smallest: Re and Im, a row a
-  /// solution.
-  std::array<DenseMatrix, 2>
-  ReducedProjection::residuals_at_interface(const ReducedPairs &solutions) const
+  /// The interface rows of Q(l) x with the pressures that make them smallest, as above.
+  DenseMatrix ReducedProjection::residuals_at_interface(const SmallPairs &solutions) const
   {
-    std::array<DenseMatrix, 2> result =
-        forces_at_interface(solutions.lambda, solutions.re, solutions.im);
+    DenseMatrix result = forces_at_interface(solutions.lambda, solutions.right);
     if (interface.is_constrained())
-      for (DenseMatrix &part : result)
-        add(1, interface.left_constraints().shortest_change(part), part);
+      result += interface.left_constraints().shortest_change(result);
     return result;
   }
 
-  MultiVector ReducedProjection::residuals(const ReducedPairs &solutions) const
+  MultiVector ReducedProjection::residuals(const SmallPairs &solutions) const
   {
-    const unsigned int n  = solutions.lambda.size();
-    std::vector<double> c = solutions.re.values;
-    c.insert(c.end(), solutions.im.values.begin(), solutions.im.values.end());
-    const std::vector<MultiVector> images = terms.images(combine(basis.right(), c, 2 * n));
+    const unsigned int n = solutions.size();
+    const std::vector<MultiVector> images =
+        terms.images(combine(basis.right(), real_and_imaginary(solutions.right)));
     MultiVector result(basis.rows, 2 * n);
     for (unsigned int i = 0; i < terms.size(); ++i)
       for (unsigned int j = 0; j < n; ++j)
@@ -445,11 +376,11 @@ namespace squeal
           result.column(j + n)[row] += x.imag();
         }
       }
-    const auto inside = residuals_at_interface(solutions);
+    const DenseMatrix inside = residuals_at_interface(solutions);
     for (unsigned int k = 0; k < 2 * n; ++k)
       for (unsigned int r = 0; r < interface.n_rows(); ++r)
         if (basis.rows.contains(interface.rows()[r]))
-          result.column(k)[interface.rows()[r] - basis.rows.begin] = inside[k / n](k % n, r);
+          result.column(k)[interface.rows()[r] - basis.rows.begin] = inside(k, r);
     return result;
   }
 
@@ -462,52 +393,30 @@ namespace squeal
     return factors;
   }
 
-  namespace
-  {
-    /// += the squared lengths of the columns or, for a block of a row each, of the rows.
-    void add_squares(const DenseMatrix &block, const bool by_row, std::vector<double> &squares)
-    {
-      for (unsigned int j = 0; j < block.n_columns; ++j)
-        for (unsigned int i = 0; i < block.n_rows; ++i)
-          squares[by_row ? i : j] += block(i, j) * block(i, j);
-    }
-  } // namespace
-
   /// |Q(l) x| <= longest |S^T Q(l) x| beside the interface, and what x must be moved by there.
-  void ReducedProjection::certify(ReducedPairs &solutions) const
+  void ReducedProjection::certify(SmallPairs &solutions) const
   {
-    const unsigned int n = solutions.lambda.size();
-    std::array<DenseMatrix, 2> sketched;
-    sketched.fill(DenseMatrix(ResidualSketch::n_directions, n));
+    const unsigned int n        = solutions.size();
+    const ComplexDenseMatrix &x = solutions.right;
+    ComplexDenseMatrix sketched(ResidualSketch::n_directions, n);
     for (unsigned int i = 0; i < terms.size(); ++i)
-    {
-      DenseMatrix re, im;
-      scale_columns(solutions.re, solutions.im, factors_of(i, solutions.lambda), re, im);
-      gemm(false, 1, sketches[i], re, 1, sketched[0]);
-      gemm(false, 1, sketches[i], im, 1, sketched[1]);
-    }
-    std::vector<double> of_residuals(n), at_interface(n), of_violations(n), of_vectors(n);
-    const std::array<DenseMatrix, 2> inside = residuals_at_interface(solutions);
-    for (unsigned int part = 0; part < 2; ++part)
-    {
-      const DenseMatrix &x = part == 0 ? solutions.re : solutions.im;
-      DenseMatrix violations(n, interface.n_rows());
-      gemm(true, 1, x, right_change, 0, violations);
-      add_squares(sketched[part], false, of_residuals);
-      add_squares(inside[part], true, at_interface);
-      add_squares(violations, true, of_violations);
-      add_squares(x, false, of_vectors);
-    }
-    const std::array<double, 3> norms = terms.norms();
+      sketched += sketches[i] * ComplexDenseMatrix(x).scale(factors_of(i, solutions.lambda));
+    const std::vector<double> of_residuals = sketched.column_norms(),
+                              at_interface =
+                                  to_complex(residuals_at_interface(solutions).transpose())
+                                      .column_norms(),
+                              of_violations = (right_change.transpose() * x).column_norms(),
+                              of_vectors    = x.column_norms();
+    const std::array<double, 3> norms       = terms.norms();
     solutions.errors.clear();
     for (unsigned int j = 0; j < n; ++j)
     {
-      const double l        = std::abs(solutions.lambda[j]),
-                   residual = std::hypot(ResidualSketch::longest * std::sqrt(of_residuals[j]),
-                                         std::sqrt(at_interface[j])),
-                   error    = (residual / (l * l * norms[2] + l * norms[1] + norms[0]) +
-                            std::sqrt(of_violations[j])) /
-                           std::sqrt(of_vectors[j]);
+      const double l = std::abs(solutions.lambda[j]),
+                   residual =
+                       std::hypot(ResidualSketch::longest * of_residuals[j], at_interface[j]),
+                   error = (residual / (l * l * norms[2] + l * norms[1] + norms[0]) +
+                            of_violations[j]) /
+                           of_vectors[j];
       solutions.errors.push_back(std::isfinite(error) ? error : HUGE_VAL);
     }
   }

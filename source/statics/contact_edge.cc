@@ -13,7 +13,12 @@ namespace squeal
     /// The given rows of a block, on all ranks: one row each.
     DenseMatrix rows_of(const MultiVector &block, const std::vector<unsigned int> &numbers)
     {
-      return transposed(gather_rows(block, numbers));
+      return gather_rows(block, numbers).transpose();
+    }
+    ComplexDenseMatrix rows_of(const ComplexMultiVector &block,
+                               const std::vector<unsigned int> &numbers)
+    {
+      return to_complex(rows_of(block.real_span(), numbers));
     }
 
     /// Sets R and C, pressures with their tangential tractions, of nodes next to each other on a
@@ -71,8 +76,7 @@ namespace squeal
                                  const DenseMatrix &a, const std::vector<ContactEdge::Part> &parts,
                                  const std::vector<unsigned int> &part_of_row)
     {
-      DenseMatrix answer(A.n_rows, 1);
-      gemm(false, 1, A, a, 0, answer);
+      const DenseMatrix answer = A * a;
       std::vector<double> result(parts.size());
       for (unsigned int i = 0; i < part_of_row.size(); ++i)
         if (contact.slides(parts[part_of_row[i]].interface))
@@ -89,46 +93,30 @@ namespace squeal
       return pseudo_inverse(std::move(a), 1e-8);
     }
 
-    /// L^H A R of complex L and R: the summands of each group of rows, and by row what they add to
-    /// the diagonal.
+    /// L^H A R: the summands of each group of rows, and by row what they add to the diagonal.
     struct Form
     {
-      Form(const DenseMatrix &l_re, const DenseMatrix &l_im, const DenseMatrix &A,
-           const DenseMatrix &r_re, const DenseMatrix &r_im,
+      Form(const ComplexDenseMatrix &l, const DenseMatrix &A, const ComplexDenseMatrix &r,
            const std::vector<unsigned int> &groups, const unsigned int n_groups)
-          : by_group(n_groups, Effect(std::size_t(l_re.n_columns) * r_re.n_columns))
+          : by_group(n_groups, Effect(std::size_t(l.n_columns) * r.n_columns))
       {
         if (A.n_rows == 0)
           return;
-        const auto product = [](const bool transpose, const DenseMatrix &a, const DenseMatrix &b)
-        {
-          DenseMatrix c(transpose ? a.n_columns : a.n_rows, b.n_columns);
-          gemm(transpose, 1, a, b, 0, c);
-          return c;
-        };
-        const DenseMatrix a_re = product(false, A, r_re), a_im = product(false, A, r_im);
+        const ComplexDenseMatrix a_r = A * r;
         for (unsigned int group = 0; group < n_groups; ++group)
         {
-          const auto rows_of_group = [&](DenseMatrix block)
-          {
-            for (unsigned int j = 0; j < block.n_columns; ++j)
-              for (unsigned int i = 0; i < block.n_rows; ++i)
-                if (groups[i] != group)
-                  block(i, j) = 0;
-            return block;
-          };
-          const DenseMatrix own_re = rows_of_group(l_re), own_im = rows_of_group(l_im);
-          const DenseMatrix rr = product(true, own_re, a_re), ri = product(true, own_re, a_im),
-                            ir = product(true, own_im, a_re), ii = product(true, own_im, a_im);
-          for (std::size_t k = 0; k < rr.values.size(); ++k)
-            by_group[group][k] = {rr.values[k] + ii.values[k], ri.values[k] - ir.values[k]};
+          ComplexDenseMatrix own = l;
+          for (unsigned int j = 0; j < own.n_columns; ++j)
+            for (unsigned int i = 0; i < own.n_rows; ++i)
+              if (groups[i] != group)
+                own(i, j) = 0;
+          by_group[group] = (own.adjoint() * a_r).values;
         }
         for (unsigned int i = 0; i < A.n_rows; ++i)
         {
           parts.emplace_back();
-          for (unsigned int j = 0; j < r_re.n_columns; ++j)
-            parts.back().push_back(std::complex<double>(l_re(i, j), -l_im(i, j)) *
-                                   std::complex<double>(a_re(i, j), a_im(i, j)));
+          for (unsigned int j = 0; j < r.n_columns; ++j)
+            parts.back().push_back(std::conj(l(i, j)) * a_r(i, j));
         }
       }
       using Effect = EdgeEffects::Effect;
@@ -216,12 +204,11 @@ namespace squeal
     if (R.empty() && C.empty())
       return effects;
     const unsigned int n_parts = edge.parts.size();
-    const Form opening(rows_of(z.re, R), rows_of(z.im, R), edge.slack, rows_of(x.re, R),
-                       rows_of(x.im, R), edge.releasing_at, n_parts);
+    const Form opening(rows_of(z, R), edge.slack, rows_of(x, R), edge.releasing_at, n_parts);
     // Neither vector has a pressure in C: a^T z and b x are whole columns and rows of the matrix.
-    Form closing(rows_of(multiply_transposed(edge.closed, z.re), C),
-                 rows_of(multiply_transposed(edge.closed, z.im), C), edge.pressure,
-                 rows_of(multiply(edge.closed, x.re), C), rows_of(multiply(edge.closed, x.im), C),
+    const ComplexMultiVector a_z(multiply_transposed(edge.closed, z.re),
+                                 multiply_transposed(edge.closed, z.im));
+    Form closing(rows_of(a_z, C), edge.pressure, rows_of(multiply(edge.closed, x), C),
                  edge.closing_at, n_parts);
     for (Effect &effect : closing.by_group)
       for (std::complex<double> &entry : effect)

@@ -203,7 +203,7 @@ namespace squeal
       effects += factorization->solve(difference(unit_columns(rows, added), product(effects)));
       if (!open.empty())
       {
-        const DenseMatrix gaps = transposed(gather_rows(multiply(A, effects), open));
+        const DenseMatrix gaps = gather_rows(multiply(A, effects), open).transpose();
         constraints.insert(constraints.end(), gaps.values.begin(), gaps.values.end());
       }
       Y.append(effects);
@@ -284,7 +284,7 @@ namespace squeal
           equations(i, places[r]) = -at_multipliers(column_of(released[r]), i);
       }
       DenseMatrix solution =
-          squeal::solve(std::move(equations), transposed(gather_rows(x_0, multipliers)));
+          squeal::solve(std::move(equations), gather_rows(x_0, multipliers).transpose());
       DenseMatrix slack(n_released, 1);
       for (unsigned int r = 0; r < n_released; ++r)
         std::swap(slack(r, 0), solution(places[r], 0));

@@ -1,5 +1,6 @@
 #include <squeal/linalg/dense.h>
 #include <squeal/linalg/factorization.h>
+#include <squeal/projection/small_problem.h>
 #include <squeal/statics/self_locking.h>
 
 #include <algorithm>
@@ -29,17 +30,15 @@ namespace squeal
       if (size == 0)
         return result;
       // A shift to the right of all eigenvalues.
-      for (const DensePair &pair :
-           quadratic_eigenpairs(DenseMatrix(n, n), p, q, 2. * n * size, size))
-        if (std::abs(pair.lambda.imag()) <= 1e-10 * size && pair.lambda.real() > result.gain)
+      SmallPairs pairs =
+          SmallProblem{DenseMatrix(n, n), p, q, {}, nullptr}.solve(2. * n * size, size);
+      pairs.right.normalise();
+      for (unsigned int k = 0; k < pairs.size(); ++k)
+        if (const std::complex<double> l = pairs.lambda[k];
+            std::abs(l.imag()) <= 1e-10 * size && l.real() > result.gain)
         {
-          double norm = 0;
-          for (const auto &x : pair.vector)
-            norm += std::norm(x);
-          result.gain  = pair.lambda.real();
-          result.error = h[n - 1].size() > n
-                             ? h[n - 1][n] * std::abs(pair.vector[n - 1]) / std::sqrt(norm)
-                             : 0;
+          result.gain  = l.real();
+          result.error = h[n - 1].size() > n ? h[n - 1][n] * std::abs(pairs.right(n - 1, k)) : 0;
         }
       return result;
     }
@@ -73,10 +72,10 @@ namespace squeal
       std::vector<double> column(n);
       for (unsigned int pass = 0; pass < 2 && n > 0; ++pass)
       {
-        const std::vector<double> along = inner_products(basis, next);
+        const DenseMatrix along = inner_products(basis, next);
         subtract_combination(next, basis, along);
         for (unsigned int k = 0; k < n; ++k)
-          column[k] += along[k];
+          column[k] += along(k, 0);
       }
       const double norm = length_of(next);
       double size       = norm;

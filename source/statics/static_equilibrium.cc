@@ -122,16 +122,16 @@ namespace squeal
           images.append(multiply_transposed(*term.matrix, of_new));
         }
       }
-      const DenseMatrix products(n, images.n_columns(), inner_products(X, images));
+      const DenseMatrix products = inner_products(X, images);
       for (unsigned int k = 0; k < present.size(); ++k)
       {
         const auto [n_known, columns, rows] = added[k];
-        const DenseMatrix right             = some_columns(products, columns, n - n_known),
-                          below             = transposed(some_columns(products, rows, n - n_known));
+        const DenseView<double> right       = products.columns(columns, n - n_known),
+                                below       = products.columns(rows, n - n_known).transpose();
         present[k].of_basis                 = grow(
                             present[k].of_basis, n,
                             [&](const unsigned int first, unsigned int, unsigned int, const unsigned int n_columns)
-                            { return first == 0 ? right : some_columns(below, 0, n_columns); });
+                            { return first == 0 ? right : below.columns(0, n_columns); });
       }
       space.projections = std::move(present);
     }
@@ -160,7 +160,7 @@ namespace squeal
                     add_multiple(value, &of_x.values[std::size_t(number[column]) * n], n,
                                  &image.values[std::size_t(number[row]) * n]);
                   });
-      DenseMatrix result = outer_product(of_x, image);
+      DenseMatrix result = of_x * image.transpose();
       MPI_Allreduce(MPI_IN_PLACE, result.values.data(), n * n, MPI_DOUBLE, MPI_SUM, range.comm);
       return result;
     }
@@ -196,9 +196,9 @@ namespace squeal
         for (const StateSpace::Projection &projection : *known)
           for (const Term &term : terms)
             if (projection.matrix.lock() == term.matrix)
-              add(term.coefficient, projection.of_basis, A);
-      const DenseMatrix c = squeal::solve(std::move(A), DenseMatrix(n, 1, inner_products(X, b)));
-      return combine(X, c.values, 1);
+              A.add(term.coefficient, projection.of_basis);
+      const DenseMatrix c = squeal::solve(std::move(A), inner_products(X, b));
+      return combine(X, c);
     }
 
     /// Why there is no equilibrium with friction: whether it is self-locking, with all contacts

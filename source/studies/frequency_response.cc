@@ -181,8 +181,8 @@ namespace squeal
     /// e_j^T x_k at k * n + j.
     Values observed(const MultiVector &observations, const ComplexMultiVector &x)
     {
-      const std::vector<double> re = inner_products(observations, x.re),
-                                im = inner_products(observations, x.im);
+      const std::vector<double> re = inner_products(observations, x.re).values,
+                                im = inner_products(observations, x.im).values;
       Values result;
       for (std::size_t i = 0; i < re.size(); ++i)
         result.emplace_back(re[i], im[i]);

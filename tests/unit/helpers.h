@@ -174,7 +174,7 @@ namespace squeal::tests
   /// x^T A y of two columns.
   inline double bilinear_form(const MultiVector &x, const Matrix &matrix, const MultiVector &y)
   {
-    return inner_products(x, multiply(matrix, y))[0];
+    return inner_product(x, multiply(matrix, y));
   }
 
   /// The largest entry by modulus; 0 for the empty matrix.

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/assessment/stability.h>
-#include <squeal/linalg/complex_dense.h>
+#include <squeal/linalg/dense.h>
 
 #include <complex>
 #include <optional>
@@ -17,7 +17,7 @@ namespace squeal
     std::vector<Parity> parity;         ///< of each, or empty
     std::vector<unsigned int> branches; ///< of each
     /// How the modes of the place before turn into these (ModeTracker::transition()).
-    ComplexDense transition;
+    ComplexDenseMatrix transition;
   };
   ModesOnCourse on_course(double value, const EigenPairs &modes,
                           const std::vector<unsigned int> &branches,

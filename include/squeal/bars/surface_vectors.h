@@ -35,23 +35,21 @@ namespace squeal
     DenseMatrix traces(const Trace trace, const Kinematics &k) const
     {
       const Functions &functions = functions_on(trace, k);
-      DenseMatrix local(values.n_rows, functions.unknowns.size()),
-          result(values.n_rows, k.n_points);
+      DenseMatrix local(values.n_rows, functions.unknowns.size());
       for (unsigned int u = 0; u < functions.unknowns.size(); ++u)
         for_free_nodes(functions.unknowns[u], trace, k,
                        [&](const unsigned int row, const double weight) {
                          add_multiple(weight, &values.values[row * size()], size(),
                                       &local.values[u * size()]);
                        });
-      gemm(false, 1, local, functions.at_points, 0, result);
-      return result;
+      return local * functions.at_points;
     }
 
     /// Adds the forces that act on a trace at the points, one row for each vector.
     void add(const Trace trace, const Kinematics &k, const DenseMatrix &at_points)
     {
       const Functions &functions = functions_on(trace, k);
-      const DenseMatrix local    = outer_product(at_points, functions.at_points);
+      const DenseMatrix local    = at_points * functions.at_points.transpose();
       for (unsigned int u = 0; u < functions.unknowns.size(); ++u)
         for_free_nodes(functions.unknowns[u], trace, k,
                        [&](const unsigned int row, const double weight) {

@@ -247,14 +247,14 @@ namespace squeal
     {
       const std::vector<unsigned int> left_rows = rows_of(left), right_rows = rows_of(right);
       DenseMatrix scaled(n_points, left_rows.size()), transposed(n_points, right_rows.size()),
-          dense(left_rows.size(), right_rows.size()), result(left.n_rows, right.n_rows);
+          result(left.n_rows, right.n_rows);
       for (unsigned int i = 0; i < left_rows.size(); ++i)
         for (unsigned int q = 0; q < n_points; ++q)
           scaled(q, i) = c[q] * left(left_rows[i], q);
       for (unsigned int i = 0; i < right_rows.size(); ++i)
         for (unsigned int q = 0; q < n_points; ++q)
           transposed(q, i) = right(right_rows[i], q);
-      gemm(true, 1, scaled, transposed, 0, dense);
+      const DenseMatrix dense = scaled.transpose() * transposed;
       for (unsigned int j = 0; j < right_rows.size(); ++j)
         for (unsigned int i = 0; i < left_rows.size(); ++i)
           result(left_rows[i], right_rows[j]) = dense(i, j);

@@ -57,6 +57,12 @@ namespace squeal
     MultiVector real_span() const;
   };
 
+  /// A C with real vectors A.
+  ComplexMultiVector combine(const MultiVector &a, const ComplexDenseMatrix &coefficients);
+
+  /// A small matrix as columns on small_rows().
+  ComplexMultiVector to_multi_vector(const ComplexDenseMatrix &a);
+
   /// A X with a real matrix A; zero if A is empty.
   ComplexMultiVector multiply(const Matrix &matrix, const ComplexMultiVector &x);
 
@@ -74,7 +80,7 @@ namespace squeal
     std::complex<double> turn; ///< factor of modulus 1
     double longer, shorter;    ///< |a|^2 and |b|^2 afterwards
   };
-  /// Of vectors given by the local parts of a and b. Collective.
+  /// Finds the turns of vectors given by the local parts of a and b. Collective.
   std::vector<MainPart>
   main_parts(const std::vector<std::pair<const double *, const double *>> &vectors,
              const RowRange &rows);

@@ -11,10 +11,14 @@
 #include <utility>
 #include <vector>
 
+// Sparse matrices row by row, as they are stored, and the ways to fill them: rows of PETSc's
+// matrices that are read in place; rows that grow by addition (RowSums); blocks of entries whose
+// places repeat from cell to cell (BlockAdder) or from step to step (RepeatedEntries). What is made
+// for rows of other ranks is sent there by exchange().
 namespace squeal
 {
-  /// Sends parts of an array, one after the other and of the given lengths, to the ranks; what
-  /// comes, in their order, and how much from each. Collective.
+  /// Calls MPI_Alltoallv: part r of @p sent, of length lengths[r], goes to rank r. Returns what
+  /// arrives, ordered by sender; @p expected gets the lengths. Collective.
   template <typename Value>
   std::vector<Value> exchange(const std::vector<Value> &sent, const std::vector<int> &lengths,
                               std::vector<int> &expected, const MPI_Comm comm)

@@ -2,70 +2,211 @@
 
 #include <complex>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
+// Small dense matrices of real or complex numbers, DenseMatrix and ComplexDenseMatrix, after the
+// notation of linear algebra: a.transpose() * b, a.columns(first, n). Views cost no copy; products,
+// factors and eigenvalues are BLAS's and LAPACK's. Distributed columns are MultiVector's.
 namespace squeal
 {
-  /// A small dense matrix, column-major.
-  struct DenseMatrix
-  {
-    unsigned int n_rows = 0, n_columns = 0;
-    std::vector<double> values;
+  template <typename Number>
+  struct Dense;
 
-    DenseMatrix() = default;
-    DenseMatrix(const unsigned int m, const unsigned int n)
+  /// What a product reads without a copy: rows and columns of a small matrix as they are,
+  /// transposed, or conjugate-transposed. It lives as long as the matrix.
+  template <typename Number>
+  class DenseView
+  {
+  public:
+    /// LAPACK's letters.
+    enum class Form : char
+    {
+      plain      = 'N',
+      transposed = 'T',
+      adjoint    = 'C'
+    };
+
+    /// Sees columns that lie together, as those of a block of vectors.
+    DenseView(const Number *const first, const unsigned int n_rows, const unsigned int n_columns)
+        : DenseView(first, n_rows, n_columns, n_rows, Form::plain)
+    {
+    }
+    DenseView(const Dense<Number> &matrix)
+        : DenseView(matrix.values.data(), matrix.n_rows, matrix.n_columns)
+    {
+    }
+
+    unsigned int n_rows() const
+    {
+      return form_ == Form::plain ? height : width;
+    }
+    unsigned int n_columns() const
+    {
+      return form_ == Form::plain ? width : height;
+    }
+    Number operator()(const unsigned int i, const unsigned int j) const
+    {
+      if (form_ == Form::plain)
+        return first[i + std::size_t(j) * stride_];
+      const Number value = first[j + std::size_t(i) * stride_];
+      if constexpr (!std::is_same<Number, double>::value)
+        if (form_ == Form::adjoint)
+          return std::conj(value);
+      return value;
+    }
+
+    DenseView columns(unsigned int first, unsigned int n) const;
+    DenseView rows(unsigned int first, unsigned int n) const;
+    DenseView transpose() const;
+    DenseView adjoint() const;
+
+    /// How LAPACK finds it: the first number, the distance of columns, and whether it is turned.
+    const Number *data() const
+    {
+      return first;
+    }
+    unsigned int stride() const
+    {
+      return stride_;
+    }
+    Form form() const
+    {
+      return form_;
+    }
+
+  private:
+    DenseView(const Number *const first, const unsigned int height, const unsigned int width,
+              const unsigned int stride, const Form form)
+        : first(first), height(height), width(width), stride_(stride), form_(form)
+    {
+    }
+
+    const Number *first;
+    unsigned int height, width, stride_; ///< as it is stored
+    Form form_;
+  };
+
+  /// A small dense matrix, column-major. An empty one is zero where it is added.
+  template <typename Number>
+  struct Dense
+  {
+    using View = DenseView<Number>;
+
+    unsigned int n_rows = 0, n_columns = 0;
+    std::vector<Number> values;
+
+    Dense() = default;
+    /// Makes zeros.
+    Dense(const unsigned int m, const unsigned int n)
         : n_rows(m), n_columns(n), values(std::size_t(m) * n)
     {
     }
-    DenseMatrix(const unsigned int m, const unsigned int n, std::vector<double> v)
+    Dense(const unsigned int m, const unsigned int n, std::vector<Number> v)
         : n_rows(m), n_columns(n), values(std::move(v))
     {
     }
+    Dense(const View &copied);
+    static Dense identity(unsigned int n);
 
-    double &operator()(const unsigned int i, const unsigned int j)
+    Number &operator()(const unsigned int i, const unsigned int j)
     {
       return values[i + std::size_t(j) * n_rows];
     }
-    double operator()(const unsigned int i, const unsigned int j) const
+    const Number &operator()(const unsigned int i, const unsigned int j) const
     {
       return values[i + std::size_t(j) * n_rows];
     }
+    Number *column(const unsigned int j)
+    {
+      return values.data() + std::size_t(j) * n_rows;
+    }
+    const Number *column(const unsigned int j) const
+    {
+      return values.data() + std::size_t(j) * n_rows;
+    }
+    bool empty() const
+    {
+      return values.empty();
+    }
+
+    View columns(const unsigned int first, const unsigned int n) const
+    {
+      return View(*this).columns(first, n);
+    }
+    View rows(const unsigned int first, const unsigned int n) const
+    {
+      return View(*this).rows(first, n);
+    }
+    View transpose() const
+    {
+      return View(*this).transpose();
+    }
+    View adjoint() const
+    {
+      return View(*this).adjoint();
+    }
+
+    /// A copy of the columns of the given numbers, in their order.
+    Dense columns(const std::vector<unsigned int> &numbers) const;
+    /// Becomes [A, B].
+    void append(const View &columns);
+    /// Drops rows at the end, or adds zeros there.
+    void resize_rows(unsigned int n);
+    /// += factor B, of the same size.
+    Dense &add(Number factor, const Dense &other);
+    Dense &operator+=(const Dense &other)
+    {
+      return add(1, other);
+    }
+    Dense &operator-=(const Dense &other)
+    {
+      return add(-1, other);
+    }
+    /// Multiplies each column by its factor.
+    Dense &scale(const std::vector<Number> &factors);
+    /// Makes the columns unit vectors.
+    Dense &normalise();
+    Dense &conjugate();
+
+    /// Euclidean lengths.
+    std::vector<double> column_norms() const;
+    /// The largest modulus of an entry.
+    double largest_entry() const;
   };
 
-  /// C := alpha A B + beta C (with A transposed on demand). A has n_rows x n_columns; columns lie
-  /// together, n of them in B and C. A single column or row by BLAS 2: gemm would first copy all of
-  /// the matrix.
-  void gemm(bool transpose_a, unsigned int n_rows, unsigned int n_columns, double alpha,
-            const double *a, unsigned int n, const double *b, double beta, double *c);
-  /// The same of matrices. C must have its size.
-  void gemm(bool transpose_a, double alpha, const DenseMatrix &a, const DenseMatrix &b, double beta,
-            DenseMatrix &c);
+  using DenseMatrix        = Dense<double>;
+  using ComplexDenseMatrix = Dense<std::complex<double>>;
+
+  /// C := alpha A B + beta C by BLAS, the columns of C together. A single column or row by BLAS 2:
+  /// gemm would first copy all of the matrix.
+  template <typename Number>
+  void gemm(Number alpha, const DenseView<Number> &a, const DenseView<Number> &b, Number beta,
+            Number *c);
+
+  DenseMatrix operator*(const DenseView<double> &a, const DenseView<double> &b);
+  ComplexDenseMatrix operator*(const DenseView<std::complex<double>> &a,
+                               const DenseView<std::complex<double>> &b);
+  /// Real and imaginary parts by one product.
+  ComplexDenseMatrix operator*(const DenseView<double> &a,
+                               const DenseView<std::complex<double>> &b);
+  /// C += factor A B; C has its size.
+  void add_product(double factor, const DenseView<double> &a, const DenseView<double> &b,
+                   DenseMatrix &c);
+
+  /// a_j^T b_j of the columns side by side, without a conjugate.
+  std::vector<std::complex<double>> column_products(const ComplexDenseMatrix &a,
+                                                    const ComplexDenseMatrix &b);
+
+  /// [Re A, Im A], and A of it.
+  DenseMatrix real_and_imaginary(const ComplexDenseMatrix &a);
+  ComplexDenseMatrix to_complex(const DenseView<double> &parts);
+  /// Z^H X of the products [Re Z, Im Z]^T [Re X, Im X].
+  ComplexDenseMatrix adjoint_product(const DenseMatrix &products);
 
   /// y += factor x, of n numbers.
   void add_multiple(double factor, const double *x, unsigned int n, double *y);
-
-  /// A B^T.
-  DenseMatrix outer_product(const DenseMatrix &a, const DenseMatrix &b);
-
-  /// B^T A B.
-  DenseMatrix congruent(const DenseMatrix &a, const DenseMatrix &b);
-
-  /// A^T.
-  DenseMatrix transposed(const DenseMatrix &a);
-
-  /// The first rows of A, with zeros below if it has fewer.
-  DenseMatrix with_rows(const DenseMatrix &a, unsigned int n_rows);
-
-  /// Rows first ... first + n of A.
-  DenseMatrix some_rows(const DenseMatrix &a, unsigned int first, unsigned int n);
-  /// Columns first ... first + n of A.
-  DenseMatrix some_columns(const DenseMatrix &a, unsigned int first, unsigned int n);
-  /// A becomes [A, B].
-  void append(DenseMatrix &a, const DenseMatrix &b);
-
-  /// sum += factor A; an empty matrix is zero.
-  void add(double factor, const DenseMatrix &a, DenseMatrix &sum);
 
   /// (A + A^T) / 2.
   DenseMatrix symmetrised(DenseMatrix a);
@@ -85,8 +226,33 @@ namespace squeal
     return result;
   }
 
-  /// A^{-1} B by LU with partial pivoting. Throws SolverError if A is singular.
-  DenseMatrix solve(DenseMatrix a, DenseMatrix b);
+  /// A square matrix, factorised once by LU with partial pivoting for many right sides.
+  template <typename Number>
+  class LuFactors
+  {
+  public:
+    /// What happens at a pivot that is zero. For inverse iteration, which wants the matrix to be
+    /// singular, it becomes rounding.
+    enum class ZeroPivot
+    {
+      throws, ///< SingularMatrix
+      becomes_rounding
+    };
+    explicit LuFactors(Dense<Number> a, ZeroPivot zero = ZeroPivot::throws);
+    /// A^{-1} B; with A^T or A^H on demand.
+    Dense<Number>
+    solve(Dense<Number> b,
+          typename DenseView<Number>::Form form = DenseView<Number>::Form::plain) const;
+
+  private:
+    Dense<Number> factors;
+    std::vector<int> pivots;
+  };
+  /// A^{-1} B. Throws SingularMatrix.
+  inline DenseMatrix solve(DenseMatrix a, DenseMatrix b)
+  {
+    return LuFactors<double>(std::move(a)).solve(std::move(b));
+  }
 
   /// The inverse of A on the directions whose singular values are more than @p smallest times the
   /// largest, zero on the others. LAPACK dgesvd. Throws SolverError.
@@ -118,64 +284,25 @@ namespace squeal
   /// components longer than @p smallest, scaled to length one, as columns of coefficients.
   DenseMatrix principal_combinations(DenseMatrix products, double smallest);
 
-  /// Of remainders of columns (their parts along others were taken off) the combinations that are
-  /// orthonormal, as columns of coefficients. @p products are those of the remainders, @p before
-  /// those of the columns: left out are remainders shorter than @p shortest, relatively, and
-  /// combinations of remainders of unit length that are shorter than @p dependent.
+  /// Combinations, as columns of coefficients, that make remainders of columns (their parts along
+  /// others were taken off) orthonormal. @p products are those of the remainders, @p before those
+  /// of the columns: left out are remainders shorter than @p shortest, relatively, and combinations
+  /// of remainders of unit length that are shorter than @p dependent.
   DenseMatrix independent_combinations(DenseMatrix products, const DenseMatrix &before,
                                        double shortest, double dependent);
 
   struct DenseEigenpairs
   {
-    std::vector<double> re, im;
-    DenseMatrix vectors; ///< LAPACK's packing: a complex pair as two columns, Re and Im
-    DenseMatrix left;    ///< u^H A = theta u^H, packed alike; on demand
-    /// To first order what rounding makes of each eigenvalue, eps |A| / |u^H v| with unit vectors
-    /// and the norm of the balanced matrix; on demand, with the left vectors.
+    std::vector<std::complex<double>> values;
+    ComplexDenseMatrix right; ///< A x = theta x, unit vectors
+    ComplexDenseMatrix left;  ///< u^H A = theta u^H; on demand
+    /// What rounding makes of each eigenvalue to first order, eps |A| / |u^H v| with unit vectors
+    /// and the norm of the balanced matrix; of real matrices, with the left vectors.
     std::vector<double> rounding;
-
-    /// The right vector of the eigenvalue j, the first one of a complex pair.
-    std::vector<std::complex<double>> vector(unsigned int j) const;
   };
 
-  /// LAPACK dgeev, with left vectors dgeevx; of each complex pair the eigenvalue with positive
-  /// imaginary part comes first.
-  DenseEigenpairs general_eigen(DenseMatrix a, bool with_left = false);
-
-  /// The roots l with Im l >= 0 that come with an eigenvalue l^2 and, if it is complex, with its
-  /// conjugate: of the four +-l, +-conj(l) two. The vector of the second is the conjugate one then.
-  struct SquareRoot
-  {
-    std::complex<double> value;
-    bool conjugate;
-  };
-  std::vector<SquareRoot> upper_square_roots(std::complex<double> square);
-
-  /// One eigenpair Q(l) x = 0 of a small quadratic problem; vectors have the size of the problem.
-  struct DensePair
-  {
-    std::complex<double> lambda;
-    std::vector<std::complex<double>> vector;
-    std::vector<std::complex<double>> left; ///< y^T Q(l) = 0; on demand
-  };
-
-  /// All finite eigenpairs with Im l >= 0 of (l^2 M + l P + Q) x = 0, shift-inverted at the real @p
-  /// shift: with l = s + c/theta, theta is an eigenvalue of the companion matrix
-  ///     [ -c Q(s)^{-1} Q'(s)   -c^2 Q(s)^{-1} M ]
-  ///     [         I                   0         ].
-  /// The @p scale c > 0 should be of the size of the eigenvalues that matter: then theta is of size
-  /// one for them, and theirs is the accuracy that dgeev gives. Without a velocity term and at
-  /// shift 0 the problem is solved in l^2, so that eigenvalues come in exact
-  /// +- pairs. @p p may have zero rows, which means zero. M may be singular: infinite eigenvalues,
-  /// theta that are zero but for rounding, are left out. With left vectors [u; u'] of that matrix,
-  /// those of the problem are
-  ///     y = Q(s)^{-T} conj(u).
-  /// LAPACK dgeev. Throws SolverError.
-  std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
-                                              const DenseMatrix &q, double shift, double scale,
-                                              bool with_left = false);
-
-  /// The root of a l^2 + b l + c near a given one.
-  std::complex<double> nearest_root(std::complex<double> a, std::complex<double> b,
-                                    std::complex<double> c, std::complex<double> given);
+  /// LAPACK dgeev or zgeev, of real matrices with left vectors dgeevx. Of each complex pair of a
+  /// real matrix the eigenvalue with positive imaginary part comes first. Throws SolverError.
+  template <typename Number>
+  DenseEigenpairs general_eigen(Dense<Number> a, bool with_left = false);
 } // namespace squeal

@@ -18,6 +18,6 @@ namespace squeal
     DenseMatrix weighted_products(const MultiVector &x) const;
   };
 
-  /// The same as a matrix without entries (make_matrix_free()), which keeps it. Collective.
+  /// Makes a matrix without entries (make_matrix_free()) of it, which keeps it. Collective.
   Matrix make_matrix(std::shared_ptr<const LowRank> low_rank);
 } // namespace squeal

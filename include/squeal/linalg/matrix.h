@@ -40,7 +40,7 @@ namespace squeal
     Matrix &operator=(const Matrix &) = delete;
     ~Matrix();
 
-    /// The same matrix or its transpose, without a copy of the entries: for multiply() and
+    /// Gives the matrix or its transpose without a copy of the entries: for multiply() and
     /// infinity_norm() only.
     Matrix view(bool transposed) const;
     bool is_transposed() const

@@ -113,22 +113,32 @@ namespace squeal
   /// A^T B; zero if A is empty.
   MultiVector multiply_transposed(const Matrix &matrix, const MultiVector &block);
 
-  /// A^T B as a small dense matrix, column-major, the same on all ranks.
-  std::vector<double> inner_products(const MultiVector &a, const MultiVector &b);
-  /// The same of n_a columns of A from first_a on, and of B likewise.
-  std::vector<double> inner_products(const MultiVector &a, unsigned int first_a, unsigned int n_a,
-                                     const MultiVector &b, unsigned int first_b, unsigned int n_b);
+  /// A^T B, equal on all ranks. Collective.
+  DenseMatrix inner_products(const MultiVector &a, const MultiVector &b);
+  /// A^T B of n_a columns of A from first_a on, and of B likewise.
+  DenseMatrix inner_products(const MultiVector &a, unsigned int first_a, unsigned int n_a,
+                             const MultiVector &b, unsigned int first_b, unsigned int n_b);
+  /// a^T b of two columns. Collective.
+  double inner_product(const MultiVector &a, const MultiVector &b);
 
-  /// X^T X, summed over the ranks.
-  DenseMatrix gram_matrix(const MultiVector &block);
+  /// A C.
+  MultiVector combine(const MultiVector &a, const DenseView<double> &coefficients);
+  /// A C of a column-major list.
+  inline MultiVector combine(const MultiVector &a, const std::vector<double> &coefficients,
+                             const unsigned int n_columns)
+  {
+    return combine(a, {coefficients.data(), a.n_columns(), n_columns});
+  }
 
-  /// A C with a small dense C, column-major, of n_columns columns.
-  MultiVector combine(const MultiVector &a, const std::vector<double> &coefficients,
-                      unsigned int n_columns);
-
-  /// B := B - A C with a small dense C, column-major.
+  /// B := B - A C.
   void subtract_combination(MultiVector &b, const MultiVector &a,
-                            const std::vector<double> &coefficients);
+                            const DenseView<double> &coefficients);
+  /// B := B - A C of a column-major list.
+  inline void subtract_combination(MultiVector &b, const MultiVector &a,
+                                   const std::vector<double> &coefficients)
+  {
+    subtract_combination(b, a, {coefficients.data(), a.n_columns(), b.n_columns()});
+  }
 
   /// Multiplies each column by its factor.
   void scale_columns(MultiVector &block, const std::vector<double> &factors);

@@ -12,7 +12,7 @@ namespace squeal
     {
       SQUEAL_PETSC(VecCreateMPIWithArray(rows.comm, 1, rows.n_local(), rows.size, data, &vec));
     }
-    /// Of a column that is only read.
+    /// Views a column that is only read.
     explicit PetscVectorView(const MultiVector &column)
         : PetscVectorView(column.row_range(), const_cast<double *>(column.data()))
     {

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <squeal/equations/eigenproblem.h>
 #include <squeal/linalg/complex_multi_vector.h>
-#include <squeal/projection/projected_nonlinear.h>
 #include <squeal/projection/search_space.h>
+#include <squeal/projection/small_problem.h>
 
 #include <functional>
 #include <optional>
@@ -92,7 +93,7 @@ namespace squeal
     {
       return right.n_columns();
     }
-    const ProjectedNonlinear &projected() const
+    const SmallProblem &projected() const
     {
       return small;
     }
@@ -102,8 +103,7 @@ namespace squeal
       return mass_;
     }
     /// V c or W d of coordinates in the present bases, or in the bases of before.
-    ComplexMultiVector vectors(const std::vector<std::vector<std::complex<double>>> &coordinates,
-                               Side side) const;
+    ComplexMultiVector vectors(ComplexDenseMatrix coordinates, Side side) const;
 
   private:
     bool keeps_tests() const
@@ -129,7 +129,7 @@ namespace squeal
     const DavidsonMethod method;
     SearchSpace right, left; ///< V, and W if there are two bases
     MultiVector kept_tests;  ///< Z
-    ProjectedNonlinear small;
+    SmallProblem small;
     DenseMatrix mass_;
     bool adds_partners = false;
     BothSides newest; ///< with two bases

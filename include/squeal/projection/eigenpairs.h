@@ -26,7 +26,7 @@ namespace squeal
     /// perturbation dQ of the operator moves l by at most condition |dQ| / |2 l|, |dQ| in the norm
     /// of M, to first order.
     std::vector<double> condition;
-    /// Of projected pairs: what the projection may have moved l by, relative to |l| and to the
+    /// What a projection may have moved l by, where there was one, relative to |l| and to the
     /// condition.
     std::vector<double> projection_error;
     std::vector<Parity> parity;
@@ -52,7 +52,7 @@ namespace squeal
     /// to the real axis, |z^H Q'(l) x| = |2 l|.
     EigenPairs modes;
 
-    /// That no mode is missing.
+    /// What shows that no mode is missing.
     struct Proof
     {
       std::string completeness;            ///< what the check found, as a sentence for the log
@@ -94,7 +94,7 @@ namespace squeal
       /// Whether modes of the window that grow outside of the disc were looked for without a sign
       /// of one: else the vectors of the disc lack them.
       bool has_no_growth_beyond = false;
-      /// Of which assembly of the model they are, by a number of who assembles it.
+      /// The tracker's count of assemblies when these were computed.
       unsigned int assembly = 0;
       /// If the modes were found sector by sector: those of the sectors, in their own vectors.
       std::vector<std::shared_ptr<const EigenSolution>> sectors;

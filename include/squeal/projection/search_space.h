@@ -68,7 +68,7 @@ namespace squeal
     /// U := U C with orthonormal columns of C.
     void turn(const DenseMatrix &c)
     {
-      basis_ = combine(basis_, c.values, c.n_columns);
+      basis_ = combine(basis_, c);
     }
     /// Replaces columns of the basis, from the first on, by others that differ by rounding.
     void replace(unsigned int first, const MultiVector &columns);

@@ -152,11 +152,11 @@ namespace squeal
     }
     /// Of the pairs of the given numbers those with larger errors. Beyond the window pairs need
     /// only be known.
-    std::vector<unsigned int> failing(const ReducedPairs &solutions,
+    std::vector<unsigned int> failing(const SmallPairs &solutions,
                                       const std::vector<unsigned int> &which,
                                       double largest_error) const;
     /// Re and Im of Q(l) x.
-    MultiVector residuals_to_correct(const ReducedPairs &x) const;
+    MultiVector residuals_to_correct(const SmallPairs &x) const;
     /// Enlarges V by corrections for residuals; false if there is nothing new in them.
     bool enrich(const MultiVector &residuals);
     /// Makes the terms those that are projected; false if they cannot be.
@@ -169,17 +169,18 @@ namespace squeal
     void add_closings();
     /// Enlarges V by the first summands of the responses to forces.
     void add_responses(MultiVector forces, unsigned int n_summands);
-    void solve_projected(ReducedPairs &x, ReducedPairs &y);
+    SmallPairs solve_projected();
     /// Takes note of how far a correction has moved the eigenvalues of the window.
-    void observe(const ReducedPairs &before, const ReducedPairs &after);
+    void observe(const SmallPairs &before, const SmallPairs &after);
     /// The pairs with the smallest errors, as many as the expansion point has in the disc.
-    std::vector<unsigned int> best_pairs(const ReducedPairs &solutions) const;
-    EigenPairs make_modes(const ReducedPairs &x, const ReducedPairs &y,
-                          const std::vector<unsigned int> &which) const;
+    std::vector<unsigned int> best_pairs(const SmallPairs &solutions) const;
+    EigenPairs make_modes(const SmallPairs &x, const std::vector<unsigned int> &which) const;
+    /// [Re, Im] of vectors of this or a smaller dimension.
+    DenseMatrix coordinates_of(const ComplexDenseMatrix &vectors) const;
     /// Re and Im of V x or W y.
-    MultiVector whole(const ReducedPairs &solutions, bool of_left) const;
+    MultiVector whole(const SmallPairs &solutions, bool of_left) const;
     /// What restart() is to begin with.
-    void remember(const ReducedPairs &x, const ReducedPairs &y);
+    void remember(const SmallPairs &solutions);
     void restart_on_path();
     void restart_by_components();
 
@@ -202,10 +203,9 @@ namespace squeal
     std::vector<unsigned int> open_at_expansion; ///< rows of its contacts without a pressure
     std::vector<unsigned int> opened, closed;    ///< interface rows whose responses are in V
     std::vector<unsigned int> open_before;       ///< open contacts of the last solution
-    ReducedPairs last_right, last_left;
+    SmallPairs last;
     static constexpr unsigned int most_recent = 3;
-    std::vector<std::pair<ReducedPairs, ReducedPairs>>
-        recent; ///< those accepted on a path, the last one first
+    std::vector<SmallPairs> recent; ///< those accepted on a path, the last one first
     /// Of scattered solutions those that were accepted.
     struct Scattered
     {

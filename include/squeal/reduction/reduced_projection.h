@@ -36,7 +36,7 @@ namespace squeal
     };
 
     ReducedProjection() = default;
-    /// Of the vectors of a problem; the basis and the terms begin empty.
+    /// Takes the layout of a problem; the basis and the terms begin empty.
     explicit ReducedProjection(const QuadraticEigenproblem &problem);
 
     /// Finds the constant matrices and the interface, which never loses a row. False if the latter
@@ -65,9 +65,9 @@ namespace squeal
     std::vector<Term> project(const std::vector<Term> &terms) const;
 
     /// Q(l) x with the pressures that make the interface rows smallest, Re and Im.
-    MultiVector residuals(const ReducedPairs &solutions) const;
+    MultiVector residuals(const SmallPairs &solutions) const;
     /// Sets upper bounds of the backward errors in the Euclidean norm, by sketches of residuals().
-    void certify(ReducedPairs &solutions) const;
+    void certify(SmallPairs &solutions) const;
 
     /// x^H P x and x^H Q x of modes.
     struct RayleighForms
@@ -93,15 +93,14 @@ namespace squeal
 
     void clean(MultiVector &added) const;
     void add_images();
-    /// Of the constant matrix i, with the left vectors' products with A V.
+    /// Completes the forms of the constant matrix i by the left vectors' products with A V.
     void set_tests(unsigned int i, const DenseMatrix &of_left_vectors);
     void satisfy_constraints(ReducedEigenproblem &small);
     /// sum_order c_i,order l^order of the constant matrix i, by eigenvalue.
     std::vector<Complex> factors_of(unsigned int i, const std::vector<Complex> &lambda) const;
-    std::array<DenseMatrix, 2> forces_at_interface(const std::vector<Complex> &lambda,
-                                                   const DenseMatrix &x_re,
-                                                   const DenseMatrix &x_im) const;
-    std::array<DenseMatrix, 2> residuals_at_interface(const ReducedPairs &solutions) const;
+    DenseMatrix forces_at_interface(const std::vector<Complex> &lambda,
+                                    const ComplexDenseMatrix &x) const;
+    DenseMatrix residuals_at_interface(const SmallPairs &solutions) const;
 
     /// W in the interface: a column a row. What makes it satisfy the present constraints.
     struct Tests

@@ -3,7 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <squeal/bars/carried_errors.h>
-#include <squeal/linalg/complex_dense.h>
+#include <squeal/linalg/dense.h>
 
 #include <algorithm>
 #include <functional>
@@ -14,17 +14,16 @@ namespace squeal::tests::carried_errors
 {
   namespace
   {
-    using Family = std::function<ComplexDense(double)>;
+    using Family = std::function<ComplexDenseMatrix(double)>;
 
-    ComplexDense sum(const ComplexDense &a, const Complex factor, const ComplexDense &b)
+    ComplexDenseMatrix sum(const ComplexDenseMatrix &a, const Complex factor,
+                           const ComplexDenseMatrix &b)
     {
-      ComplexDense result = a;
-      for (std::size_t k = 0; k < b.values.size(); ++k)
-        result.values[k] += factor * b.values[k];
-      return result;
+      ComplexDenseMatrix result = a;
+      return result.add(factor, b);
     }
 
-    Family line(const ComplexDense &a, const ComplexDense &slope)
+    Family line(const ComplexDenseMatrix &a, const ComplexDenseMatrix &slope)
     {
       return [=](const double p) { return sum(a, p, slope); };
     }
@@ -33,12 +32,12 @@ namespace squeal::tests::carried_errors
     struct Modes
     {
       std::vector<Complex> lambda;
-      ComplexDense x, z;
+      ComplexDenseMatrix x, z;
 
-      explicit Modes(const ComplexDense &a) : x(a.n_rows, a.n_rows), z(a.n_rows, a.n_rows)
+      explicit Modes(const ComplexDenseMatrix &a) : x(a.n_rows, a.n_rows), z(a.n_rows, a.n_rows)
       {
-        const ComplexEigenpairs pairs = general_eigen(a);
-        const unsigned int n          = a.n_rows;
+        const DenseEigenpairs pairs = general_eigen(a, true);
+        const unsigned int n        = a.n_rows;
         std::vector<unsigned int> order(n);
         std::iota(order.begin(), order.end(), 0u);
         std::sort(order.begin(), order.end(),
@@ -60,21 +59,13 @@ namespace squeal::tests::carried_errors
       }
 
       /// Z^H E X.
-      ComplexDense form(const ComplexDense &e, const Modes &right) const
+      ComplexDenseMatrix form(const ComplexDenseMatrix &e, const Modes &right) const
       {
-        return product(z, product(e, right.x), true);
+        return z.adjoint() * (e * right.x);
       }
     };
 
-    ComplexDense unit(const unsigned int n)
-    {
-      ComplexDense result(n, n);
-      for (unsigned int i = 0; i < n; ++i)
-        result(i, i) = 1;
-      return result;
-    }
-
-    ErrorEffects effects_of(const ComplexDense &f, const unsigned int degree = 2)
+    ErrorEffects effects_of(const ComplexDenseMatrix &f, const unsigned int degree = 2)
     {
       ErrorEffects effects;
       effects.f      = f.values;
@@ -90,27 +81,27 @@ namespace squeal::tests::carried_errors
       result.branches.resize(modes.lambda.size());
       std::iota(result.branches.begin(), result.branches.end(), 0u);
       if (before)
-        result.transition = before->form(unit(modes.x.n_rows), modes);
+        result.transition = before->form(ComplexDenseMatrix::identity(modes.x.n_rows), modes);
       return result;
     }
 
     /// Three modes: one begins to grow near p = 0.4, the others are near it.
-    ComplexDense a_0()
+    ComplexDenseMatrix a_0()
     {
-      ComplexDense a(3, 3);
+      ComplexDenseMatrix a(3, 3);
       a.values = {{-2, 100}, {0.4, 1}, {0.1, -0.5}, {0.3, -2}, {-5, 107},
                   {0, 1},    {0.2, 0}, {-0.4, 1},   {-9, 131}};
       return a;
     }
-    ComplexDense a_1()
+    ComplexDenseMatrix a_1()
     {
-      ComplexDense a(3, 3);
+      ComplexDenseMatrix a(3, 3);
       a.values = {{5, 1}, {1, -1}, {0, 2}, {-2, 1}, {-1, 3}, {1, 0}, {0.5, 0.5}, {1, 1}, {-2, 1}};
       return a;
     }
-    ComplexDense error()
+    ComplexDenseMatrix error()
     {
-      ComplexDense e(3, 3);
+      ComplexDenseMatrix e(3, 3);
       e.values = {{0.05, -0.3}, {0.02, 0.1}, {0, 0.05},     {0.03, -0.1}, {-0.04, -0.3},
                   {0.01, 0},    {0.02, 0},   {-0.01, 0.02}, {0.1, -0.4}};
       return e;
@@ -141,7 +132,8 @@ namespace squeal::tests::carried_errors
 
   TEST_CASE("carried errors: effects on other modes of the same family")
   {
-    const Family a = line(a_0(), a_1()), e = line(error(), sum(ComplexDense(3, 3), 0.3, error()));
+    const Family a                   = line(a_0(), a_1()),
+                 e                   = line(error(), sum(ComplexDenseMatrix(3, 3), 0.3, error()));
     const std::vector<double> values = {0, 0.2, 0.5, 1};
     std::vector<Modes> modes;
     std::vector<ModesOnCourse> course;
@@ -171,10 +163,10 @@ namespace squeal::tests::carried_errors
     // l^2 = p, of which the mesh changes d: 2 l f = d, before divergence at p = 0 and beyond it.
     constexpr double d = 1e-3;
     ModesOnCourse before{-1, {{0, 1}}, {}, {0}, {}},
-        beyond{4, {{2, 0}}, {}, {0}, ComplexDense(1, 1)};
+        beyond{4, {{2, 0}}, {}, {0}, ComplexDenseMatrix(1, 1)};
     beyond.transition(0, 0) = {0.5, 0.3};
     const auto effect       = [&](const ModesOnCourse &at) { return d / (2. * at.lambda[0]); };
-    ComplexDense f(1, 1);
+    ComplexDenseMatrix f(1, 1);
     f(0, 0)                  = effect(before);
     const KnownEffects known = all_known(effects_of(f)),
                        there = carry_forward(known, before, beyond);
@@ -257,7 +249,7 @@ namespace squeal::tests::carried_errors
   TEST_CASE("carried errors: the bar of a coalescence")
   {
     // l = j (100 +- sqrt(1 - 2 p)) and a third mode: they meet at p = 1/2 and grow from there on.
-    ComplexDense c_0(3, 3), c_1(3, 3), e(3, 3);
+    ComplexDenseMatrix c_0(3, 3), c_1(3, 3), e(3, 3);
     const Complex j(0, 1);
     c_0(0, 0) = 101. * j;
     c_0(1, 1) = 99. * j;
@@ -271,16 +263,16 @@ namespace squeal::tests::carried_errors
     e(2, 2)        = -0.5 * j;
     const Family a = [&](const double p)
     {
-      ComplexDense result = c_0; // b c = -2 p: the one grows, the other one stays
-      result(0, 1)        = c_1(0, 1);
-      result(1, 0)        = p * c_1(1, 0);
+      ComplexDenseMatrix result = c_0; // b c = -2 p: the one grows, the other one stays
+      result(0, 1)              = c_1(0, 1);
+      result(1, 0)              = p * c_1(1, 0);
       return result;
     };
     const auto discriminant = [&](const double s)
     {
       return [&, s](const double p)
       {
-        const ComplexDense m = sum(a(p), s, e);
+        const ComplexDenseMatrix m = sum(a(p), s, e);
         return (std::pow((m(0, 0) - m(1, 1)) / 2. / j, 2) + m(0, 1) * m(1, 0) / (j * j)).real();
       };
     };
@@ -302,7 +294,7 @@ namespace squeal::tests::carried_errors
     CHECK(bar->error == doctest::Approx(std::abs(all - p_c)).epsilon(0.02));
 
     // Two kinds of cells, whose parts nearly cancel
-    ComplexDense first(3, 3), second = e;
+    ComplexDenseMatrix first(3, 3), second = e;
     first(0, 0) = 0.2 * j;
     second(0, 0) -= 0.2 * j;
     const auto with_kinds = [&](const Modes &modes)
@@ -315,7 +307,7 @@ namespace squeal::tests::carried_errors
                                            CriticalModes{0, 1, 100. * j});
     REQUIRE(both);
     double by_kinds = 0;
-    for (const ComplexDense *kind : {&first, &second})
+    for (const ComplexDenseMatrix *kind : {&first, &second})
     {
       const Family other = [&](const double p) { return sum(a(p), whole_effect(2), e); };
       double largest     = 0;
@@ -323,7 +315,7 @@ namespace squeal::tests::carried_errors
       {
         const auto changed = [&](const double p)
         {
-          const ComplexDense m = sum(other(p), sign * unequal_parts * whole_effect(2), *kind);
+          const ComplexDenseMatrix m = sum(other(p), sign * unequal_parts * whole_effect(2), *kind);
           return (std::pow((m(0, 0) - m(1, 1)) / 2. / j, 2) + m(0, 1) * m(1, 0) / (j * j)).real();
         };
         largest = std::max(largest, std::abs(critical(changed, -0.5, 1.5) - all));

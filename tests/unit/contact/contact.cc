@@ -131,7 +131,7 @@ namespace squeal::tests::contact_tests
       const MultiVector units = block_of(rows, used.size(),
                                          [&](const unsigned int i, const unsigned int j)
                                          { return i == used[j] ? 1. : 0.; });
-      DenseMatrix small(used.size(), used.size(), inner_products(units, multiply(matrix, units)));
+      DenseMatrix small       = inner_products(units, multiply(matrix, units));
       return symmetric_eigen(small);
     }
 

@@ -293,8 +293,7 @@ namespace squeal::tests::contact_linearisation_tests
       const auto relative_work = [&](const Matrix &matrix, const unsigned int seed)
       {
         const MultiVector x = scene.scatter({{1, 1, 1, 1}}, seed), y = multiply(matrix, x);
-        return inner_products(x, y)[0] /
-               std::sqrt(inner_products(x, x)[0] * inner_products(y, y)[0]);
+        return inner_product(x, y) / std::sqrt(inner_product(x, x) * inner_product(y, y));
       };
       for (const double omega : {4., -1.5})
       {

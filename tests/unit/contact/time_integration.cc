@@ -134,7 +134,7 @@ namespace squeal::tests::time_integration_tests
 
     double squared(const MultiVector &a)
     {
-      return inner_products(a, a)[0];
+      return inner_product(a, a);
     }
 
     /// The modes that grow and decay fastest in a period: what they become in time has the real

@@ -97,8 +97,8 @@ namespace squeal::tests::eigensolvers_tests
       const auto recomputed = BackwardError(problem)(modes);
       const DenseMatrix re = replicated(modes.right.re), im = replicated(modes.right.im);
       const ComplexMultiVector m = multiply(problem.M, modes.right);
-      const auto re_m_re         = inner_products(modes.right.re, m.re),
-                 im_m_im         = inner_products(modes.right.im, m.im);
+      const auto re_m_re         = inner_products(modes.right.re, m.re).values,
+                 im_m_im         = inner_products(modes.right.im, m.im).values;
       for (unsigned int j = 0; j < n; ++j)
       {
         CHECK(modes.lambda[j].imag() >= 0);
@@ -223,9 +223,9 @@ namespace squeal::tests::eigensolvers_tests
         expected.insert(expected.end(), 2, Complex(0, fixed_chain(30, j)));
       check_set(modes.lambda, expected, 1e-10);
       check_form(problem, modes);
-      const auto rr        = inner_products(modes.right.re, modes.right.re),
-                 ii        = inner_products(modes.right.im, modes.right.im);
-      const auto ri        = inner_products(modes.right.re, modes.right.im);
+      const auto rr        = inner_products(modes.right.re, modes.right.re).values,
+                 ii        = inner_products(modes.right.im, modes.right.im).values;
+      const auto ri        = inner_products(modes.right.re, modes.right.im).values;
       const unsigned int n = modes.lambda.size();
       for (unsigned int j = 0; j + 1 < n; j += 2)
       {

@@ -46,7 +46,7 @@ namespace squeal::tests::mirror_tests
 
     double dot(const MultiVector &a, const MultiVector &b)
     {
-      return inner_products(a, b)[0];
+      return inner_product(a, b);
     }
 
     MultiVector scattered_column(const RowRange &rows, const unsigned int seed)

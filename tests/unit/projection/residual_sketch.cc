@@ -22,7 +22,7 @@ namespace squeal::tests::residual_sketch_tests
                                  : j < 200 ? std::sin(1e-3 * j * row)
                                            : std::cos(double(j) * row * row);
       }
-    const DenseMatrix sketch = ResidualSketch(rows).of(block), exact = gram_matrix(block);
+    const DenseMatrix sketch = ResidualSketch(rows).of(block), exact = inner_products(block, block);
     REQUIRE(sketch.n_columns == block.n_columns());
     double mean = 0;
     for (unsigned int j = 0; j < block.n_columns(); ++j)

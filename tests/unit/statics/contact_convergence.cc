@@ -137,7 +137,7 @@ namespace squeal::tests::contact_convergence_tests
         for (unsigned int i = 0; i < rest.n_local(); ++i)
           rest.column(0)[i] -= residual.column(0)[i];
         const MultiVector correction = factorization.solve(rest);
-        return inner_products(load, u)[0] + inner_products(load, correction)[0];
+        return inner_product(load, u) + inner_product(load, correction);
       }
 
       std::vector<double> frequencies() const
