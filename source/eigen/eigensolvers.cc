@@ -105,7 +105,7 @@ namespace squeal
     };
 
     /// LAPACK on the whole problem; the oracle of the other solvers.
-    class Dense : public Eigensolver
+    class DenseSolver : public Eigensolver
     {
     public:
       EigenSolution solve(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
@@ -172,7 +172,7 @@ namespace squeal
     case ModeSolver::krylov:
       return std::make_unique<Krylov>();
     case ModeSolver::dense:
-      return std::make_unique<Dense>();
+      return std::make_unique<DenseSolver>();
     default:
       throw InputError("Eigenproblem/Solver = " + name_of(solver) +
                        ": allowed are block_krylov, krylov and dense.");
