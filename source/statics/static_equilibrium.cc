@@ -14,7 +14,7 @@
 #include <sstream>
 
 // The steady sliding state by the primal-dual active set. iterate() has the loop, with linear
-// problems by a LinearSolver: new factors, factors that are there, or GMRES; around it
+// problems by a StepSolver: new factors, factors that are there, or GMRES; around it
 // solve_static_equilibrium() tries a known contact zone first and explains failures. The second
 // follow_static_equilibrium() has a loop of its own, in the space that earlier states span.
 
@@ -236,7 +236,7 @@ namespace squeal
 
     /// Solves the linear problems of the active-set iteration.
     template <int dim>
-    struct LinearSolver
+    struct StepSolver
     {
       using Pressure = ContactPressure;
       bool is_direct; ///< solutions are accurate at any rate
@@ -252,7 +252,7 @@ namespace squeal
     };
 
     template <int dim>
-    LinearSolver<dim> solver_by(DirectStatics<dim> &factors)
+    StepSolver<dim> solver_by(DirectStatics<dim> &factors)
     {
       using Pressure = ContactPressure;
       return {true,
@@ -267,7 +267,7 @@ namespace squeal
     }
 
     template <int dim>
-    LinearSolver<dim> solver_by(IterativeStatics<dim> &solver, const bool with_friction)
+    StepSolver<dim> solver_by(IterativeStatics<dim> &solver, const bool with_friction)
     {
       using Pressure = ContactPressure;
       // Preconditioned residuals are relative errors of the state, but for the condition of the
@@ -324,8 +324,8 @@ namespace squeal
     };
 
     template <int dim>
-    void iterate(const LinearSolver<dim> &solver, const StaticProblem &problem,
-                 Contact<dim> &contact, StaticEquilibrium &result)
+    void iterate(const StepSolver<dim> &solver, const StaticProblem &problem, Contact<dim> &contact,
+                 StaticEquilibrium &result)
     {
       const MPI_Comm comm = problem.load.row_range().comm;
       result.pressure     = contact.uniform_pressure(0);
