@@ -9,6 +9,11 @@
 #include <string>
 #include <utility>
 
+// Counts of one problem: negative pivots of LDL^T less those of constraints, of which open ones are
+// found first. RememberedCounts tells by products with a fixed vector whether a problem was counted
+// before. InertiaCount serves problems that differ in which contacts are open by one factorisation:
+// it compares them with its base, solves for the opened rows and takes the inertia of their block.
+
 namespace squeal
 {
   MultiVector scattered_vector(const RowRange &rows)

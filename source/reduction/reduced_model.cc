@@ -8,6 +8,12 @@
 #include <numeric>
 #include <sstream>
 
+// A new expansion point; restarts, on a path and of scattered parameters. Then what enlarges V:
+// responses where contacts have opened or closed, corrections by inverse iteration. Then what a
+// solution is made of: pairs of the projected problem, which of them count and fail, how far
+// corrections moved them. solve_by_projection() is the loop over these; make_modes() puts accepted
+// pairs into the form of all modes.
+
 namespace squeal
 {
   namespace
@@ -15,7 +21,7 @@ namespace squeal
     constexpr unsigned int most_corrections = 10;
     constexpr double known_beyond = 1e-6; ///< backward error of a mode that only is to be counted
 
-    /// Of those that grow.
+    /// The number of real eigenvalues that grow.
     unsigned int n_real(const std::vector<std::complex<double>> &lambda)
     {
       return std::count_if(lambda.begin(), lambda.end(),
@@ -154,8 +160,8 @@ namespace squeal
     closed.clear();
   }
 
-  /// Of the sum of x x^H the eigenvectors whose root mean square in the solutions matters. Those
-  /// that were dropped are in no later sum: what is needed again comes again.
+  /// Keeps the eigenvectors of the sum of x x^H whose root mean square in the solutions matters.
+  /// What was dropped is in no later sum: what is needed again comes again.
   void ReducedModel::restart_by_components()
   {
     ProjectionBasis &basis = projection.basis;
@@ -269,7 +275,7 @@ namespace squeal
     }
   }
 
-  /// Of the pairs in the disc those with the smallest residuals: others are no modes of the whole
+  /// Selects the pairs in the disc with the smallest residuals: others are no modes of the whole
   /// problem.
   std::vector<unsigned int> ReducedModel::best_pairs(const SmallPairs &solutions) const
   {

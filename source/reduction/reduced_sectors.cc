@@ -1,12 +1,16 @@
 #include <squeal/assessment/stability.h>
 #include <squeal/eigen/eigensolvers.h>
-#include <squeal/eigen/growth_search.h>
 #include <squeal/reduction/reduced_sectors.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
+
+// First the expansion point (restriction of its problem, models of the sectors, factors for static
+// states), then terms: which keep to the sectors, their parts, the count of the reference problem.
+// Then modes: solved sector by sector and put into one list, whose coordinates are padded to those
+// of the largest model; what is asked of modes in coordinates goes back through for_parts().
 
 namespace squeal
 {
@@ -29,14 +33,6 @@ namespace squeal
       for (unsigned int k = 0; k < numbers.size(); ++k)
         for (unsigned int i = 0; i < columns.n_local(); ++i)
           to.set(i, numbers[k], columns(i, k));
-    }
-
-    /// Zero if there is no such kind.
-    template <typename Kind>
-    double size_in(const std::map<Kind, double> &strengths, const Kind &kind)
-    {
-      const auto found = strengths.find(kind);
-      return found == strengths.end() ? 0. : found->second;
     }
 
     constexpr std::array<ComplexMultiVector EigenPairs::*, 2> both_sides = {
@@ -64,23 +60,21 @@ namespace squeal
     {
       parts.clear();
       for (const Sector &sector : (n_parts == 1 ? Sectors() : sectors).all(problem.rows))
-        parts.push_back({sector, ReducedModel(options, course), {}, 0, 0, {}, {}, {}});
+        parts.push_back({sector, ReducedModel(options, course), {}, 0, 0, {}, {}});
     }
     if (!restrict(terms))
     {
       parts.clear();
       return;
     }
-    const Strengths here = strengths_of(terms);
-    surveyed             = {{here, here}};
-    is_expansion_definite.reset();
-    clearance        = n_parts == 1 ? solution.clearance : solution.sectors[0]->reuse.clearance;
+    double clearance = n_parts == 1 ? solution.clearance : solution.sectors[0]->reuse.clearance;
     no_growth_beyond = n_parts > 1 || solution.has_no_growth_beyond;
     for (const auto &of_sector : solution.sectors)
     {
       clearance = std::min(clearance, of_sector->reuse.clearance);
       no_growth_beyond &= of_sector->reuse.has_no_growth_beyond;
     }
+    rim.begin(clearance, terms, in_sectors(n_expansion_constraints));
     for (unsigned int h = 0; h < n_parts; ++h)
     {
       Part &part                        = parts[h];
@@ -89,7 +83,6 @@ namespace squeal
       if (!part.sector.is_whole())
         of_sector = expansion_problem_of(part);
       const QuadraticEigenproblem &own = part.sector.is_whole() ? problem : of_sector;
-      part.expansion_terms             = part.terms;
       part.n_modes                     = found.disc_right.n_columns() / 2;
       part.expansion_count             = found.n_reference;
       if (part.n_modes > 0)
@@ -249,124 +242,20 @@ namespace squeal
 
   // Modes.
 
-  ReducedSectors::Strengths ReducedSectors::strengths_of(const std::vector<Term> &terms)
+  std::vector<RimSurvey::InSector>
+  ReducedSectors::in_sectors(const unsigned int n_constraints) const
   {
-    Strengths result;
-    std::map<std::shared_ptr<const Matrix>, double> present;
-    for (const Term &term : terms)
-    {
-      const bool is_of_those = term.origin == Origin::inertia ||
-                               term.origin == Origin::elasticity ||
-                               (term.order == 1 && term.origin != Origin::transport);
-      if (!is_of_those || !term.matrix || !*term.matrix)
-        continue;
-      const auto known = matrix_norms.find(term.matrix);
-      present[term.matrix] =
-          known != matrix_norms.end() ? known->second : term.matrix->infinity_norm();
-      if (const double size = std::abs(term.coefficient) * present[term.matrix]; size > 0)
-        result[{term.origin, term.order}] += size;
-    }
-    matrix_norms = std::move(present);
+    std::vector<RimSurvey::InSector> result;
+    for (const Part &part : parts)
+      result.push_back({part.sector.row_range(), part.terms,
+                        part.sector.is_whole() ? n_constraints : n_constraints / 2});
     return result;
-  }
-
-  bool ReducedSectors::is_within_clearance(const Strengths &now) const
-  {
-    const double margin = 1 + 0.8 * (clearance - 1); // norms are not distances
-    const auto covers   = [&](const Surveyed &known)
-    {
-      Strengths kinds = now;
-      kinds.insert(known.from.begin(), known.from.end());
-      return std::all_of(kinds.begin(), kinds.end(),
-                         [&](const Strengths::value_type &entry)
-                         {
-                           const double a = size_in(known.from, entry.first),
-                                        b = size_in(known.to, entry.first),
-                                        x = size_in(now, entry.first);
-                           return std::min(a, b) / margin <= x && x <= std::max(a, b) * margin;
-                         });
-    };
-    return std::any_of(surveyed.begin(), surveyed.end(), covers);
-  }
-
-  bool ReducedSectors::is_definite_on_rim(std::vector<Term> Part::*const of_part,
-                                          const unsigned int n_constraints,
-                                          const std::map<Origin, double> &factors) const
-  {
-    return std::all_of(parts.begin(), parts.end(),
-                       [&](const Part &part)
-                       {
-                         std::vector<Term> terms = part.*of_part;
-                         for (Term &term : terms)
-                           if (const auto factor = factors.find(term.origin);
-                               term.order == 1 && factor != factors.end())
-                             term.coefficient *= factor->second;
-                         return squeal::is_definite_on_rim(
-                             part.sector.row_range(), terms,
-                             part.sector.is_whole() ? n_constraints : n_constraints / 2,
-                             options.max_imaginary);
-                       });
-  }
-
-  /// Where velocity terms only damp, more of them make Q(-R) less definite: definite with the most
-  /// of them is definite with less.
-  bool ReducedSectors::survey(const Strengths &now, const unsigned int n_constraints)
-  {
-    if (!is_expansion_definite)
-      is_expansion_definite =
-          is_definite_on_rim(&Part::expansion_terms, n_expansion_constraints, {});
-    if (!*is_expansion_definite)
-      return false;
-    const bool only_damps = std::none_of(parts.begin(), parts.end(),
-                                         [](const Part &part) { return may_excite(part.terms); });
-    Surveyed reached{now, now};
-    if (only_damps)
-    {
-      double of_all = 0;
-      for (const auto &[kind, size] : now)
-        if (kind.second == 1)
-        {
-          of_all += size;
-          reached.from[kind] = size_in(surveyed.front().from, kind);
-        }
-      // What has grown from little may go on to a tenth of the others.
-      constexpr double far = 30, of_others = 0.1;
-      std::map<Origin, double> tried;
-      for (const double least : {of_others * of_all, 0.})
-      {
-        Surveyed ahead = reached;
-        std::map<Origin, double> factors;
-        for (auto &[kind, size] : ahead.to)
-          if (kind.second == 1)
-          {
-            const double at_first = size_in(reached.from, kind);
-            factors[kind.first]   = size > at_first   ? std::max(far, least / size)
-                                    : size < at_first ? 1 / far
-                                                      : 1;
-            size *= factors[kind.first];
-          }
-        if (factors != tried && is_definite_on_rim(&Part::terms, n_constraints, factors))
-        {
-          surveyed.push_back(std::move(ahead));
-          return true;
-        }
-        tried = std::move(factors);
-      }
-    }
-    // Rather a few symmetric factorisations than a full solution
-    if (!is_definite_on_rim(&Part::terms, n_constraints, {}))
-      return false;
-    surveyed.push_back(std::move(reached));
-    return true;
   }
 
   std::optional<EigenPairs> ReducedSectors::solve(const std::vector<Term> &terms,
                                                   const unsigned int n_constraints)
   {
-    if (!restrict(terms))
-      return std::nullopt;
-    if (const Strengths now = strengths_of(terms);
-        !is_within_clearance(now) && !survey(now, n_constraints))
+    if (!restrict(terms) || !rim.covers(terms, in_sectors(n_constraints)))
       return std::nullopt;
     std::vector<EigenPairs> found;
     for (Part &part : parts)
@@ -377,7 +266,8 @@ namespace squeal
         return std::nullopt;
       found.push_back(std::move(*of_part));
     }
-    // One half may have none to correct for long. Vectors drift on until the next correction.
+    // A sector may need no correction for many values while its vectors drift: the largest
+    // amplification of all sectors counts.
     constexpr double safety = 4;
     double amplification    = 0;
     for (const Part &part : parts)

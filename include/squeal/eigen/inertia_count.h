@@ -9,7 +9,7 @@
 
 namespace squeal
 {
-  /// Of some numbers, each other: products with it tell matrices apart.
+  /// A vector of scattered numbers: products with it tell matrices apart.
   MultiVector scattered_vector(const RowRange &rows);
 
   /// Rows of constraints that act on no displacement in any of these matrices, ascending, on all
@@ -25,9 +25,9 @@ namespace squeal
   /// inertia of an LDL^T factorisation of Q_ref - omega^2 M (Sylvester): negative pivots minus one
   /// per constraint.
   unsigned int count_reference_modes(const QuadraticEigenproblem &problem, double omega);
-  /// The same with the given Q_ref - omega^2 M.
+  /// Counts with a Q_ref - omega^2 M that is given.
   unsigned int count_reference_modes(const QuadraticEigenproblem &problem, const Matrix &shifted);
-  /// The same for several frequencies, with one sum of the matrices and one analysis of their
+  /// Counts below several frequencies, with one sum of the matrices and one analysis of their
   /// pattern: @p shifted is Q_ref - omegas[0]^2 M.
   std::vector<unsigned int> count_reference_modes(const QuadraticEigenproblem &problem,
                                                   const std::vector<double> &omegas,
@@ -69,7 +69,7 @@ namespace squeal
     {
       return rows;
     }
-    /// Of the reference problem of these terms. Throws SolverError. Collective.
+    /// Counts the modes of these terms' reference problem. Throws SolverError. Collective.
     unsigned int count(const std::vector<Term> &terms);
 
   private:

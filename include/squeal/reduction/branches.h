@@ -46,7 +46,7 @@ namespace squeal
   bool continue_branches(const std::vector<std::complex<double>> &transition,
                          const BranchPoint &before, double max_imaginary, BranchPoint &next);
 
-  /// The same where the vectors cannot be compared, because the meshes differ: the assignment with
+  /// Follows modes whose vectors cannot be compared, because the meshes differ: the assignment with
   /// the least sum of squared distances of the eigenvalues. A mode that would have to move by more
   /// than a tenth begins a new branch.
   void continue_by_eigenvalues(const BranchPoint &before, BranchPoint &next);

@@ -27,8 +27,8 @@ namespace squeal
     };
     /// Assembles the model and solves. Throws SolverError, InputError.
     EigenSolution solve(const Parameters::All &parameters, Scope scope = Scope::window);
-    /// The same without projection; the result depends on the parameters only, not on what was
-    /// solved before.
+    /// Solves without projection; the result depends on the parameters only, not on what was solved
+    /// before.
     EigenSolution solve_fully(const Parameters::All &parameters, Scope scope = Scope::window);
     /// Makes a full solution for these parameters the expansion point. Modes in coordinates become
     /// invalid.
@@ -74,7 +74,7 @@ namespace squeal
       return n_restarts_;
     }
 
-    /// Of the expansion point: part of the state of a run that is to be resumed.
+    /// The expansion point's terms that vary: part of the state of a run that is to be resumed.
     std::vector<double> varying_terms() const
     {
       return reduced.varying_terms();
@@ -86,7 +86,7 @@ namespace squeal
 
     bool is_whole(const EigenPairs &modes) const
     {
-      return !ReducedSectors::is_reduced(modes, whole_rows);
+      return !ReducedModel::is_reduced(modes, whole_rows);
     }
     EigenPairs whole(const EigenPairs &modes) const
     {
@@ -111,7 +111,7 @@ namespace squeal
 
     /// Assembles the model and gives the whole problem, to which whole modes belong.
     const QuadraticEigenproblem &assemble(const Parameters::All &parameters);
-    /// The same for infinitely slow motions, l = 0: with relaxed moduli.
+    /// Gives the whole problem of infinitely slow motions, l = 0: with relaxed moduli.
     const QuadraticEigenproblem &assemble_at_rest(const Parameters::All &parameters);
     std::vector<ParameterDerivative> derivatives(const std::string &parameter) const
     {
@@ -146,7 +146,7 @@ namespace squeal
     }
     /// Unless that is how the model is assembled now.
     void assemble_again(const Parameters::All &parameters, const EigenSolution::Reuse &solution);
-    /// Of the model as it is assembled now; relaxation is frozen as in find_modes().
+    /// Sums the model as it is assembled now; relaxation is frozen as in find_modes().
     const QuadraticEigenproblem &whole_problem() const;
     /// Whether the reference problem has as many modes in the disc as the expansion point's.
     bool has_count_of_expansion_point();

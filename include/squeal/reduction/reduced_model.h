@@ -12,8 +12,8 @@ namespace squeal
   /// The modes for parameters near those of a full solution, the expansion point, by projection.
   ///
   /// V begins with the modes of the full solution and with what its search knows of the modes
-  /// beyond them. W has the expansion point's left vectors in place of the right ones, and is V
-  /// else (ReducedProjection).
+  /// beyond them. W equals V, except that its first columns are the expansion point's left
+  /// eigenvectors (ReducedProjection).
   ///
   /// Every solution is certified by the residual of the whole problem. What fails is corrected by
   /// inverse iteration with the factors of the expansion point, x - Q_0^{-1} Q(l) x, which makes V
@@ -150,7 +150,7 @@ namespace squeal
     {
       return lambda.imag() <= options.max_imaginary;
     }
-    /// Of the pairs of the given numbers those with larger errors. Beyond the window pairs need
+    /// Selects from the given numbers the pairs with larger errors. Beyond the window pairs need
     /// only be known.
     std::vector<unsigned int> failing(const SmallPairs &solutions,
                                       const std::vector<unsigned int> &which,
@@ -189,7 +189,7 @@ namespace squeal
     ReducedProjection projection;
     ReducedEigenproblem small;
     std::shared_ptr<const Factorization> factors;
-    /// Of the expansion point.
+    /// What the disc holds at the expansion point.
     struct Counts
     {
       unsigned int in_disc = 0; ///< modes of the disc, but for overdamped ones
@@ -206,7 +206,7 @@ namespace squeal
     SmallPairs last;
     static constexpr unsigned int most_recent = 3;
     std::vector<SmallPairs> recent; ///< those accepted on a path, the last one first
-    /// Of scattered solutions those that were accepted.
+    /// What scattered solutions that were accepted have in common.
     struct Scattered
     {
       MultiVector first_right, first_left; ///< Re and Im of the first one

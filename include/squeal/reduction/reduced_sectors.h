@@ -1,12 +1,12 @@
 #pragma once
 
+#include <squeal/eigen/rim_survey.h>
 #include <squeal/equations/sector.h>
 #include <squeal/linalg/gmres.h>
 #include <squeal/model/model.h>
 #include <squeal/reduction/bracketed_count.h>
 #include <squeal/reduction/reduced_model.h>
 
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -21,7 +21,10 @@ namespace squeal
   class ReducedSectors
   {
   public:
-    explicit ReducedSectors(const EigensolverOptions &options) : options(options) {}
+    explicit ReducedSectors(const EigensolverOptions &options)
+        : options(options), rim(options.max_imaginary)
+    {
+    }
     /// To be told before the first expansion point.
     void expect(const ReducedModel::Course of_parameters)
     {
@@ -64,9 +67,9 @@ namespace squeal
     /// expansion point. False also if the terms have lost the symmetry.
     bool has_count_of_expansion_point(const std::vector<Term> &terms);
 
-    /// As those of ReducedModel. Nothing either where strongly damped modes may have come into the
-    /// disc: where forces have changed by more than the expansion point's clearance and one of both
-    /// is not definite on its rim. @p n_constraints are those that are active with the terms.
+    /// Solves in every sector (ReducedModel::solve()). Nothing either where strongly damped modes
+    /// may have come into the disc (RimSurvey). @p n_constraints are those that are active with the
+    /// terms.
     std::optional<EigenPairs> solve(const std::vector<Term> &terms, unsigned int n_constraints);
     bool is_crowded() const;
     bool is_full() const;
@@ -79,10 +82,6 @@ namespace squeal
                                                       const EigenPairs &of_right) const;
     std::vector<std::complex<double>> sensitivities(const ParameterDerivative &derivative,
                                                     const EigenPairs &modes) const;
-    static bool is_reduced(const EigenPairs &modes, const RowRange &rows)
-    {
-      return ReducedModel::is_reduced(modes, rows);
-    }
 
   private:
     struct Part
@@ -94,7 +93,7 @@ namespace squeal
       unsigned int expansion_count = 0;
       /// The matrices' parts in the sector
       std::map<std::shared_ptr<const Matrix>, std::shared_ptr<const Matrix>> restricted;
-      std::vector<Term> expansion_terms, terms; ///< those of the expansion point, the last ones
+      std::vector<Term> terms; ///< the last ones
     };
 
     /// Puts the terms into the parts; false if they do not keep to the sectors.
@@ -111,22 +110,8 @@ namespace squeal
     /// Vectors of a part in so many coordinates that those of all parts have room.
     ComplexMultiVector in_all_coordinates(const ComplexMultiVector &of_part) const;
 
-    /// The sizes of what makes modes overdamped, by origin and order.
-    using Strengths = std::map<std::pair<Origin, unsigned int>, double>;
-    /// Strengths between which nothing crosses the rim of the disc.
-    struct Surveyed
-    {
-      Strengths from, to;
-    };
-    Strengths strengths_of(const std::vector<Term> &terms);
-    bool is_within_clearance(const Strengths &now) const;
-    /// is_definite_on_rim() of the problems of some terms, with factors of their velocity terms by
-    /// origin.
-    bool is_definite_on_rim(std::vector<Term> Part::*of_part, unsigned int n_constraints,
-                            const std::map<Origin, double> &factors) const;
-    /// Surveys the last terms; where their velocity terms only damp, what is between them and the
-    /// expansion point, too, and much farther. False if they are not definite on the rim.
-    bool survey(const Strengths &now, unsigned int n_constraints);
+    /// The problem of the last terms by sectors.
+    std::vector<RimSurvey::InSector> in_sectors(unsigned int n_constraints) const;
     /// The part's own problem at the expansion point, without velocity terms.
     QuadraticEigenproblem expansion_problem_of(const Part &part) const;
 
@@ -137,11 +122,8 @@ namespace squeal
     unsigned int n_expansion_constraints = 0; ///< active at the expansion point
     unsigned int n_local_constraints     = 0;
     bool compliant                       = false;
-    std::vector<Surveyed> surveyed; ///< the expansion point alone first
-    std::optional<bool> is_expansion_definite;
-    double clearance      = 1;
+    RimSurvey rim;
     bool no_growth_beyond = false;
-    std::map<std::shared_ptr<const Matrix>, double> matrix_norms; ///< of the last terms
     std::vector<Part> parts;
     std::array<double, 3> norms{}; ///< of the expansion point's matrices by order
     mutable unsigned int n_inverse_ = 0;
