@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 #include <utility>
 
@@ -58,7 +59,7 @@ namespace squeal
     private:
       DavidsonMethod method() const;
       /// Pairs in the disc, by ascending frequency.
-      std::vector<DensePair> ritz_pairs() const;
+      SmallPairs ritz_pairs() const;
       bool is_wanted(const Complex &l) const
       {
         return l.imag() <= options.max_imaginary && (l.imag() > 0 || l.real() > 0) &&
@@ -66,23 +67,23 @@ namespace squeal
       }
       /// Right vectors, or the right ones of the transposed problem. @p residuals become theirs,
       /// relieved by @p pressures.
-      EigenPairs vectors_of(const std::vector<DensePair> &ritz, Side side,
-                            ComplexMultiVector &residuals, ComplexMultiVector &pressures) const;
+      EigenPairs vectors_of(const SmallPairs &ritz, Side side, ComplexMultiVector &residuals,
+                            ComplexMultiVector &pressures) const;
       /// Computes residuals of right vectors and, unless they are the same, of left ones.
-      std::vector<Residuals> residuals_of(const std::vector<DensePair> &ritz) const;
+      std::vector<Residuals> residuals_of(const SmallPairs &ritz) const;
       /// Takes out the pairs whose eigenvalues were accurate and stay where they are.
-      std::vector<DensePair> open_pairs(const std::vector<DensePair> &wanted);
+      SmallPairs open_pairs(const SmallPairs &wanted);
       /// The numbers of the pairs whose eigenvalues are not accurate. `worst` becomes the
       /// largest estimate.
-      std::vector<unsigned int> inaccurate(const std::vector<DensePair> &ritz,
+      std::vector<unsigned int> inaccurate(const SmallPairs &ritz,
                                            const std::vector<Residuals> &residuals);
       /// The relative error of an eigenvalue whose estimate is given: times the factor by which the
       /// estimate was too small in the step before, for the eigenvalue that has become this one.
       double error_of(const Complex &l, double estimated) const;
       /// The basis becomes what the pairs of two steps span; the first ones are then given in it.
-      void restart(std::vector<DensePair> &ritz, const std::vector<DensePair> &before);
+      void restart(SmallPairs &ritz, const SmallPairs &before);
       /// Right and left vectors of all given pairs.
-      EigenPairs modes_of(const std::vector<DensePair> &wanted) const;
+      EigenPairs modes_of(const SmallPairs &wanted) const;
       void check_memory(unsigned int n_vectors) const;
       const DavidsonProblem &problem;
       const QuadraticEigenproblem &equations;
@@ -123,34 +124,25 @@ namespace squeal
       return result;
     }
 
-    std::vector<DensePair> MatrixFreeSearch::ritz_pairs() const
+    SmallPairs MatrixFreeSearch::ritz_pairs() const
     {
-      const double radius       = search_radius(options.max_imaginary);
-      const SmallProblem &small = davidson.projected();
-      std::vector<DensePair> result;
-      for (DensePair &pair : quadratic_eigenpairs(small.m, small.p, small.q, 0, radius, true))
-        if (std::abs(pair.lambda) <= radius)
-          result.push_back(std::move(pair));
-      std::sort(result.begin(), result.end(),
-                [](const DensePair &a, const DensePair &b)
-                { return precedes(a.lambda, b.lambda); });
-      return result;
+      const double radius  = search_radius(options.max_imaginary);
+      const SmallPairs all = davidson.projected().solve(0, radius, true);
+      std::vector<unsigned int> in_disc;
+      for (const unsigned int k : order_of_modes(all.lambda))
+        if (std::abs(all.lambda[k]) <= radius)
+          in_disc.push_back(k);
+      return all.select(in_disc);
     }
 
-    EigenPairs MatrixFreeSearch::vectors_of(const std::vector<DensePair> &ritz, const Side side,
+    EigenPairs MatrixFreeSearch::vectors_of(const SmallPairs &ritz, const Side side,
                                             ComplexMultiVector &residuals,
                                             ComplexMultiVector &pressures) const
     {
       const bool left = side == Side::left;
       EigenPairs pairs;
-      ComplexDenseMatrix coordinates(davidson.n_columns(), ritz.size());
-      for (unsigned int k = 0; k < ritz.size(); ++k)
-      {
-        const std::vector<Complex> &vector = left ? ritz[k].left : ritz[k].vector;
-        pairs.lambda.push_back(ritz[k].lambda);
-        std::copy(vector.begin(), vector.end(), coordinates.column(k));
-      }
-      pairs.right                = davidson.vectors(std::move(coordinates), side);
+      pairs.lambda               = ritz.lambda;
+      pairs.right                = davidson.vectors(left ? ritz.left : ritz.right, side);
       const BackwardError &error = left ? of_left : of_right;
       residuals                  = error.residuals(pairs);
       // Pressures of a compliant contact are in the basis; others are what the residual tells.
@@ -167,7 +159,7 @@ namespace squeal
       return pairs;
     }
 
-    std::vector<Residuals> MatrixFreeSearch::residuals_of(const std::vector<DensePair> &ritz) const
+    std::vector<Residuals> MatrixFreeSearch::residuals_of(const SmallPairs &ritz) const
     {
       std::vector<Residuals> result;
       const MultiVector none(equations.rows, 0);
@@ -178,10 +170,10 @@ namespace squeal
         Residuals all{none, none, none, {}};
         for (unsigned int first = 0; first < ritz.size(); first += at_a_time)
         {
-          const auto begin = ritz.begin() + first,
-                     end   = begin + std::min<std::size_t>(at_a_time, ritz.size() - first);
+          std::vector<unsigned int> some(std::min(at_a_time, ritz.size() - first));
+          std::iota(some.begin(), some.end(), first);
           ComplexMultiVector residuals, pressures;
-          vectors_of({begin, end}, side, residuals, pressures);
+          vectors_of(ritz.select(some), side, residuals, pressures);
           std::vector<Complex> turns;
           for (const auto &[turn, longer, shorter] : main_parts(residuals))
           {
@@ -215,7 +207,7 @@ namespace squeal
       return safety * std::max(1., change / before->relative) / (1 - rate) * estimated;
     }
 
-    std::vector<unsigned int> MatrixFreeSearch::inaccurate(const std::vector<DensePair> &ritz,
+    std::vector<unsigned int> MatrixFreeSearch::inaccurate(const SmallPairs &ritz,
                                                            const std::vector<Residuals> &residuals)
     {
       const unsigned int n_pairs = ritz.size(), n_sides = residuals.size();
@@ -229,23 +221,19 @@ namespace squeal
         }
       MPI_Allreduce(MPI_IN_PLACE, energies.data(), energies.size(), MPI_DOUBLE, MPI_SUM,
                     equations.rows.comm);
-      // |U c|_M^2
-      const auto mass_of = [&mass = davidson.mass()](const std::vector<Complex> &c)
-      {
-        double sum = 0;
-        for (unsigned int j = 0; j < c.size(); ++j)
-          for (unsigned int i = 0; i < c.size(); ++i)
-            sum += (std::conj(c[i]) * mass(i, j) * c[j]).real();
-        return sum;
-      };
-      worst = 0;
+      // |U c|_M^2 of each column
+      const auto masses_of = [this](const ComplexDenseMatrix &c)
+      { return column_products(ComplexDenseMatrix(c).conjugate(), davidson.mass() * c); };
+      const std::vector<Complex> right_masses = masses_of(ritz.right),
+                                 left_masses  = masses_of(ritz.left);
+      worst                                   = 0;
       std::vector<unsigned int> result;
       std::vector<Estimate> estimates;
       for (unsigned int j = 0; j < n_pairs; ++j)
       {
-        const Complex l        = ritz[j].lambda;
+        const Complex l        = ritz.lambda[j];
         const double estimated = std::sqrt(energies[n_sides * j] * energies[n_sides * (j + 1) - 1] /
-                                           (mass_of(ritz[j].vector) * mass_of(ritz[j].left))) /
+                                           (right_masses[j].real() * left_masses[j].real())) /
                                  (2 * std::norm(l));
         if (!std::isfinite(estimated))
           throw SolverError("The error of an eigenvalue could not be estimated: multigrid is no "
@@ -263,31 +251,17 @@ namespace squeal
       return result;
     }
 
-    void MatrixFreeSearch::restart(std::vector<DensePair> &ritz,
-                                   const std::vector<DensePair> &before)
+    void MatrixFreeSearch::restart(SmallPairs &ritz, const SmallPairs &before)
     {
       // Eigenvalues change by the energy of what is dropped, which may be rough.
       const double dropped = 1e-4 * std::sqrt(options.tolerance);
       const unsigned int n = davidson.n_columns();
-      DenseMatrix spanning(n, 4 * (ritz.size() + before.size()));
-      unsigned int column = 0;
-      const auto add      = [&](const std::vector<Complex> &coefficients)
-      {
-        double square = 0;
-        for (const Complex &c : coefficients)
-          square += std::norm(c);
-        for (unsigned int i = 0; i < coefficients.size(); ++i)
+      DenseMatrix spanning(n, 0);
+      for (const SmallPairs *pairs : {static_cast<const SmallPairs *>(&ritz), &before})
+        for (ComplexDenseMatrix unit : {pairs->right, pairs->left})
         {
-          spanning(i, column)     = coefficients[i].real() / std::sqrt(square);
-          spanning(i, column + 1) = coefficients[i].imag() / std::sqrt(square);
-        }
-        column += 2;
-      };
-      for (const auto *pairs : {static_cast<const std::vector<DensePair> *>(&ritz), &before})
-        for (const DensePair &pair : *pairs)
-        {
-          add(pair.vector);
-          add(pair.left);
+          unit.resize_rows(n);
+          spanning.append(real_and_imaginary(unit.normalise()));
         }
       DenseMatrix vectors               = spanning * spanning.transpose();
       const std::vector<double> squares = symmetric_eigen(vectors);
@@ -295,18 +269,11 @@ namespace squeal
           std::upper_bound(squares.begin(), squares.end(), dropped * dropped) - squares.begin();
       const DenseMatrix turn = vectors.columns(n_dropped, n - n_dropped);
       davidson.turn(turn);
-      for (DensePair &pair : ritz)
-        for (std::vector<Complex> *coefficients : {&pair.vector, &pair.left})
-        {
-          std::vector<Complex> turned(turn.n_columns);
-          for (unsigned int k = 0; k < turn.n_columns; ++k)
-            for (unsigned int i = 0; i < n; ++i)
-              turned[k] += turn(i, k) * (*coefficients)[i];
-          *coefficients = std::move(turned);
-        }
+      ritz.right = turn.transpose() * ritz.right;
+      ritz.left  = turn.transpose() * ritz.left;
     }
 
-    EigenPairs MatrixFreeSearch::modes_of(const std::vector<DensePair> &wanted) const
+    EigenPairs MatrixFreeSearch::modes_of(const SmallPairs &wanted) const
     {
       ComplexMultiVector residuals, pressures;
       EigenPairs modes = vectors_of(wanted, Side::right, residuals, pressures);
@@ -331,26 +298,25 @@ namespace squeal
                           {Failure::davidson_too_large});
     }
 
-    std::vector<DensePair> MatrixFreeSearch::open_pairs(const std::vector<DensePair> &wanted)
+    SmallPairs MatrixFreeSearch::open_pairs(const SmallPairs &wanted)
     {
       std::vector<Complex> at_rest = std::exchange(accurate, {});
-      std::vector<DensePair> result;
-      for (const DensePair &pair : wanted)
+      std::vector<unsigned int> open;
+      for (unsigned int k = 0; k < wanted.size(); ++k)
       {
-        const auto found =
-            std::find_if(at_rest.begin(), at_rest.end(),
-                         [&](const Complex &l) {
-                           return std::abs(l - pair.lambda) <= 2 * options.tolerance * std::abs(l);
-                         });
+        const auto found = std::find_if(
+            at_rest.begin(), at_rest.end(),
+            [&](const Complex &l)
+            { return std::abs(l - wanted.lambda[k]) <= 2 * options.tolerance * std::abs(l); });
         if (found == at_rest.end())
-          result.push_back(pair);
+          open.push_back(k);
         else
         {
           accurate.push_back(*found);
           at_rest.erase(found);
         }
       }
-      return result;
+      return wanted.select(open);
     }
 
     EigenSolution MatrixFreeSearch::run(MultiVector start)
@@ -362,15 +328,16 @@ namespace squeal
       { return n_start + std::max(60u, 6 * n_pairs); };
       // The basis, once more while it is turned; corrections, and what becomes of some vectors.
       check_memory(2 * most_vectors(n_expected) + 4 * n_expected + 16 * at_a_time);
-      std::vector<DensePair> before;
+      SmallPairs before;
       EigenSolution solution;
       const auto correct = [&](const unsigned int step) -> std::optional<BothSides>
       {
-        std::vector<DensePair> ritz = ritz_pairs(), wanted;
-        for (const DensePair &pair : ritz)
-          if (is_wanted(pair.lambda))
-            wanted.push_back(pair);
-        const std::vector<DensePair> open      = open_pairs(wanted);
+        SmallPairs ritz = ritz_pairs();
+        std::vector<unsigned int> chosen;
+        for (unsigned int k = 0; k < ritz.size(); ++k)
+          if (is_wanted(ritz.lambda[k]))
+            chosen.push_back(k);
+        const SmallPairs wanted = ritz.select(chosen), open = open_pairs(wanted);
         const std::vector<Residuals> residuals = residuals_of(open);
         solution.cost.n_solves += residuals.size() * open.size();
         const std::vector<unsigned int> moving = inaccurate(open, residuals);

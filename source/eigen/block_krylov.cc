@@ -65,7 +65,7 @@ namespace squeal
       /// (n_columns + n_new) x n_columns.
       DenseMatrix hessenberg() const;
       /// The first halves of S V C, with their contact pressures.
-      MultiVector images(const DenseMatrix &coefficients) const;
+      ComplexMultiVector images(const ComplexDenseMatrix &coefficients) const;
 
     private:
       void start(unsigned int block_size, unsigned int seed);
@@ -190,51 +190,39 @@ namespace squeal
       return result;
     }
 
-    MultiVector Arnoldi::images(const DenseMatrix &coefficients) const
+    ComplexMultiVector Arnoldi::images(const ComplexDenseMatrix &coefficients) const
     {
-      const DenseMatrix in_small = hessenberg() * coefficients;
-      MultiVector result = combine(space.basis(), small.rows(0, space.n_columns()) * in_small);
-      scale_pressures(result, 1 / invisible);
+      const ComplexDenseMatrix in_small = hessenberg() * coefficients;
+      ComplexMultiVector result =
+          combine(space.basis(), small.rows(0, space.n_columns()) * in_small);
+      scale_pressures(result.re, 1 / invisible);
+      scale_pressures(result.im, 1 / invisible);
       return result;
     }
 
-    /// A Ritz pair in V, and |S v - theta v| / |theta|.
-    struct RitzPair
+    /// The Ritz pairs in V up to a distance, with errors |S v - theta v| / |theta|.
+    SmallPairs ritz_pairs(const DenseMatrix &h, const ShiftInvert &shift_invert,
+                          const bool quadratic, const SearchRegion &region, const double reach)
     {
-      DensePair pair;
-      double residual;
-    };
-
-    /// The Ritz pairs up to a distance.
-    std::vector<RitzPair> ritz_pairs(const DenseMatrix &h, const ShiftInvert &shift_invert,
-                                     const bool quadratic, const SearchRegion &region,
-                                     const double reach)
-    {
-      const double c          = region.radius;
-      const unsigned int m    = h.n_columns;
-      const DenseEigenpairs e = general_eigen<double>(h.rows(0, m));
-      std::vector<RitzPair> result;
+      const double c                      = region.radius;
+      const unsigned int m                = h.n_columns;
+      const DenseEigenpairs e             = general_eigen<double>(h.rows(0, m));
+      const std::vector<double> residuals = (h.rows(m, h.n_rows - m) * e.right).column_norms();
+      SmallPairs result;
+      result.right = ComplexDenseMatrix(m, 0);
       for (unsigned int j = 0; j < m; ++j)
       {
         const Complex theta = e.values[j];
         if (theta.imag() < 0) // its conjugate is there
           continue;
-        const std::vector<Complex> vector(e.right.column(j), e.right.column(j) + m);
-        double square = 0;
-        for (unsigned int i = m; i < h.n_rows; ++i)
-        {
-          Complex r = 0;
-          for (unsigned int k = 0; k < m; ++k)
-            r += h(i, k) * vector[k];
-          square += std::norm(r);
-        }
         const auto add = [&](const Complex lambda, const bool conjugate)
         {
           if (region.distance(lambda) > reach)
             return;
-          result.push_back({{lambda, vector, {}}, std::sqrt(square) / std::abs(theta)});
-          for (Complex &entry : result.back().pair.vector)
-            entry = conjugate ? std::conj(entry) : entry;
+          ComplexDenseMatrix vector = e.right.columns(j, 1);
+          result.lambda.push_back(lambda);
+          result.errors.push_back(residuals[j] / std::abs(theta));
+          result.right.append(conjugate ? vector.conjugate() : vector);
         };
         if (std::abs(theta) > 0)
         {
@@ -249,42 +237,31 @@ namespace squeal
     }
 
     /// Eigenvalues farther out, or not converged, that are nearly converged.
-    std::vector<Complex> not_given(const std::vector<RitzPair> &ritz, const SearchRegion &region,
+    std::vector<Complex> not_given(const SmallPairs &ritz, const SearchRegion &region,
                                    const double given)
     {
       constexpr double nearly = 0.1; // of their residuals
       std::vector<Complex> result;
-      for (const auto &[pair, residual] : ritz)
-        if (residual <= nearly && (region.distance(pair.lambda) > 1 || residual > given))
-          result.push_back(pair.lambda);
+      for (unsigned int k = 0; k < ritz.size(); ++k)
+        if (ritz.errors[k] <= nearly &&
+            (region.distance(ritz.lambda[k]) > 1 || ritz.errors[k] > given))
+          result.push_back(ritz.lambda[k]);
       return result;
     }
 
-    std::vector<RitzPair> converged(std::vector<RitzPair> ritz, const double tolerance)
+    /// The pairs within reach whose errors are not larger.
+    EigenPairs select_pairs(const Arnoldi &arnoldi, const SmallPairs &ritz,
+                            const double largest_error, const BlockSearchOptions &options)
     {
-      ritz.erase(std::remove_if(ritz.begin(), ritz.end(),
-                                [&](const RitzPair &pair) { return pair.residual > tolerance; }),
-                 ritz.end());
-      return ritz;
-    }
-
-    EigenPairs select_pairs(const Arnoldi &arnoldi, const std::vector<RitzPair> &ritz,
-                            const BlockSearchOptions &options)
-    {
+      std::vector<unsigned int> chosen;
+      for (unsigned int k = 0; k < ritz.size(); ++k)
+        if (!(ritz.errors[k] > largest_error) &&
+            options.region.distance(ritz.lambda[k]) <= options.reach)
+          chosen.push_back(k);
+      const SmallPairs found = ritz.select(chosen);
       EigenPairs pairs;
-      DenseMatrix re(arnoldi.n_columns(), 0), im = re;
-      for (const auto &[pair, residual] : ritz)
-        if (options.region.distance(pair.lambda) <= options.reach)
-        {
-          pairs.lambda.push_back(pair.lambda);
-          for (const Complex &c : pair.vector)
-          {
-            re.values.push_back(c.real());
-            im.values.push_back(c.imag());
-          }
-          re.n_columns = im.n_columns = pairs.size();
-        }
-      pairs.right = {arnoldi.images(re), arnoldi.images(im)};
+      pairs.lambda = found.lambda;
+      pairs.right  = arnoldi.images(found.right);
       return pairs;
     }
   } // namespace
@@ -315,19 +292,19 @@ namespace squeal
       // A search that may fail is checked seldom: its Ritz values cost as much as its vectors.
       next_check = m + (options.most_vectors > 0 ? std::max(2 * options.block_size, m / 3)
                                                  : 2 * options.block_size);
-      const std::vector<RitzPair> ritz = ritz_pairs(arnoldi.hessenberg(), shift_invert, quadratic,
-                                                    options.region, std::max(1.05, options.reach));
+      const SmallPairs ritz = ritz_pairs(arnoldi.hessenberg(), shift_invert, quadratic,
+                                         options.region, std::max(1.05, options.reach));
       unsigned int n_inside = 0, n_converged = 0;
       bool done = true;
-      for (const auto &[pair, residual] : ritz)
+      for (unsigned int k = 0; k < ritz.size(); ++k)
       {
         // In the window to the tolerance, in the rest of the disc to its root, and a little
         // further nothing may be on its way in.
-        const double distance = options.region.distance(pair.lambda);
+        const double distance = options.region.distance(ritz.lambda[k]), residual = ritz.errors[k];
         if (distance > 1.05)
           continue;
         const bool inside  = distance <= 1;
-        const double bound = pair.lambda.imag() <= options.max_imaginary
+        const double bound = ritz.lambda[k].imag() <= options.max_imaginary
                                  ? options.tolerance
                                  : std::sqrt(options.tolerance);
         n_inside += inside;
@@ -346,13 +323,13 @@ namespace squeal
       const bool is_partial = !is_complete && options.most_vectors > 0 && m >= largest;
       if (is_complete || is_partial)
       {
-        result.modes =
-            select_pairs(arnoldi, is_partial ? converged(ritz, options.tolerance) : ritz, options);
         constexpr double everywhere = std::numeric_limits<double>::infinity();
+        const double largest_error  = is_partial ? options.tolerance : everywhere;
+        result.modes                = select_pairs(arnoldi, ritz, largest_error, options);
         if (options.region.is_disc())
           result.proof.ritz_values_beyond = not_given(
               ritz_pairs(arnoldi.hessenberg(), shift_invert, quadratic, options.region, everywhere),
-              options.region, is_partial ? options.tolerance : everywhere);
+              options.region, largest_error);
         break;
       }
       if (m >= largest)

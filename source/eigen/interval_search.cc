@@ -63,8 +63,6 @@ namespace squeal
       return result;
     }
 
-    using RitzPairs = std::vector<DensePair>; ///< in a basis
-
     /// What is known of vectors Y.
     struct Images
     {
@@ -81,24 +79,14 @@ namespace squeal
       std::vector<double> sizes;       ///< |t| / |x|
     };
 
-    using Coordinates = std::vector<std::vector<Complex>>; ///< in a basis, of each vector
-
     /// f_j x_j of Ritz pairs.
     template <typename Factor>
-    Coordinates scaled(const RitzPairs &ritz, const Factor &factor)
+    ComplexDenseMatrix scaled(const SmallPairs &ritz, const Factor &factor)
     {
-      Coordinates result;
-      for (const DensePair &pair : ritz)
-      {
-        result.push_back(pair.vector);
-        for (Complex &c : result.back())
-          c *= factor(pair.lambda);
-      }
-      return result;
-    }
-    Coordinates coordinates_of(const RitzPairs &ritz)
-    {
-      return scaled(ritz, [](const Complex &) { return 1.; });
+      std::vector<Complex> factors;
+      for (const Complex &l : ritz.lambda)
+        factors.push_back(factor(l));
+      return ComplexDenseMatrix(ritz.right).scale(factors);
     }
 
     /// The search for right vectors or, with the adjoint problem, for left ones: an orthonormal
@@ -143,10 +131,10 @@ namespace squeal
 
     private:
       /// The Ritz pairs of the region and a little further, or the left ones.
-      RitzPairs ritz_pairs(bool of_left) const;
+      SmallPairs ritz_pairs(bool of_left) const;
       /// Selects the pairs that need a correction. Of modes that are not wanted only the place must
       /// be known: once their corrections were small, they rest until they move.
-      RitzPairs moving_pairs() const;
+      SmallPairs moving_pairs() const;
       bool is_wanted(const Complex &l) const
       {
         return options.region.contains(l) && l.imag() >= options.min_imaginary * (1 - slack) &&
@@ -158,7 +146,7 @@ namespace squeal
       {
         return is_wanted(l) ? wanted_bound : options.region.contains(l) ? 1e-2 : 3e-2;
       }
-      Corrections correct(const RitzPairs &ritz);
+      Corrections correct(const SmallPairs &ritz);
       /// Adds what is new in the corrections of the given numbers.
       void expand(const Corrections &corrections, const std::vector<unsigned int> &numbers);
       void expand(MultiVector y, MultiVector g);
@@ -177,14 +165,14 @@ namespace squeal
       Images basis;
       MultiVector tests;       ///< Z = F^{-T} M U
       DenseMatrix m, p, f;     ///< Z^T M U, Z^T P U, Z^T F U
-      RitzPairs ritz, moving;  ///< in the region; those that were corrected last
+      SmallPairs ritz, moving; ///< in the region; those that were corrected last
       Corrections corrections; ///< of these
       std::vector<Complex> at_rest;
       double wanted_bound = 0;
       unsigned int solves = 0, step = 0;
     };
 
-    Corrections SideSearch::correct(const RitzPairs &ritz)
+    Corrections SideSearch::correct(const SmallPairs &ritz)
     {
       constexpr double much_shorter = 0.02;
       // -Q(l) x = ((s - l^2) M - l P - F) x, with the contact pressures of the basis' vectors.
@@ -192,7 +180,7 @@ namespace squeal
           basis.m, scaled(ritz, [&](const Complex &l) { return shift_invert.square - l * l; }));
       for (const ComplexMultiVector &part :
            {combine(basis.p, scaled(ritz, [](const Complex &l) { return l; })),
-            combine(basis.g, coordinates_of(ritz))})
+            combine(basis.g, ritz.right)})
       {
         residual.re -= part.re;
         residual.im -= part.im;
@@ -217,16 +205,14 @@ namespace squeal
       }
       result.t = shift_invert.solve(result.residual);
       solves += result.t.n_columns();
-      const std::vector<double> lengths = lengths_of(result.t, n_cleared);
+      const std::vector<double> lengths = lengths_of(result.t, n_cleared),
+                                of_x    = ritz.right.column_norms(); // the basis is orthonormal
       for (unsigned int j = 0; j < ritz.size(); ++j)
       {
-        double square = 0; // the basis is orthonormal
-        for (const Complex &c : ritz[j].vector)
-          square += std::norm(c);
         double t_square = 0;
         for (unsigned int k = result.first[j]; k < result.first[j + 1]; ++k)
           t_square += lengths[k] * lengths[k];
-        result.sizes.push_back(std::sqrt(t_square / square));
+        result.sizes.push_back(std::sqrt(t_square) / of_x[j]);
       }
       return result;
     }
@@ -261,44 +247,45 @@ namespace squeal
       basis.pressures.append(pressures);
     }
 
-    RitzPairs SideSearch::ritz_pairs(const bool of_left) const
+    SmallPairs SideSearch::ritz_pairs(const bool of_left) const
     {
       const auto oriented = [&](const DenseMatrix &a) -> DenseMatrix
       { return of_left ? a.transpose() : DenseView<double>(a); };
       DenseMatrix q = f;
       for (std::size_t k = 0; k < q.values.size(); ++k)
         q.values[k] -= options.region.square * m.values[k];
-      RitzPairs result;
-      for (DensePair &pair : quadratic_eigenpairs(oriented(m), oriented(p), oriented(q), 0,
-                                                  std::sqrt(-options.region.square)))
-        if (pair.lambda.imag() > 0 && options.region.distance(pair.lambda) <= 1.05)
-          result.push_back(std::move(pair));
-      return result;
+      const SmallPairs all = SmallProblem{oriented(m), oriented(p), oriented(q), {}, nullptr}.solve(
+          0, std::sqrt(-options.region.square));
+      std::vector<unsigned int> near;
+      for (unsigned int k = 0; k < all.size(); ++k)
+        if (all.lambda[k].imag() > 0 && options.region.distance(all.lambda[k]) <= 1.05)
+          near.push_back(k);
+      return all.select(near);
     }
 
-    RitzPairs SideSearch::moving_pairs() const
+    SmallPairs SideSearch::moving_pairs() const
     {
       constexpr double at_the_same_place = 1e-3;
-      RitzPairs result;
-      for (const DensePair &pair : ritz)
+      std::vector<unsigned int> result;
+      for (unsigned int k = 0; k < ritz.size(); ++k)
       {
-        const Complex l = pair.lambda;
+        const Complex l = ritz.lambda[k];
         const bool rests =
             std::any_of(at_rest.begin(), at_rest.end(),
                         [&](const Complex &other)
                         { return std::abs(l - other) <= at_the_same_place * std::abs(l); });
         if (is_wanted(l) || !rests)
-          result.push_back(pair);
+          result.push_back(k);
       }
-      return result;
+      return ritz.select(result);
     }
 
     std::vector<Complex> SideSearch::eigenvalues() const
     {
       std::vector<Complex> result;
-      for (const DensePair &pair : ritz)
-        if (options.region.contains(pair.lambda))
-          result.push_back(pair.lambda);
+      for (const Complex &l : ritz.lambda)
+        if (options.region.contains(l))
+          result.push_back(l);
       return result;
     }
 
@@ -306,16 +293,15 @@ namespace squeal
     {
       EigenPairs pairs;
       std::vector<unsigned int> wanted;
-      Coordinates turned;
+      std::vector<Complex> turns;
       for (unsigned int j = 0; j < moving.size(); ++j)
-        if (is_wanted(moving[j].lambda))
+        if (is_wanted(moving.lambda[j]))
         {
           wanted.push_back(j);
-          pairs.lambda.push_back(moving[j].lambda);
-          turned.push_back(moving[j].vector);
-          for (Complex &c : turned.back())
-            c *= corrections.turns[j];
+          pairs.lambda.push_back(moving.lambda[j]);
+          turns.push_back(corrections.turns[j]);
         }
+      const ComplexDenseMatrix turned    = moving.right.columns(wanted).scale(turns);
       pairs.right                        = combine(space.basis(), turned);
       const ComplexMultiVector pressures = combine(basis.pressures, turned);
       const auto add_rest = [&](MultiVector &x, const MultiVector &of_x, const unsigned int part)
@@ -343,7 +329,7 @@ namespace squeal
 
     void SideSearch::start(const SideSearch &other)
     {
-      const Coordinates d = coordinates_of(other.ritz_pairs(true));
+      const ComplexDenseMatrix d = other.ritz_pairs(true).right;
       expand(combine(other.tests, d).real_span(), combine(other.basis.m, d).real_span());
     }
 
@@ -365,7 +351,7 @@ namespace squeal
         worst = 0;
         for (unsigned int j = 0; j < moving.size(); ++j)
         {
-          const Complex l = moving[j].lambda;
+          const Complex l = moving.lambda[j];
           worst           = std::max(worst, corrections.sizes[j] / bound(l));
           if (!(corrections.sizes[j] <= bound(l)))
             open.push_back(j);

@@ -168,15 +168,6 @@ namespace squeal
       enlarge(problem.frozen[b].matrix, small.frozen[b]);
   }
 
-  ComplexMultiVector combine(const MultiVector &basis,
-                             const std::vector<std::vector<std::complex<double>>> &coordinates)
-  {
-    ComplexDenseMatrix columns(basis.n_columns(), coordinates.size());
-    for (unsigned int j = 0; j < coordinates.size(); ++j)
-      std::copy(coordinates[j].begin(), coordinates[j].end(), columns.column(j));
-    return combine(basis, columns);
-  }
-
   std::vector<MainPart> main_parts(const ComplexMultiVector &vectors)
   {
     std::vector<std::pair<const double *, const double *>> parts;

@@ -308,20 +308,4 @@ namespace squeal
       add_real(t * (*frozen_terms)[b].derivative(l), frozen[b], result);
     return result;
   }
-
-  std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
-                                              const DenseMatrix &q, const double shift,
-                                              const double scale, const bool with_left)
-  {
-    const SmallPairs pairs = SmallProblem{m, p, q, {}, nullptr}.solve(shift, scale, with_left);
-    std::vector<DensePair> result;
-    const auto column = [](const ComplexDenseMatrix &a, const unsigned int k)
-    {
-      return a.empty() ? std::vector<Complex>()
-                       : std::vector<Complex>(a.column(k), a.column(k) + a.n_rows);
-    };
-    for (unsigned int k = 0; k < pairs.size(); ++k)
-      result.push_back({pairs.lambda[k], column(pairs.right, k), column(pairs.left, k)});
-    return result;
-  }
 } // namespace squeal

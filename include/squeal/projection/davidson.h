@@ -135,11 +135,6 @@ namespace squeal
     BothSides newest; ///< with two bases
   };
 
-  /// Combines the columns of a basis with complex coordinates, a list for each vector; missing ones
-  /// are zero.
-  ComplexMultiVector combine(const MultiVector &basis,
-                             const std::vector<std::vector<std::complex<double>>> &coordinates);
-
   /// Finds the turns of complex columns. Collective.
   std::vector<MainPart> main_parts(const ComplexMultiVector &vectors);
 } // namespace squeal

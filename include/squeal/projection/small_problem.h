@@ -84,16 +84,4 @@ namespace squeal
   /// The root of a l^2 + b l + c near a given one.
   std::complex<double> nearest_root(std::complex<double> a, std::complex<double> b,
                                     std::complex<double> c, std::complex<double> given);
-
-  /// One eigenpair Q(l) x = 0 of a small quadratic problem; vectors have the size of the problem.
-  struct DensePair
-  {
-    std::complex<double> lambda;
-    std::vector<std::complex<double>> vector;
-    std::vector<std::complex<double>> left; ///< y^T Q(l) = 0; on demand
-  };
-  /// What SmallProblem::solve() gives, pair by pair.
-  std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
-                                              const DenseMatrix &q, double shift, double scale,
-                                              bool with_left = false);
 } // namespace squeal

@@ -11,6 +11,28 @@ namespace squeal::tests::small_problem
 
   namespace
   {
+    /// One of SmallProblem's pairs, in lists.
+    struct DensePair
+    {
+      Complex lambda;
+      std::vector<Complex> vector, left;
+    };
+    std::vector<DensePair> quadratic_eigenpairs(const DenseMatrix &m, const DenseMatrix &p,
+                                                const DenseMatrix &q, const double shift,
+                                                const double scale, const bool with_left = false)
+    {
+      const SmallPairs pairs = SmallProblem{m, p, q, {}, nullptr}.solve(shift, scale, with_left);
+      std::vector<DensePair> result;
+      for (unsigned int k = 0; k < pairs.size(); ++k)
+      {
+        result.push_back(
+            {pairs.lambda[k], ComplexDenseMatrix(pairs.right.columns(k, 1)).values, {}});
+        if (with_left)
+          result.back().left = ComplexDenseMatrix(pairs.left.columns(k, 1)).values;
+      }
+      return result;
+    }
+
     /// Row by row, as one writes a matrix.
     DenseMatrix matrix(const unsigned int n, const std::vector<double> &rows)
     {
@@ -285,6 +307,57 @@ namespace squeal::tests::small_problem
     CHECK(distance(pairs, 0) <= 1e-7);
 
     CHECK(quadratic_eigenpairs(none, none, none, 0, 1).empty());
+  }
+
+  TEST_CASE("small problem: pairs nearby are corrected together, or left as they are")
+  {
+    // A damped chain with circulatory forces; pairs of a softer one are where the search begins.
+    constexpr unsigned int n = 12;
+    const auto chain         = [](const double stiffness)
+    {
+      SmallProblem problem{DenseMatrix(n, n), DenseMatrix(n, n), DenseMatrix(n, n), {}, nullptr};
+      for (unsigned int i = 0; i < n; ++i)
+      {
+        problem.m(i, i) = 1;
+        problem.p(i, i) = 0.02;
+        problem.q(i, i) = stiffness * (2 + 0.1 * i);
+        if (i > 0)
+        {
+          problem.q(i, i - 1) = -0.9;
+          problem.q(i - 1, i) = -1.1;
+        }
+      }
+      return problem;
+    };
+    const SmallProblem problem = chain(1);
+    const SmallPairs expected  = problem.solve(0, 1, true);
+    SmallPairs pairs           = chain(1.001).solve(0, 1, true);
+    REQUIRE(pairs.size() == n);
+    const SmallPairs before = pairs;
+    CHECK(problem.improve(pairs, {3, 1e-8}));
+    for (unsigned int k = 0; k < n; ++k)
+    {
+      double nearest = 1;
+      for (const Complex &l : expected.lambda)
+        nearest = std::min(nearest, std::abs(l - pairs.lambda[k]));
+      CHECK(nearest <= 1e-12);
+      const ComplexDenseMatrix at = problem.at(pairs.lambda[k]);
+      CHECK((at * pairs.right.columns(k, 1)).largest_entry() <= 1e-9);
+      CHECK((at.transpose() * pairs.left.columns(k, 1)).largest_entry() <= 1e-9);
+      const ComplexDenseMatrix h    = problem.derivative(pairs.lambda[k]),
+                               next = problem.at(pairs.lambda[k] + 1e-6);
+      ComplexDenseMatrix slope      = next;
+      slope -= at;
+      slope.add(-1e-6, h);
+      CHECK(slope.largest_entry() <= 2e-12); // l^2 M
+    }
+    // Beyond the disc, and where two begin at one
+    pairs = before;
+    CHECK(!problem.improve(pairs, {0.5, 1e-8}));
+    CHECK(pairs.lambda == before.lambda);
+    pairs = before.select({0, 0});
+    CHECK(!problem.improve(pairs, {3, 1e-8}));
+    CHECK(pairs.right.values == before.select({0, 0}).right.values);
   }
 
   TEST_CASE("small problem: left vectors come with the right ones, of the same eigenvalue")
