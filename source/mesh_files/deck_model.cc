@@ -11,6 +11,22 @@ namespace squeal
 
   namespace
   {
+    /// Whether a keyword concerns the mesh or output only.
+    bool is_of_mesh_or_output(const std::string &name)
+    {
+      static const std::set<std::string> mesh = {
+          "*HEADING",        "*ELSET",           "*SURFACE",
+          "*ASSEMBLY",       "*END ASSEMBLY",    "*STEP",
+          "*END STEP",       "*END INSTANCE",    "*PREPRINT",
+          "*OUTPUT",         "*NODE OUTPUT",     "*EL FILE",
+          "*ELEMENT OUTPUT", "*NODE FILE",       "*CONTACT OUTPUT",
+          "*ENERGY OUTPUT",  "*NODE PRINT",      "*EL PRINT",
+          "*CONTACT FILE",   "*CONTACT PRINT",   "*RESTART",
+          "*MONITOR",        "*SYSTEM",          "*FILE FORMAT",
+          "*DISTRIBUTING",   "*SURFACE BEHAVIOR"};
+      return mesh.count(name) > 0;
+    }
+
     /// Keywords with their data, parts and instances included.
     class DeckModelReader
     {
@@ -61,18 +77,8 @@ namespace squeal
 
       void take()
       {
-        const std::string &name                 = keyword.name;
-        static const std::set<std::string> mesh = {
-            "*HEADING",        "*ELSET",           "*SURFACE",
-            "*ASSEMBLY",       "*END ASSEMBLY",    "*STEP",
-            "*END STEP",       "*END INSTANCE",    "*PREPRINT",
-            "*OUTPUT",         "*NODE OUTPUT",     "*EL FILE",
-            "*ELEMENT OUTPUT", "*NODE FILE",       "*CONTACT OUTPUT",
-            "*ENERGY OUTPUT",  "*NODE PRINT",      "*EL PRINT",
-            "*CONTACT FILE",   "*CONTACT PRINT",   "*RESTART",
-            "*MONITOR",        "*SYSTEM",          "*FILE FORMAT",
-            "*DISTRIBUTING",   "*SURFACE BEHAVIOR"};
-        if (mesh.count(name) > 0)
+        const std::string &name = keyword.name;
+        if (is_of_mesh_or_output(name))
           return;
         if (name == "*PART")
           scope = "part " + option("NAME");

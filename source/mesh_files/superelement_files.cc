@@ -146,7 +146,132 @@ namespace squeal
     /// free part's stiffness, and condensation adds its own rounding.
     constexpr double mass_rounding = 1e-8, stiffness_rounding = 1e-6;
     constexpr double singular = 1e-12; ///< what factors leave of it
-  }                                    // namespace
+
+    /// Reads the matrices of a superelement with @p n nodes. Throws InputError where sizes do not
+    /// fit or an energy may be negative.
+    Superelement::Matrices read_matrices(const Parameters::Joints::Superelement &entry,
+                                         const unsigned int n)
+    {
+      const std::string where = superelements_key + ": '" + entry.name + "': ";
+      Superelement::Matrices matrices;
+      matrices.stiffness      = read_symmetric(entry.files + "-K.mtx", 0);
+      const unsigned int size = matrices.stiffness.n_rows;
+      if (size < 3 * n)
+        throw InputError(where + "the stiffness matrix has " + std::to_string(size) +
+                         " rows, but the table " + entry.files + "-nodes.csv has " +
+                         std::to_string(n) + " nodes with three displacements each.");
+      matrices.mass = read_symmetric(entry.files + "-M.mtx", size);
+      if (const std::string file = entry.files + "-D.mtx"; std::filesystem::exists(file))
+        matrices.damping = read_symmetric(file, size);
+      if (n_eigenvalues_below(-mass_rounding, matrices.mass) > 0)
+        throw InputError(where + "the mass matrix " + entry.files +
+                         "-M.mtx is indefinite: there are motions with a negative energy.");
+      if (const unsigned int n_negative =
+              n_eigenvalues_below(-stiffness_rounding, matrices.stiffness))
+        throw InputError(where + "the stiffness matrix " + entry.files +
+                         "-K.mtx is indefinite: " + std::to_string(n_negative) +
+                         " of its eigenvalues are negative, motions that release energy.");
+      return matrices;
+    }
+
+    /// Holds each node to the nearest surface that is near enough. Returns distances by node, m.
+    /// Throws InputError for a surface that no node is near to.
+    std::vector<double> hold_nodes(const std::string &where,
+                                   const std::vector<HoldingSurface> &surfaces,
+                                   const double tolerance, PlacedSuperelement &result)
+    {
+      Superelement &element = result.element;
+      const unsigned int n  = element.nodes.size();
+      const FaceElement<3> patch(2);
+      result.surface_of_node.assign(n, PlacedSuperelement::free);
+      element.is_held.assign(n, false);
+      std::vector<double> distance(n, INFINITY);
+      for (unsigned int s = 0; s < surfaces.size(); ++s)
+      {
+        const double allowed = allowed_distance(tolerance, surfaces[s].faces);
+        double least         = INFINITY;
+        for (unsigned int k = 0; k < n; ++k)
+        {
+          const double found = nearest_point(patch, surfaces[s].faces, element.nodes[k]).distance;
+          least              = std::min(least, found);
+          if (found <= allowed && found < distance[k])
+            result.surface_of_node[k] = s;
+          distance[k] = std::min(distance[k], found);
+        }
+        if (least > allowed)
+          throw InputError(where + "no node is within " + exact_text(allowed) + " m of '" +
+                           surfaces[s].name + "' (Joints/Position tolerance); the nearest is " +
+                           exact_text(least) + " m away.");
+      }
+      for (unsigned int k = 0; k < n; ++k)
+        element.is_held[k] = result.surface_of_node[k] != PlacedSuperelement::free;
+      return distance;
+    }
+
+    /// Throws InputError where the stiffness holds neither a node that is free nor the internal
+    /// coordinates.
+    void check_free_coordinates(const std::string &where, const Superelement &element,
+                                const std::vector<double> &distance)
+    {
+      const unsigned int n = element.nodes.size(), size = element.size();
+      const std::vector<double> diagonal = diagonal_of(element.matrices->stiffness);
+      for (unsigned int k = 0; k < n; ++k)
+        for (unsigned int c = 0; c < 3; ++c)
+          if (!element.is_held[k] && diagonal[3 * k + c] == 0)
+            throw InputError(where + "the node at " + text_of(element.nodes[k]) + " is " +
+                             exact_text(distance[k]) +
+                             " m away from the nearest surface, more than is allowed "
+                             "(Joints/Position tolerance), and the stiffness matrix does not hold "
+                             "it: its row " +
+                             std::to_string(3 * k + c + 1) + " has a zero on the diagonal.");
+      for (unsigned int i = 3 * n; i < size; ++i)
+        if (diagonal[i] == 0)
+          throw InputError(where +
+                           "the stiffness matrix does not hold the internal coordinate of "
+                           "row " +
+                           std::to_string(i + 1) + ": there is a zero on the diagonal.");
+      if (const unsigned int n_singular =
+              size > 3 * n ? n_eigenvalues_below(singular, element.matrices->stiffness, 3 * n) : 0)
+        throw InputError(where +
+                         "the stiffness matrix does not hold the internal coordinates, rows " +
+                         std::to_string(3 * n + 1) + " to " + std::to_string(size) +
+                         ": their block has " + std::to_string(n_singular) +
+                         " eigenvalues that are zero to rounding, motions without energy while all "
+                         "nodes rest.");
+    }
+
+    /// A line for the report: nodes, how they are held, mass.
+    std::string describe(const PlacedSuperelement &placed,
+                         const std::vector<HoldingSurface> &surfaces,
+                         const std::vector<double> &distance)
+    {
+      const Superelement &element            = placed.element;
+      const Superelement::Matrices &matrices = *element.matrices;
+      const unsigned int n = element.nodes.size(), size = element.size();
+      std::vector<unsigned int> n_of_surface(surfaces.size());
+      double largest = 0;
+      for (unsigned int k = 0; k < n; ++k)
+        if (element.is_held[k])
+        {
+          ++n_of_surface[placed.surface_of_node[k]];
+          largest = std::max(largest, distance[k]);
+        }
+      // The mass that moves with the nodes along x, its internal coordinates at rest
+      double mass = 0;
+      for (std::size_t k = 0; k < matrices.mass.values.size(); ++k)
+        if (matrices.mass.rows[k] < PetscInt(3 * n) && matrices.mass.columns[k] < PetscInt(3 * n) &&
+            matrices.mass.rows[k] % 3 == 0 && matrices.mass.columns[k] % 3 == 0)
+          mass += matrices.mass.values[k];
+      std::ostringstream report;
+      report << "'" << element.name << "': " << n << " nodes, ";
+      for (unsigned int s = 0; s < surfaces.size(); ++s)
+        report << n_of_surface[s] << " held by '" << surfaces[s].name << "', ";
+      report << "at most " << largest << " m away, " << n - element.n_held() << " free, "
+             << size - 3 * n << " internal coordinates, "
+             << (matrices.damping.n_rows > 0 ? "" : "no damping, ") << mass << " kg";
+      return report.str();
+    }
+  } // namespace
 
   PlacedSuperelement read_superelement(const Parameters::Joints::Superelement &entry,
                                        const std::vector<HoldingSurface> &surfaces,
@@ -157,99 +282,11 @@ namespace squeal
     const std::string where = superelements_key + ": '" + entry.name + "': ";
     element.name            = entry.name;
     element.nodes           = read_nodes(entry.files + "-nodes.csv");
-    const unsigned int n    = element.nodes.size();
-    Superelement::Matrices matrices;
-    matrices.stiffness          = read_symmetric(entry.files + "-K.mtx", 0);
-    const unsigned int size     = matrices.stiffness.n_rows;
-    const std::string size_text = std::to_string(size);
-    if (size < 3 * n)
-      throw InputError(where + "the stiffness matrix has " + size_text + " rows, but the table " +
-                       entry.files + "-nodes.csv has " + std::to_string(n) +
-                       " nodes with three displacements each.");
-    matrices.mass = read_symmetric(entry.files + "-M.mtx", size);
-    if (const std::string file = entry.files + "-D.mtx"; std::filesystem::exists(file))
-      matrices.damping = read_symmetric(file, size);
-    if (n_eigenvalues_below(-mass_rounding, matrices.mass) > 0)
-      throw InputError(where + "the mass matrix " + entry.files +
-                       "-M.mtx is indefinite: there are motions with a negative energy.");
-    if (const unsigned int n_negative =
-            n_eigenvalues_below(-stiffness_rounding, matrices.stiffness))
-      throw InputError(where + "the stiffness matrix " + entry.files +
-                       "-K.mtx is indefinite: " + std::to_string(n_negative) +
-                       " of its eigenvalues are negative, motions that release energy.");
-
-    const FaceElement<3> patch(2);
-    result.surface_of_node.assign(n, PlacedSuperelement::free);
-    element.is_held.assign(n, false);
-    std::vector<double> distance(n, INFINITY);
-    std::vector<unsigned int> n_of_surface(surfaces.size());
-    double largest = 0;
-    for (unsigned int s = 0; s < surfaces.size(); ++s)
-    {
-      const double allowed = allowed_distance(tolerance, surfaces[s].faces);
-      double least         = INFINITY;
-      for (unsigned int k = 0; k < n; ++k)
-      {
-        const double found = nearest_point(patch, surfaces[s].faces, element.nodes[k]).distance;
-        least              = std::min(least, found);
-        if (found <= allowed && found < distance[k])
-          result.surface_of_node[k] = s;
-        distance[k] = std::min(distance[k], found);
-      }
-      if (least > allowed)
-        throw InputError(where + "no node is within " + exact_text(allowed) + " m of '" +
-                         surfaces[s].name + "' (Joints/Position tolerance); the nearest is " +
-                         exact_text(least) + " m away.");
-    }
-    const std::vector<double> diagonal = diagonal_of(matrices.stiffness);
-    for (unsigned int k = 0; k < n; ++k)
-    {
-      element.is_held[k] = result.surface_of_node[k] != PlacedSuperelement::free;
-      if (element.is_held[k])
-      {
-        ++n_of_surface[result.surface_of_node[k]];
-        largest = std::max(largest, distance[k]);
-        continue;
-      }
-      for (unsigned int c = 0; c < 3; ++c)
-        if (diagonal[3 * k + c] == 0)
-          throw InputError(where + "the node at " + text_of(element.nodes[k]) + " is " +
-                           exact_text(distance[k]) +
-                           " m away from the nearest surface, more than is allowed "
-                           "(Joints/Position tolerance), and the stiffness matrix does not hold "
-                           "it: its row " +
-                           std::to_string(3 * k + c + 1) + " has a zero on the diagonal.");
-    }
-    for (unsigned int i = 3 * n; i < size; ++i)
-      if (diagonal[i] == 0)
-        throw InputError(where +
-                         "the stiffness matrix does not hold the internal coordinate of "
-                         "row " +
-                         std::to_string(i + 1) + ": there is a zero on the diagonal.");
-    if (const unsigned int n_singular =
-            size > 3 * n ? n_eigenvalues_below(singular, matrices.stiffness, 3 * n) : 0)
-      throw InputError(where +
-                       "the stiffness matrix does not hold the internal coordinates, rows " +
-                       std::to_string(3 * n + 1) + " to " + size_text + ": their block has " +
-                       std::to_string(n_singular) +
-                       " eigenvalues that are zero to rounding, motions without energy while all "
-                       "nodes rest.");
-
-    // The mass that moves with the nodes along x, its internal coordinates at rest
-    double mass = 0;
-    for (std::size_t k = 0; k < matrices.mass.values.size(); ++k)
-      if (matrices.mass.rows[k] < PetscInt(3 * n) && matrices.mass.columns[k] < PetscInt(3 * n) &&
-          matrices.mass.rows[k] % 3 == 0 && matrices.mass.columns[k] % 3 == 0)
-        mass += matrices.mass.values[k];
-    std::ostringstream report;
-    report << "'" << entry.name << "': " << n << " nodes, ";
-    for (unsigned int s = 0; s < surfaces.size(); ++s)
-      report << n_of_surface[s] << " held by '" << surfaces[s].name << "', ";
-    report << "at most " << largest << " m away, " << n - element.n_held() << " free, "
-           << size - 3 * n << " internal coordinates, "
-           << (matrices.damping.n_rows > 0 ? "" : "no damping, ") << mass << " kg";
-    result.report    = report.str();
-    element.matrices = std::make_shared<const Superelement::Matrices>(std::move(matrices));
+    element.matrices =
+        std::make_shared<const Superelement::Matrices>(read_matrices(entry, element.nodes.size()));
+    const std::vector<double> distance = hold_nodes(where, surfaces, tolerance, result);
+    check_free_coordinates(where, element, distance);
+    result.report = describe(result, surfaces, distance);
     return result;
   }
 
