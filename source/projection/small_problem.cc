@@ -25,7 +25,7 @@ namespace squeal
         result.errors.push_back(errors[k]);
     }
     result.right = right.columns(numbers);
-    if (!left.empty())
+    if (left.n_rows > 0) // no pairs keep their size, too
       result.left = left.columns(numbers);
     return result;
   }

@@ -431,6 +431,8 @@ namespace squeal
     has_others          = false;
     SmallPairs x;
     double last_error = HUGE_VAL, before_last = HUGE_VAL;
+    // Not the loop of Davidson: terms change from value to value, so that what is projected is kept
+    // by matrix, and a value begins with the pairs of the last one.
     for (unsigned int n_corrections = 0;; ++n_corrections)
     {
       const SmallPairs before = std::move(x);
