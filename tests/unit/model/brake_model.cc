@@ -4,6 +4,7 @@
 
 #include <squeal/eigen/find_modes.h>
 #include <squeal/model/brake_model.h>
+#include <squeal/scenes/make_scene.h>
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +32,7 @@ namespace squeal::tests::brake_model_tests
     struct Brake
     {
       explicit Brake(const Parameters::All &prm)
-          : prm(prm), model(make_brake(prm), prm, MPI_COMM_WORLD, log, timer)
+          : prm(prm), model(make_scene<3>(prm), prm, MPI_COMM_WORLD, log, timer)
       {
         model.distribute();
       }
