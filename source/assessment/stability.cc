@@ -1,9 +1,9 @@
 #include <squeal/assessment/stability.h>
+#include <squeal/equations/term_list.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <tuple>
 
 // From eigenpairs to a table of verdicts. A mode's Rayleigh coefficients d + j g = x^H P x and k +
@@ -98,25 +98,25 @@ namespace squeal
     std::vector<unsigned int> body_of_row;
     std::tie(result.bodies, body_of_row) = model.bodies_of_rows();
     const unsigned int n_modes = modes.lambda.size(), n_bodies = result.bodies.size();
-    result.n_modes = n_modes;
+    result.n_modes       = n_modes;
+    const auto number_of = [&result](const Origin origin)
+    {
+      const auto known          = std::find(result.origins.begin(), result.origins.end(), origin);
+      const unsigned int number = known - result.origins.begin();
+      if (known == result.origins.end())
+        result.origins.push_back(origin);
+      return number;
+    };
     // Stiffness and damping may be multiples of one matrix.
-    std::map<const Matrix *, std::vector<const Term *>> terms_of;
-    std::vector<const Matrix *> matrices; // in the same order on all ranks
+    TermList list;
     for (const Term &term : model.terms())
       if (term.order < 2)
       {
-        if (std::find(result.origins.begin(), result.origins.end(), term.origin) ==
-            result.origins.end())
-          result.origins.push_back(term.origin);
-        std::vector<const Term *> &terms = terms_of[term.matrix.get()];
-        if (terms.empty())
-          matrices.push_back(term.matrix.get());
-        terms.push_back(&term);
+        number_of(term.origin);
+        list.add(term);
       }
     for (const RelaxationTerm &term : model.relaxation())
-      if (std::find(result.origins.begin(), result.origins.end(), term.origin) ==
-          result.origins.end())
-        result.origins.push_back(term.origin);
+      number_of(term.origin);
     result.parts.resize(result.origins.size() * n_bodies * n_modes);
 
     std::vector<Complex> forms(n_bodies * n_modes); // of a matrix: by body, by mode
@@ -131,8 +131,7 @@ namespace squeal
     for (const RelaxationTerm &term : model.relaxation())
     {
       make_forms(*term.matrix);
-      const unsigned int o = std::find(result.origins.begin(), result.origins.end(), term.origin) -
-                             result.origins.begin();
+      const unsigned int o = number_of(term.origin);
       for (unsigned int b = 0; b < n_bodies; ++b)
         for (unsigned int j = 0; j < n_modes; ++j)
         {
@@ -149,20 +148,17 @@ namespace squeal
           parts[3] += stiffness * form.imag();
         }
     }
-    for (const Matrix *matrix : matrices)
+    for (unsigned int k = 0; k < list.n_matrices(); ++k)
     {
-      make_forms(*matrix);
-      for (const Term *term : terms_of[matrix])
+      make_forms(*list.matrix(k));
+      for (const Term &term : list.terms_of(k))
       {
-        const unsigned int o = std::find(result.origins.begin(), result.origins.end(),
-                                         term->origin) -
-                               result.origins.begin(),
-                           part = term->order == 1 ? 0 : 2;
+        const unsigned int o = number_of(term.origin), part = term.order == 1 ? 0 : 2;
         for (unsigned int b = 0; b < n_bodies; ++b)
           for (unsigned int j = 0; j < n_modes; ++j)
           {
-            result.at(o, b, j)[part] += term->coefficient * forms[b * n_modes + j].real();
-            result.at(o, b, j)[part + 1] += term->coefficient * forms[b * n_modes + j].imag();
+            result.at(o, b, j)[part] += term.coefficient * forms[b * n_modes + j].real();
+            result.at(o, b, j)[part + 1] += term.coefficient * forms[b * n_modes + j].imag();
           }
       }
     }
@@ -253,11 +249,13 @@ namespace squeal
   {
     const unsigned int n_modes = modes.lambda.size();
     std::vector<Complex> sums(n_modes);
-    for (const Term &term : derivative.terms)
+    const TermList terms(derivative.terms);
+    for (unsigned int k = 0; k < terms.n_matrices(); ++k)
     {
-      const auto form = diagonal_form(modes.left, *term.matrix, modes.right);
-      for (unsigned int j = 0; j < n_modes; ++j)
-        sums[j] += term.coefficient * std::pow(modes.lambda[j], int(term.order)) * form[j];
+      const auto form = diagonal_form(modes.left, *terms.matrix(k), modes.right);
+      for (const Term &term : terms.terms_of(k))
+        for (unsigned int j = 0; j < n_modes; ++j)
+          sums[j] += term.coefficient * std::pow(modes.lambda[j], int(term.order)) * form[j];
     }
     for (const ParameterDerivative::OfModulus &term : derivative.moduli)
     {

@@ -1,6 +1,7 @@
 #include <squeal/base/text.h>
 #include <squeal/eigen/growth_search.h>
 #include <squeal/eigen/left_vectors.h>
+#include <squeal/equations/term_list.h>
 #include <squeal/linalg/compressed_rows.h>
 #include <squeal/projection/backward_error.h>
 #include <squeal/projection/ritz.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 // Growth outside of the disc that all solvers search. SymmetricParts counts negative directions of
 // symmetric parts of Q and of the damping by LDL^T: no mode grows there without one of them
@@ -20,32 +22,30 @@ namespace squeal
 
   namespace
   {
-    /// The summands of Q, P and M by order, of which symmetric parts are factorised.
+    /// Sums of matrices by order, of which symmetric parts are factorised.
     class SymmetricParts
     {
     public:
+      const bool may_excite; ///< whether velocity terms may
+
       explicit SymmetricParts(const QuadraticEigenproblem &problem)
-          : rows(problem.rows), n_constraints(problem.n_constraints),
-            may_excite(problem.may_excite && problem.P), by_order{{{{1., problem.Q, true}},
-                                                                   {{1., problem.P, true}},
-                                                                   {{1., problem.M}}}}
+          : may_excite(problem.may_excite && problem.P), rows(problem.rows),
+            n_constraints(problem.n_constraints), summands{{problem.Q, {{1, 0, 0}}, false},
+                                                           {problem.P, {{0, 1, 0}}, false},
+                                                           {problem.M, {{0, 0, 1}}, true}}
       {
       }
-      SymmetricParts(const RowRange &rows, const std::vector<Term> &terms,
+      SymmetricParts(const RowRange &rows, const std::vector<Term> &given,
                      const unsigned int n_constraints)
-          : rows(rows), n_constraints(n_constraints), may_excite(squeal::may_excite(terms))
+          : may_excite(squeal::may_excite(given)), rows(rows), n_constraints(n_constraints)
       {
-        const auto is_symmetric = [&](const Term &term)
-        {
-          return std::any_of(terms.begin(), terms.end(),
-                             [&](const Term &other) {
-                               return other.matrix == term.matrix && other.order != 1 &&
-                                      is_conservative(other.origin);
-                             });
-        };
-        for (const Term &term : terms)
-          if (term.matrix && *term.matrix && term.coefficient != 0)
-            by_order[term.order].push_back({term.coefficient, *term.matrix, !is_symmetric(term)});
+        const TermList terms(given);
+        for (unsigned int k = 0; k < terms.n_matrices(); ++k)
+          summands.push_back({*terms.matrix(k), terms.by_order(k),
+                              std::any_of(terms.terms_of(k).begin(), terms.terms_of(k).end(),
+                                          [](const Term &term) {
+                                            return term.order != 1 && is_conservative(term.origin);
+                                          })});
       }
 
       /// Negative eigenvalues of the symmetric part of Q(s), s real, beyond one per constraint.
@@ -64,29 +64,27 @@ namespace squeal
     private:
       unsigned int n_negative(const std::array<double, 3> &factors, const std::string &name) const
       {
-        std::vector<Summand> summands; // one for each matrix
-        for (unsigned int order = 0; order < 3; ++order)
-          for (const Summand &summand : by_order[order])
-          {
-            const double coefficient =
-                factors[order] * summand.coefficient / (summand.transposed_too ? 2 : 1);
-            const auto same =
-                std::find_if(summands.begin(), summands.end(),
-                             [&](const Summand &other) { return other.matrix == summand.matrix; });
-            if (same != summands.end())
-              same->coefficient += coefficient;
-            else
-              summands.push_back({coefficient, summand.matrix, summand.transposed_too});
-          }
-        return Factorization(sum_of(rows, summands), Factorization::Kind::ldlt, name)
-            .inertia()
-            .negative;
+        std::vector<squeal::Summand> sum;
+        for (const Summand &summand : summands)
+        {
+          const double coefficient =
+              std::inner_product(factors.begin(), factors.end(), summand.coefficients.begin(), 0.);
+          if (coefficient != 0)
+            sum.push_back({summand.is_symmetric ? coefficient : coefficient / 2, summand.matrix,
+                           !summand.is_symmetric});
+        }
+        return Factorization(sum_of(rows, sum), Factorization::Kind::ldlt, name).inertia().negative;
       }
 
+      struct Summand
+      {
+        Mat matrix;
+        std::array<double, 3> coefficients; ///< by order
+        bool is_symmetric;
+      };
       const RowRange rows;
       const unsigned int n_constraints;
-      const bool may_excite;
-      std::array<std::vector<Summand>, 3> by_order; ///< with the transpose: those not symmetric
+      std::vector<Summand> summands;
     };
 
     /// (m^2 M + m (P + 2 s M) + Q(s)) x = 0 with l = s + m.
@@ -238,7 +236,7 @@ namespace squeal
     if (parts.n_negative_at(-R) > 0)
       return false;
     // What only damps makes the real parts larger at R than at -R.
-    return !may_excite(terms) ||
+    return !parts.may_excite ||
            (parts.n_negative_at(R) == 0 &&
             parts.n_exciting(std::sqrt(R * R - max_imaginary * max_imaginary)) == 0);
   }

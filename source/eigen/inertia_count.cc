@@ -165,16 +165,6 @@ namespace squeal
     return is_left;
   }
 
-  bool InertiaCount::has_bodies_of_base(const std::vector<Term> &others) const
-  {
-    return base.factors && base.contact &&
-           std::equal(others.begin(), others.end(), base.terms.begin(), base.terms.end(),
-                      [](const Term &a, const Term &b) {
-                        return a.matrix == b.matrix && a.order == b.order &&
-                               a.coefficient == b.coefficient;
-                      });
-  }
-
   std::shared_ptr<const Matrix>
   InertiaCount::closed_where_either_is(const Matrix &contact,
                                        const std::vector<unsigned int> &open) const
@@ -204,7 +194,7 @@ namespace squeal
                                std::vector<unsigned int> open)
   {
     base         = {}; // two of them would double the memory
-    base.terms   = others;
+    base.bodies  = KnownTerms(others);
     base.contact = std::move(contact);
     base.open    = std::move(open);
     base.columns = MultiVector(rows, 0);

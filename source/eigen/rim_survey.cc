@@ -34,22 +34,18 @@ namespace squeal
 
   RimSurvey::Strengths RimSurvey::strengths_of(const std::vector<Term> &terms)
   {
-    Strengths result;
-    std::map<std::shared_ptr<const Matrix>, double> present;
+    TermList list;
     for (const Term &term : terms)
-    {
-      const bool is_of_those = term.origin == Origin::inertia ||
-                               term.origin == Origin::elasticity ||
-                               (term.order == 1 && term.origin != Origin::transport);
-      if (!is_of_those || !term.matrix || !*term.matrix)
-        continue;
-      const auto known = matrix_norms.find(term.matrix);
-      present[term.matrix] =
-          known != matrix_norms.end() ? known->second : term.matrix->infinity_norm();
-      if (const double size = std::abs(term.coefficient) * present[term.matrix]; size > 0)
-        result[{term.origin, term.order}] += size;
-    }
-    matrix_norms = std::move(present);
+      if (term.origin == Origin::inertia || term.origin == Origin::elasticity ||
+          (term.order == 1 && term.origin != Origin::transport))
+        list.add(term);
+    matrix_norms.carry_over(list,
+                            [&](const unsigned int k) { return list.matrix(k)->infinity_norm(); });
+    Strengths result;
+    for (unsigned int k = 0; k < list.n_matrices(); ++k)
+      for (const Term &term : list.terms_of(k))
+        if (const double size = std::abs(term.coefficient) * matrix_norms[k]; size > 0)
+          result[{term.origin, term.order}] += size;
     return result;
   }
 

@@ -1,4 +1,5 @@
 #include <squeal/equations/mirror.h>
+#include <squeal/equations/term_list.h>
 #include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/mpi.h>
@@ -249,22 +250,6 @@ namespace squeal
     }
   } // namespace
 
-  std::vector<MatrixFactors> factors_of(const std::vector<std::vector<Term>> &sums)
-  {
-    std::vector<MatrixFactors> result;
-    for (unsigned int s = 0; s < sums.size(); ++s)
-      for (const Term &term : sums[s])
-      {
-        auto found = std::find_if(result.begin(), result.end(),
-                                  [&](const MatrixFactors &factors)
-                                  { return factors.matrix == term.matrix.get(); });
-        if (found == result.end())
-          found = result.insert(result.end(), {term.matrix.get(), {}});
-        found->of_sums.emplace_back(s, term.coefficient);
-      }
-    return result;
-  }
-
   std::vector<std::vector<Term>> sums_of(const EquationsOfMotion &equations)
   {
     return {equations.of_order(2), equations.of_order(1), equations.of_order(0)};
@@ -285,19 +270,10 @@ namespace squeal
   bool is_symmetric(const std::vector<std::vector<Term>> &sums, const MirrorSymmetry &symmetry)
   {
     constexpr unsigned int n_vectors = 2;
-    const RowRange &rows             = symmetry.rows;
     MultiVector x                    = symmetry.scattered(n_vectors);
     x.append(symmetry.reflect(x)); // [x, S x]
 
-    std::vector<MultiVector> products(sums.size(), MultiVector(rows, 2 * n_vectors));
-    for (const MatrixFactors &factors : factors_of(sums))
-    {
-      const MultiVector product = multiply(*factors.matrix, x);
-      for (const auto &[s, factor] : factors.of_sums)
-        for (std::size_t i = 0; i < std::size_t(x.n_local()) * x.n_columns(); ++i)
-          products[s].data()[i] += factor * product.data()[i];
-    }
-    for (const MultiVector &product : products)
+    for (const MultiVector &product : TermList::of_sums(sums).multiply_all(x))
       if (!are_equal(product.columns(0, n_vectors),
                      symmetry.reflect(product.columns(n_vectors, n_vectors))))
         return false;

@@ -1,4 +1,5 @@
 #include <squeal/equations/parity_space.h>
+#include <squeal/equations/term_list.h>
 #include <squeal/linalg/compressed_rows.h>
 
 #include <algorithm>
@@ -8,6 +9,12 @@
 #include <memory>
 #include <numeric>
 #include <stdexcept>
+
+// A half is restricted in three steps. The constructor numbers the columns of V by the rows that
+// stand for pairs. restrict_own_rows() walks through the rows of all matrices once and makes those
+// of V^T A V that stand for rows of this rank, of all sums that are wanted. hand_over() sends them
+// to the group of ranks that has the half, if one has. The functions restrict() put together what a
+// quadratic problem needs from it: M, P, Q, what relaxes, and the reference problem.
 
 namespace squeal
 {
@@ -281,14 +288,22 @@ namespace squeal
       if (!whole.contains(images[i]))
         others.push_back(images[i]);
     std::sort(others.begin(), others.end());
-    const std::vector<MatrixFactors> all_factors = factors_of(sums);
-    std::vector<std::unique_ptr<const Rows>> all_rows;
-    std::vector<std::size_t> n_entries(sums.size(), 0);
-    for (const MatrixFactors &factors : all_factors)
+    const TermList terms = TermList::of_sums(sums);
+    struct Factors ///< of a matrix in the sums that have it
     {
-      all_rows.push_back(std::make_unique<const Rows>(*factors.matrix, whole, others));
-      for (const auto &of_sum : factors.of_sums)
-        n_entries[of_sum.first] += all_rows.back()->n_own_entries();
+      std::unique_ptr<const Rows> rows;
+      std::vector<std::pair<unsigned int, double>> of_sums;
+    };
+    std::vector<Factors> matrices;
+    std::vector<std::size_t> n_entries(sums.size(), 0);
+    for (unsigned int k = 0; k < terms.n_matrices(); ++k)
+    {
+      matrices.push_back({std::make_unique<const Rows>(*terms.matrix(k), whole, others), {}});
+      for (const Term &term : terms.terms_of(k))
+      {
+        matrices[k].of_sums.emplace_back(term.order, term.coefficient);
+        n_entries[term.order] += matrices[k].rows->n_own_entries();
+      }
     }
 
     // Of each column and sum the two brackets above.
@@ -300,14 +315,14 @@ namespace squeal
     const auto add_row = [&](const unsigned int row, const bool is_image)
     {
       const double of_row = places[row].entry;
-      for (unsigned int f = 0; f < all_factors.size(); ++f)
+      for (const Factors &matrix : matrices)
       {
         // Nearly all matrices belong to one sum.
-        const auto &of_sums      = all_factors[f].of_sums;
+        const auto &of_sums      = matrix.of_sums;
         const unsigned int first = 2 * of_sums.front().first;
         const double factor      = of_sums.front().second;
         RowSums::Adder adder(row_sums);
-        all_rows[f]->for_entries(row,
+        matrix.rows->for_entries(row,
                                  [&, first, factor](const PetscInt k, const PetscScalar a)
                                  {
                                    const Place &place = places[k];

@@ -3,74 +3,68 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 namespace squeal
 {
-  AffineTerms::AffineTerms(const std::vector<Term> &expansion_terms, const AffineTerms &before)
-      : expansion(members_of(expansion_terms))
+  namespace
   {
-    for (const Member &member : before.varying)
-      if (find(expansion, member)) // else its matrix is gone
-        varying.push_back(member);
-  }
-
-  AffineTerms::Members AffineTerms::members_of(const std::vector<Term> &terms)
-  {
-    Members members;
-    const bool in_contact =
-        std::any_of(terms.begin(), terms.end(),
-                    [](const Term &term) { return term.origin == Origin::contact; });
-    const auto is_of_bodies = [&](const Term &term)
+    bool has_origin(const TermList &terms, const unsigned int k, const Origin origin)
     {
-      return std::any_of(terms.begin(), terms.end(),
-                         [&](const Term &other) {
-                           return other.origin == Origin::elasticity && other.matrix == term.matrix;
-                         });
-    };
-    for (const Term &term : terms)
-      if (term.matrix && *term.matrix)
-      {
-        const Member member{term.matrix, term.order, term.coefficient,
-                            in_contact && is_of_contact(term.origin), is_of_bodies(term)};
-        if (const Member *known = find(members, member))
-          members[known - members.data()].coefficient += term.coefficient;
-        else
-          members.push_back(member);
-      }
-    return members;
-  }
+      return std::any_of(terms.terms_of(k).begin(), terms.terms_of(k).end(),
+                         [&](const Term &term) { return term.origin == origin; });
+    }
 
-  const AffineTerms::Member *AffineTerms::find(const Members &members, const Member &member)
+    /// Whether only the coefficients of a matrix change.
+    bool is_of_bodies(const TermList &terms, const unsigned int k)
+    {
+      return has_origin(terms, k, Origin::elasticity);
+    }
+
+    /// Whether a matrix changes with the area of contact, also where it has not yet.
+    bool changes_with_contact(const TermList &terms, const unsigned int k)
+    {
+      if (!is_of_contact(terms.terms_of(k).front().origin))
+        return false;
+      for (unsigned int other = 0; other < terms.n_matrices(); ++other)
+        if (has_origin(terms, other, Origin::contact))
+          return true;
+      return false;
+    }
+
+    constexpr auto none_varies = [](unsigned int) { return std::array<bool, 3>{}; };
+  } // namespace
+
+  AffineTerms::AffineTerms(const std::vector<Term> &expansion_terms, const AffineTerms &before)
+      : expansion(expansion_terms), varying(before.varying)
   {
-    for (const Member &other : members)
-      if (other.matrix == member.matrix && other.order == member.order)
-        return &other;
-    return nullptr;
+    varying.carry_over(expansion, none_varies);
   }
 
   std::vector<double> AffineTerms::varying_terms() const
   {
     std::vector<double> numbers;
-    for (unsigned int k = 0; k < expansion.size(); ++k)
-      if (find(varying, expansion[k]))
-        numbers.push_back(k);
+    for (unsigned int k = 0; k < expansion.n_matrices(); ++k)
+      for (unsigned int order = 0; order < 3; ++order)
+        if (varying[k][order])
+          numbers.push_back(3 * k + order);
     return numbers;
   }
 
   void AffineTerms::keep_apart(const std::vector<double> &numbers)
   {
-    for (const double k : numbers)
-      if (k < expansion.size() && !find(varying, expansion[static_cast<unsigned int>(k)]))
-        varying.push_back(expansion[static_cast<unsigned int>(k)]);
+    for (const double number : numbers)
+      if (const auto n = static_cast<unsigned int>(number); n < 3 * expansion.n_matrices())
+        varying[n / 3][n % 3] = true;
   }
 
   void AffineTerms::learn(const std::vector<Term> &terms)
   {
-    for (const Member &member : members_of(terms))
-      if (const Member *known = find(expansion, member);
-          known && known->coefficient != member.coefficient && !find(varying, member))
-        varying.push_back(*known);
+    const TermList now(terms);
+    for (unsigned int k = 0; k < expansion.n_matrices(); ++k)
+      if (const auto known = now.find(expansion.matrix(k)))
+        for (unsigned int order = 0; order < 3; ++order)
+          if (expansion.coefficient(k, order) != now.coefficient(*known, order))
+            varying[k][order] = true;
   }
 
   namespace
@@ -90,101 +84,104 @@ namespace squeal
 
   std::vector<char> AffineTerms::split(const RowRange &rows, const std::vector<Term> &terms)
   {
-    const Members now = members_of(terms);
-    parts.clear();
+    const TermList now(terms);
     // What bodies are made of stays, though the expansion point may have been without it.
-    for (const Member &member : now)
-      if (member.of_bodies && !find(expansion, member))
-      {
-        expansion.push_back(member);
-        expansion.back().coefficient = 0;
-      }
+    for (unsigned int k = 0; k < now.n_matrices(); ++k)
+      if (is_of_bodies(now, k) && !expansion.find(now.matrix(k)))
+        expansion.add({Origin::elasticity, 0, 0., now.matrix(k)});
+    varying.carry_over(expansion, none_varies);
+    learn(terms);
+
     std::vector<char> touched(rows.size);
-    const auto touch = [&](const Members &members, const Members &others)
+    const auto touch = [&](const TermList &list, const TermList &other)
     {
-      for (const Member &member : members)
-        if (member.of_contact || (!member.of_bodies && !find(others, member)))
-          for_entries(*member.matrix, [&](const PetscInt row, const PetscInt column, double)
+      for (unsigned int k = 0; k < list.n_matrices(); ++k)
+        if (changes_with_contact(list, k) ||
+            (!is_of_bodies(list, k) && !other.find(list.matrix(k))))
+          for_entries(*list.matrix(k), [&](const PetscInt row, const PetscInt column, double)
                       { touched[row] = touched[column] = 1; });
     };
     touch(expansion, now);
     touch(now, expansion);
 
-    std::array<Part, 3> sums{};
-    for (const Member &member : now)
+    parts.clear();
+    fixed = {};
+    std::vector<std::vector<Term>> of_parts;
+    std::array<std::vector<Term>, 3> by_order;
+    for (unsigned int k = 0; k < now.n_matrices(); ++k)
     {
-      const Member *of_expansion = find(expansion, member);
-      if (!of_expansion || member.of_contact)
+      const auto known = expansion.find(now.matrix(k));
+      if (!known || changes_with_contact(now, k))
         continue;
-      if (of_expansion->coefficient != member.coefficient && !find(varying, member))
-        varying.push_back(member);
-      if (!find(varying, member))
-        sums[member.order].members.push_back(member);
-      else if (const auto same = std::find_if(
-                   parts.begin(), parts.end(),
-                   [&](const Part &part) { return part.members.front().matrix == member.matrix; });
-               same != parts.end())
-        same->members.push_back(member);
-      else
-        parts.push_back(
-            {true, {member}, {{1., member.matrix}}, longest_column(*member.matrix, rows)});
-    }
-    for (Part &sum : sums)
-      if (!sum.members.empty())
-      {
-        std::vector<Summand> summands;
-        for (const Member &member : sum.members)
+      const ByOrder &varies = varying[*known];
+      for (unsigned int order = 0; order < 3; ++order)
+        if (!varies[order])
         {
-          sum.summands.emplace_back(member.coefficient, member.matrix);
-          summands.push_back({member.coefficient, *member.matrix});
+          by_order[order].push_back(
+              {Origin::elasticity, order, now.coefficient(k, order), now.matrix(k)});
+          fixed.add(by_order[order].back());
         }
-        sum.norm = longest_column(sum_of(rows, summands), rows);
-        parts.push_back(std::move(sum));
+      if (varies == ByOrder{})
+        continue;
+      parts.push_back({now.matrix(k), varies, longest_column(*now.matrix(k), rows)});
+      of_parts.push_back({{Origin::elasticity, 0, 1., now.matrix(k)}});
+    }
+    add_parts(rows, std::move(of_parts), by_order);
+    return touched;
+  }
+
+  void AffineTerms::add_parts(const RowRange &rows, std::vector<std::vector<Term>> of_parts,
+                              const std::array<std::vector<Term>, 3> &by_order)
+  {
+    for (unsigned int order = 0; order < 3; ++order)
+      if (Matrix sum = sum_of_terms(rows, by_order[order]))
+      {
+        parts.push_back({{}, {}, longest_column(sum, rows)});
+        parts.back().orders[order] = true;
+        of_parts.push_back(by_order[order]);
       }
+    sums                        = TermList::of_sums(of_parts);
     const MultiVector scattered = scattered_vector(rows);
     for (unsigned int i = 0; i < parts.size(); ++i)
     {
       constexpr double rounding = 1e-14;
       const MultiVector product = image(i, scattered);
-      parts[i].is_symmetric = largest_entry(difference(product, transposed_image(i, scattered))) <=
+      parts[i].is_symmetric     = largest_entry(difference(product, image(i, scattered, true))) <=
                               rounding * largest_entry(product);
     }
-    return touched;
   }
 
-  std::optional<AffineTerms::Summands> AffineTerms::update(const std::vector<Term> &terms)
+  std::optional<TermList> AffineTerms::update(const std::vector<Term> &terms)
   {
-    const Members now = members_of(terms);
-    for (auto &of_order : coefficients)
-      of_order.assign(parts.size(), 0.);
-    Members stay;
-    bool holds = true;
-    for (unsigned int i = 0; i < parts.size(); ++i)
+    const TermList now(terms);
+    for (unsigned int order = 0; order < 3; ++order)
     {
-      for (const Member &member : parts[i].members)
-      {
-        stay.push_back(member);
-        const Member *present         = find(now, member);
-        const double coefficient      = present ? present->coefficient : 0.;
-        coefficients[member.order][i] = parts[i].varies ? coefficient : 1;
-        if (!parts[i].varies && coefficient != member.coefficient)
-        {
-          if (!find(varying, member))
-            varying.push_back(member);
-          holds = false;
-        }
-      }
+      coefficients[order].clear();
+      for (const Part &part : parts)
+        coefficients[order].push_back(!part.orders[order] ? 0
+                                      : part.matrix       ? now.coefficient(part.matrix, order)
+                                                          : 1);
     }
+    bool holds = true;
+    for (unsigned int k = 0; k < fixed.n_matrices(); ++k)
+      for (const Term &term : fixed.terms_of(k))
+        if (now.coefficient(term.matrix, term.order) != term.coefficient)
+        {
+          varying[*expansion.find(term.matrix)][term.order] = true;
+          holds                                             = false;
+        }
     if (!holds)
       return std::nullopt;
 
-    has_velocity_terms_ = std::any_of(terms.begin(), terms.end(),
-                                      [](const Term &term)
-                                      { return term.order == 1 && term.matrix && *term.matrix; });
-    Summands changing;
-    for (const Member &member : now)
-      if (!find(stay, member))
-        changing[member.order].emplace_back(member.coefficient, member.matrix);
+    has_velocity_terms_ = false;
+    TermList changing;
+    for (unsigned int k = 0; k < now.n_matrices(); ++k)
+      for (const Term &term : now.terms_of(k))
+      {
+        has_velocity_terms_ |= term.order == 1;
+        if (!fixed.find(term.matrix) && !sums.find(term.matrix))
+          changing.add(term);
+      }
     return changing;
   }
 
@@ -212,39 +209,6 @@ namespace squeal
     DenseMatrix result;
     for (unsigned int i = 0; i < parts.size(); ++i)
       result.add(coefficients[order][i], by_matrix[i]);
-    return result;
-  }
-
-  MultiVector AffineTerms::image(const unsigned int i, const MultiVector &x) const
-  {
-    MultiVector result(x.row_range(), x.n_columns());
-    for (const auto &[coefficient, matrix] : parts[i].summands)
-      result.add(coefficient, squeal::multiply(*matrix, x));
-    return result;
-  }
-
-  MultiVector AffineTerms::transposed_image(const unsigned int i, const MultiVector &x) const
-  {
-    MultiVector result(x.row_range(), x.n_columns());
-    for (const auto &[coefficient, matrix] : parts[i].summands)
-      result.add(coefficient, multiply_transposed(*matrix, x));
-    return result;
-  }
-
-  std::vector<MultiVector> AffineTerms::images(const MultiVector &x) const
-  {
-    std::vector<MultiVector> result(parts.size(), MultiVector(x.row_range(), x.n_columns()));
-    std::set<const Matrix *> done;
-    for (const Part &first : parts)
-      for (const InterfaceTerms::Summand &summand : first.summands)
-        if (const Matrix *const matrix = summand.second.get(); done.insert(matrix).second)
-        {
-          const MultiVector product = squeal::multiply(*matrix, x);
-          for (unsigned int i = 0; i < parts.size(); ++i)
-            for (const auto &[coefficient, other] : parts[i].summands)
-              if (other.get() == matrix)
-                result[i].add(coefficient, product);
-        }
     return result;
   }
 

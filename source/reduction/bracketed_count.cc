@@ -4,20 +4,23 @@
 
 namespace squeal
 {
-  namespace
-  {
-    bool has_same_matrix(const Term &a, const Term &b)
-    {
-      return a.matrix == b.matrix && a.order == b.order;
-    }
-  } // namespace
-
   bool BracketedCount::Box::contains(const std::vector<double> &stiffness) const
   {
     bool does = stiffness.size() == low.size();
     for (std::size_t k = 0; k < stiffness.size() && does; ++k)
       does = low[k] <= stiffness[k] && stiffness[k] <= high[k];
     return does;
+  }
+
+  std::vector<double> BracketedCount::Problem::stiffness() const
+  {
+    std::vector<double> result;
+    for (unsigned int k = 0; k < semidefinite.n_matrices(); ++k)
+    {
+      result.push_back(semidefinite.coefficient(k, 0));
+      result.push_back(-semidefinite.coefficient(k, 2));
+    }
+    return result;
   }
 
   BracketedCount::Problem BracketedCount::problem_of(const std::vector<Term> &terms) const
@@ -28,37 +31,19 @@ namespace squeal
       if (term.order == 1 || !term.matrix || !*term.matrix || !is_conservative(term.origin))
         continue;
       // K, M, and M* of -Omega^2 M*; with the gyroscopic term transport has order 1.
-      if (!semidefinite || (term.origin != Origin::inertia && term.origin != Origin::elasticity &&
-                            term.origin != Origin::transport))
-      {
-        (term.origin == Origin::contact ? result.contact : result.others).push_back(term);
-        continue;
-      }
-      const double stiffness = term.order == 0 ? term.coefficient : -term.coefficient;
-      const auto known =
-          std::find_if(result.semidefinite.begin(), result.semidefinite.end(),
-                       [&](const Term &other) { return has_same_matrix(other, term); });
-      if (known == result.semidefinite.end())
-      {
-        result.semidefinite.push_back({term.origin, term.order, 0., term.matrix});
-        result.stiffness.push_back(stiffness);
-      }
+      if (semidefinite && (term.origin == Origin::inertia || term.origin == Origin::elasticity ||
+                           term.origin == Origin::transport))
+        result.semidefinite.add(term);
       else
-        result.stiffness[known - result.semidefinite.begin()] += stiffness;
+        (term.origin == Origin::contact ? result.contact : result.others).push_back(term);
     }
     return result;
   }
 
   bool BracketedCount::belongs_to_box(const Problem &problem) const
   {
-    const auto are_same = [](const std::vector<Term> &some, const std::vector<Term> &others)
-    {
-      return std::equal(some.begin(), some.end(), others.begin(), others.end(),
-                        [](const Term &a, const Term &b)
-                        { return has_same_matrix(a, b) && a.coefficient == b.coefficient; });
-    };
-    return are_same(problem.semidefinite, of_box.semidefinite) &&
-           are_same(problem.others, of_box.others);
+    return problem.semidefinite.has_matrices_of(of_box.semidefinite) &&
+           KnownTerms(of_box.others).are(problem.others);
   }
 
   BracketedCount::Corner BracketedCount::corner(const std::vector<double> &stiffness,
@@ -71,9 +56,12 @@ namespace squeal
 
   unsigned int BracketedCount::count_at(const Corner &corner, const Problem &problem) const
   {
-    std::vector<Term> terms = problem.semidefinite;
-    for (std::size_t k = 0; k < terms.size(); ++k)
-      terms[k].coefficient = terms[k].order == 0 ? corner.stiffness[k] : -corner.stiffness[k];
+    std::vector<Term> terms;
+    for (unsigned int k = 0; k < problem.semidefinite.n_matrices(); ++k)
+      for (const unsigned int order : {0u, 2u})
+        if (const double stiffness = corner.stiffness[2 * k + order / 2]; stiffness != 0)
+          terms.push_back({problem.semidefinite.terms_of(k).front().origin, order,
+                           order == 0 ? stiffness : -stiffness, problem.semidefinite.matrix(k)});
     for (const std::vector<Term> *part : {&problem.others, &problem.contact})
       terms.insert(terms.end(), part->begin(), part->end());
     return corner.count->count(terms);
@@ -83,7 +71,7 @@ namespace squeal
   {
     if (!alone)
       alone = std::make_shared<InertiaCount>(rows, n_local_constraints, omega);
-    return count_at({problem.stiffness, alone}, problem);
+    return count_at({problem.stiffness(), alone}, problem);
   }
 
   bool BracketedCount::agree(const Corner &soft, const Corner &stiff, const Problem &problem,
@@ -95,9 +83,9 @@ namespace squeal
 
   unsigned int BracketedCount::count(const std::vector<Term> &terms)
   {
-    const Problem problem           = problem_of(terms);
-    const std::vector<double> &here = problem.stiffness;
-    unsigned int n_modes            = 0;
+    const Problem problem          = problem_of(terms);
+    const std::vector<double> here = problem.stiffness();
+    unsigned int n_modes           = 0;
     if (!softest.count || !belongs_to_box(problem))
     {
       forget_box();

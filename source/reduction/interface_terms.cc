@@ -3,6 +3,12 @@
 #include <algorithm>
 #include <numeric>
 
+// First the entries of the changing matrices are gathered on all ranks, numbered within the
+// interface and sorted by what they couple (set_rows(), sort(), set_terms()); a matrix that stays
+// keeps them. Then the constraints are found, with the factors of C C^T. What follows are products
+// with both: gaps, forces, and the pressures that satisfy the constraints by the shortest way, or
+// of a compliant contact.
+
 namespace squeal
 {
   namespace
@@ -22,7 +28,7 @@ namespace squeal
         entries.push_back({row, column, value});
       }
 
-      /// Those of all ranks by rows. Collective.
+      /// Gathers the entries of all ranks by rows. Collective.
       CompressedRows gathered(const unsigned int n_rows, const MPI_Comm comm)
       {
         MPI_Datatype type = MPI_DATATYPE_NULL;
@@ -75,20 +81,25 @@ namespace squeal
         rows_.push_back(row);
         is_constraint.push_back(constrained[row]);
       }
-    for (auto &of_order : changing) // they are numbered otherwise
-      of_order.clear();
+    terms  = {}; // they are numbered otherwise
+    sorted = {};
     left = right = {};
   }
 
-  std::shared_ptr<const InterfaceTerms::Sorted>
-  InterfaceTerms::sorted(const std::shared_ptr<const Matrix> &matrix, int &known) const
+  std::vector<InterfaceTerms::Changing> InterfaceTerms::of_order(const unsigned int order) const
   {
-    for (const auto &of_order : changing)
-      for (const Changing &term : of_order)
-        if (term.sorted->matrix == matrix)
-          return term.sorted;
+    std::vector<Changing> result;
+    for (unsigned int k = 0; k < terms.n_matrices(); ++k)
+      if (const double c = terms.coefficient(k, order); c != 0)
+        result.push_back({c, sorted[k]});
+    return result;
+  }
+
+  std::shared_ptr<const InterfaceTerms::Sorted> InterfaceTerms::sort(const Matrix &matrix,
+                                                                     int &known) const
+  {
     CoupledEntries of_displacements, of_pressures, of_constraints;
-    squeal::for_entries(*matrix,
+    squeal::for_entries(matrix,
                         [&](const PetscInt row, const PetscInt column, const double value)
                         {
                           const int r = number[row], c = number[column];
@@ -102,21 +113,20 @@ namespace squeal
                         });
     const auto gathered = [&](CoupledEntries &entries)
     { return entries.gathered(n_rows(), whole.comm); };
-    return std::make_shared<Sorted>(Sorted{matrix, gathered(of_displacements),
-                                           gathered(of_pressures), gathered(of_constraints)});
+    return std::make_shared<Sorted>(
+        Sorted{gathered(of_displacements), gathered(of_pressures), gathered(of_constraints)});
   }
 
-  bool InterfaceTerms::set_terms(const std::array<std::vector<Summand>, 3> &summands)
+  bool InterfaceTerms::set_terms(const TermList &given)
   {
-    int known = true;
-    std::array<std::vector<Changing>, 3> present;
-    for (unsigned int order = 0; order < 3; ++order)
-      for (const auto &[coefficient, matrix] : summands[order])
-        present[order].push_back({coefficient, sorted(matrix, known)});
+    int known    = true;
+    auto present = sorted; // a matrix that stays keeps its entries
+    present.carry_over(given, [&](const unsigned int k) { return sort(*given.matrix(k), known); });
     MPI_Allreduce(MPI_IN_PLACE, &known, 1, MPI_INT, MPI_MIN, whole.comm);
     if (!known)
       return false;
-    changing = std::move(present);
+    terms  = given;
+    sorted = std::move(present);
     if (is_constrained())
     {
       find_constraints(true, left);
@@ -128,7 +138,7 @@ namespace squeal
   std::vector<unsigned int> InterfaceTerms::open_contacts() const
   {
     std::vector<char> couples(n_rows());
-    for (const Changing &term : changing[0])
+    for (const Changing &term : of_order(0))
       for_entries(term.sorted->of_constraints,
                   [&](const unsigned int row, const unsigned int column, double)
                   {
@@ -145,15 +155,20 @@ namespace squeal
   bool InterfaceTerms::find_constraints(const bool of_left, Constraints &constraints) const
   {
     Constraints result;
-    for (const Changing &term : changing[0])
-      if (!(of_left ? term.sorted->of_pressures : term.sorted->of_constraints).values.empty())
-        result.terms.emplace_back(term.coefficient, term.sorted->matrix);
-    if (result.terms == constraints.terms && !constraints.rows.empty())
+    const auto entries_of = [of_left](const Sorted &of_matrix) -> const CompressedRows &
+    { return of_left ? of_matrix.of_pressures : of_matrix.of_constraints; };
+    std::vector<Term> of_constraints;
+    for (unsigned int k = 0; k < terms.n_matrices(); ++k)
+      for (const Term &term : terms.terms_of(k))
+        if (term.order == 0 && !entries_of(*sorted[k]).values.empty())
+          of_constraints.push_back(term);
+    if (constraints.terms.are(of_constraints) && !constraints.rows.empty())
       return false;
+    result.terms = KnownTerms(of_constraints);
     std::vector<int> place(n_rows(), -1);
     CoupledEntries entries;
-    for (const Changing &term : changing[0])
-      for_entries(of_left ? term.sorted->of_pressures : term.sorted->of_constraints,
+    for (const Changing &term : of_order(0))
+      for_entries(entries_of(*term.sorted),
                   [&](const unsigned int row, const unsigned int column, const double value)
                   {
                     const unsigned int constraint   = of_left ? column : row,
@@ -225,7 +240,7 @@ namespace squeal
       }
     const unsigned int n = constrained.size(), m = at_rows.n_rows;
     DenseMatrix compliance(n, n), gaps(n, m);
-    for (const Changing &term : changing[0])
+    for (const Changing &term : of_order(0))
       for (const CompressedRows *entries :
            {&term.sorted->of_constraints, &term.sorted->of_pressures})
         for_entries(*entries,
@@ -259,7 +274,7 @@ namespace squeal
   DenseMatrix InterfaceTerms::forces(const unsigned int order, const DenseMatrix &at_rows) const
   {
     DenseMatrix result;
-    for (const Changing &term : changing[order])
+    for (const Changing &term : of_order(order))
     {
       if (!term.sorted->of_displacements.values.empty())
         apply(term.coefficient, term.sorted->of_displacements, at_rows, result);

@@ -400,7 +400,7 @@ namespace squeal
     };
     if (is_anew && !split())
       return false;
-    std::optional<AffineTerms::Summands> changing = projection.terms.update(terms);
+    std::optional<TermList> changing = projection.terms.update(terms);
     if (!changing)
       return false;
     if (projection.set_changing(*changing))

@@ -54,7 +54,7 @@ namespace squeal
     return terms.size() > 0 && 2 * interface.n_rows() < basis.rows.size;
   }
 
-  bool ReducedProjection::set_changing(const AffineTerms::Summands &changing)
+  bool ReducedProjection::set_changing(const TermList &changing)
   {
     const unsigned int n_changes = interface.n_changes();
     if (!interface.set_terms(changing))
@@ -133,7 +133,7 @@ namespace squeal
         at_rows[i] = with_rows_below(at_rows[i], inside.rows(i * n, n));
         if (n_imaged > 0 && !terms.is_symmetric(i))
           by_old[i].append(
-              inner_products(basis.right(), 0, n_imaged, terms.transposed_image(i, some), 0, n));
+              inner_products(basis.right(), 0, n_imaged, terms.image(i, some, true), 0, n));
       }
     }
 
@@ -189,7 +189,7 @@ namespace squeal
       sketches[i]            = sketches[i] * c;
       projected[of_right][i] = c.transpose() * (projected[of_right][i] * c);
       projected[of_left][i]  = DenseMatrix();
-      set_tests(i, inner_products(terms.transposed_image(i, basis.left), basis.right()));
+      set_tests(i, inner_products(terms.image(i, basis.left, true), basis.right()));
     }
   }
 

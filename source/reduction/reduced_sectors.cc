@@ -196,36 +196,30 @@ namespace squeal
       parts.front().terms = terms;
       return true;
     }
+    const TermList list(terms);
+    // New ones at once: rows are walked through once for all.
     std::vector<Term> added;
-    for (const Term &term : terms)
-      if (term.matrix && *term.matrix && !parts.front().restricted.count(term.matrix))
-        added.push_back(term);
+    std::vector<std::vector<Term>> alone;
+    for (unsigned int k = 0; k < list.n_matrices(); ++k)
+      if (!parts.front().restricted.find(list.matrix(k)))
+      {
+        added.insert(added.end(), list.terms_of(k).begin(), list.terms_of(k).end());
+        alone.push_back({{added.back().origin, 0, 1., list.matrix(k)}});
+      }
     if (!keep_to_sectors(added))
       return false;
-    // New ones at once: rows are walked through once for all.
-    std::vector<std::vector<Term>> alone;
-    for (const Term &term : added)
-      if (std::none_of(alone.begin(), alone.end(),
-                       [&](const std::vector<Term> &other)
-                       { return other.front().matrix == term.matrix; }))
-        alone.push_back({{term.origin, 0, 1., term.matrix}});
     for (Part &part : parts)
     {
       std::vector<Matrix> restricted = part.sector.sums(alone);
-      std::map<std::shared_ptr<const Matrix>, std::shared_ptr<const Matrix>> present;
-      for (unsigned int k = 0; k < alone.size(); ++k)
-        present[alone[k].front().matrix] = std::make_shared<const Matrix>(std::move(restricted[k]));
+      unsigned int next              = 0;
+      part.restricted.carry_over(
+          list, [&](unsigned int)
+          { return std::make_shared<const Matrix>(std::move(restricted[next++])); });
       part.terms.clear();
       for (const Term &term : terms)
-      {
-        if (!term.matrix || !*term.matrix)
-          continue;
-        std::shared_ptr<const Matrix> &of_sector = present[term.matrix];
-        if (!of_sector)
-          of_sector = part.restricted.at(term.matrix);
-        part.terms.push_back({term.origin, term.order, term.coefficient, of_sector});
-      }
-      part.restricted = std::move(present);
+        if (term.matrix && *term.matrix)
+          part.terms.push_back(
+              {term.origin, term.order, term.coefficient, part.restricted.at(term.matrix)});
     }
     return true;
   }

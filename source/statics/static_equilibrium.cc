@@ -77,65 +77,6 @@ namespace squeal
              (!contact.contact_model().friction_is_nonlinear() || change < 1e-11);
     }
 
-    /// Products with the sum of the terms, which is not made.
-    LinearOperator product_with(std::vector<Term> given)
-    {
-      return [terms = std::move(given)](const MultiVector &x)
-      {
-        MultiVector y(x.row_range(), x.n_columns());
-        for (const Term &term : terms)
-          y.add(term.coefficient, multiply(*term.matrix, x));
-        return y;
-      };
-    }
-
-    /// X^T A_i X of the matrices of these terms. X is long: one product with it for all of them.
-    void project(const std::vector<Term> &of_bodies, StateSpace &space)
-    {
-      const MultiVector &X = space.basis.basis();
-      const unsigned int n = X.n_columns();
-      std::vector<StateSpace::Projection> present;
-      struct Added
-      {
-        unsigned int n_known, columns, rows; ///< where the products A x and A^T x begin
-      };
-      std::vector<Added> added;
-      MultiVector images(X.row_range(), 0);
-      for (const Term &term : of_bodies)
-      {
-        const auto is_its = [&](const StateSpace::Projection &other)
-        { return other.matrix.lock() == term.matrix; };
-        if (std::any_of(present.begin(), present.end(), is_its))
-          continue;
-        const auto known = std::find_if(space.projections.begin(), space.projections.end(), is_its);
-        present.push_back({term.matrix, {}});
-        if (known != space.projections.end())
-          present.back().of_basis = std::move(known->of_basis);
-        const unsigned int n_known = present.back().of_basis.n_rows;
-        const MultiVector of_new   = X.columns(n_known, n - n_known);
-        const unsigned int columns = images.n_columns();
-        images.append(multiply(*term.matrix, of_new));
-        added.push_back({n_known, columns, columns});
-        if (!is_conservative(term.origin))
-        {
-          added.back().rows = images.n_columns();
-          images.append(multiply_transposed(*term.matrix, of_new));
-        }
-      }
-      const DenseMatrix products = inner_products(X, images);
-      for (unsigned int k = 0; k < present.size(); ++k)
-      {
-        const auto [n_known, columns, rows] = added[k];
-        const DenseView<double> right       = products.columns(columns, n - n_known),
-                                below       = products.columns(rows, n - n_known).transpose();
-        present[k].of_basis                 = grow(
-                            present[k].of_basis, n,
-                            [&](const unsigned int first, unsigned int, unsigned int, const unsigned int n_columns)
-                            { return first == 0 ? right : below.columns(0, n_columns); });
-      }
-      space.projections = std::move(present);
-    }
-
     /// X^T A X of a term of the contact, which couples few rows.
     DenseMatrix projected_contact(const MultiVector &X, const Matrix &matrix)
     {
@@ -165,38 +106,60 @@ namespace squeal
       return result;
     }
 
-    /// Projects those terms of the contact that are not known for all of X.
-    void project_contact(const std::vector<Term> &in_contact, StateSpace &space)
+    /// Completes X^T A_i X of the matrices of these terms. X is long: one product with it for those
+    /// of all bodies.
+    void project(const TermList &terms, StateSpace &space)
     {
       const MultiVector &X = space.basis.basis();
-      std::vector<StateSpace::Projection> present;
-      for (const Term &term : in_contact)
+      const unsigned int n = X.n_columns();
+      space.projections.carry_over(terms, [](unsigned int) { return DenseMatrix(); });
+      struct Added
       {
-        const auto known = std::find_if(space.of_contact.begin(), space.of_contact.end(),
-                                        [&](const StateSpace::Projection &other) {
-                                          return other.matrix.lock() == term.matrix &&
-                                                 other.of_basis.n_rows == X.n_columns();
-                                        });
-        present.push_back(
-            known != space.of_contact.end()
-                ? std::move(*known)
-                : StateSpace::Projection{term.matrix, projected_contact(X, *term.matrix)});
+        unsigned int number, n_known, columns, rows; ///< where the products A x and A^T x begin
+      };
+      std::vector<Added> added;
+      MultiVector images(X.row_range(), 0);
+      for (unsigned int k = 0; k < terms.n_matrices(); ++k)
+      {
+        const Matrix &matrix       = *terms.matrix(k);
+        const Origin origin        = terms.terms_of(k).front().origin;
+        const unsigned int n_known = space.projections[k].n_rows, columns = images.n_columns();
+        if (is_of_contact(origin))
+        {
+          if (n_known < n)
+            space.projections[k] = projected_contact(X, matrix);
+          continue;
+        }
+        const MultiVector of_new = X.columns(n_known, n - n_known);
+        images.append(multiply(matrix, of_new));
+        added.push_back({k, n_known, columns, columns});
+        if (!is_conservative(origin))
+        {
+          added.back().rows = images.n_columns();
+          images.append(multiply_transposed(matrix, of_new));
+        }
       }
-      space.of_contact = std::move(present);
+      const DenseMatrix products = inner_products(X, images);
+      for (const auto &[k, n_known, columns, rows] : added)
+      {
+        const DenseView<double> right = products.columns(columns, n - n_known),
+                                below = products.columns(rows, n - n_known).transpose();
+        space.projections[k]          = grow(
+                     space.projections[k], n,
+                     [&](const unsigned int first, unsigned int, unsigned int, const unsigned int n_columns)
+                     { return first == 0 ? right : below.columns(0, n_columns); });
+      }
     }
 
     /// x = X c with X^T (b - A x) = 0.
-    MultiVector best_combination(const StateSpace &space, const std::vector<Term> &terms,
+    MultiVector best_combination(const StateSpace &space, const TermList &terms,
                                  const MultiVector &b)
     {
       const MultiVector &X = space.basis.basis();
       const unsigned int n = X.n_columns();
       DenseMatrix A(n, n);
-      for (const auto *known : {&space.projections, &space.of_contact})
-        for (const StateSpace::Projection &projection : *known)
-          for (const Term &term : terms)
-            if (projection.matrix.lock() == term.matrix)
-              A.add(term.coefficient, projection.of_basis);
+      for (unsigned int k = 0; k < terms.n_matrices(); ++k)
+        A.add(terms.coefficient(k, 0), space.projections[k]);
       const DenseMatrix c = squeal::solve(std::move(A), inner_products(X, b));
       return combine(X, c);
     }
@@ -508,8 +471,8 @@ namespace squeal
                             ContactMatrices<dim> &matrices)
   {
     constexpr unsigned int most_corrections = 60, most_vectors = 400, most_kept = 8;
-    constexpr double of_active_set    = 1e-5; // what decides about it needs no more
-    const std::vector<Term> of_bodies = terms_of_order(problem.body_terms, 0);
+    constexpr double of_active_set = 1e-5; // what decides about it needs no more
+    const TermList of_bodies(terms_of_order(problem.body_terms, 0));
     StaticEquilibrium result;
     result.state         = std::move(before.state);
     result.pressure      = std::move(before.pressure);
@@ -524,7 +487,7 @@ namespace squeal
       MultiVector last    = space.basis.basis().columns(n - most_kept, most_kept);
       space.basis         = SearchSpace(std::move(last));
       before.beyond_space = std::numeric_limits<double>::infinity();
-      space.projections = space.of_contact = {};
+      space.projections   = {};
     }
     constexpr Novelty any{1e-10};
     // What the next state may lack anyway is not worth a vector; a state that is known to lie in
@@ -536,15 +499,14 @@ namespace squeal
     // projected is kept by matrix from state to state.
     for (unsigned int correction = 0; correction < most_corrections; ++correction)
     {
-      project(of_bodies, space);
-      const std::vector<Term> in_contact =
-          static_terms({}, contact, result.pressure, problem.with_friction, matrices);
-      project_contact(in_contact, space);
-      const MultiVector b   = total_load(contact, result.pressure, problem);
-      std::vector<Term> all = of_bodies;
-      all.insert(all.end(), in_contact.begin(), in_contact.end());
-      result.state             = best_combination(space, all, b);
-      const MultiVector change = nearby(difference(b, product_with(all)(result.state)));
+      TermList terms = of_bodies;
+      for (const Term &term :
+           static_terms({}, contact, result.pressure, problem.with_friction, matrices))
+        terms.add(term);
+      project(terms, space);
+      const MultiVector b      = total_load(contact, result.pressure, problem);
+      result.state             = best_combination(space, terms, b);
+      const MultiVector change = nearby(difference(b, terms.multiply(0, result.state)));
       const double error       = length_of(change) / length_of(result.state);
       // What is left after it is a fraction of the change.
       result.state += change;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <squeal/contact/contact.h>
-#include <squeal/equations/eigenproblem.h>
+#include <squeal/equations/equations_of_motion.h>
 
 #include <vector>
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/equations/eigenproblem.h>
+#include <squeal/equations/term_list.h>
 #include <squeal/linalg/factorization.h>
 
 #include <map>
@@ -76,7 +77,7 @@ namespace squeal
     /// A factorised problem whose contacts are to be opened.
     struct Base
     {
-      std::vector<Term> terms; ///< conservative ones without the contact's
+      KnownTerms bodies; ///< conservative terms without the contact's
       std::shared_ptr<const Matrix> contact;
       std::vector<unsigned int> open; ///< rows of open contacts, ascending
       std::unique_ptr<const Factorization> factors;
@@ -92,7 +93,10 @@ namespace squeal
       } compared;
     };
     unsigned int n_constraints() const;
-    bool has_bodies_of_base(const std::vector<Term> &others) const;
+    bool has_bodies_of_base(const std::vector<Term> &others) const
+    {
+      return base.factors && base.contact && base.bodies.are(others);
+    }
     /// A contact without what is open both in the base and in this one.
     std::shared_ptr<const Matrix>
     closed_where_either_is(const Matrix &contact, const std::vector<unsigned int> &open) const;

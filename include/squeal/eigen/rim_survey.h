@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/equations/eigenproblem.h>
+#include <squeal/equations/term_list.h>
 
 #include <map>
 #include <memory>
@@ -54,6 +55,6 @@ namespace squeal
     std::vector<InSector> expansion;
     std::optional<bool> is_expansion_definite;
     std::vector<Surveyed> surveyed; ///< the expansion point alone first
-    std::map<std::shared_ptr<const Matrix>, double> matrix_norms; ///< of the last terms
+    PerMatrix<double> matrix_norms; ///< of the last terms
   };
 } // namespace squeal

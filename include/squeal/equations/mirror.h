@@ -1,6 +1,6 @@
 #pragma once
 
-#include <squeal/equations/eigenproblem.h>
+#include <squeal/equations/equations_of_motion.h>
 
 #include <optional>
 #include <vector>
@@ -29,7 +29,7 @@ namespace squeal
     MultiVector scattered(unsigned int n_columns) const;
   };
 
-  /// The reflection if the mesh and its fixed components are symmetric. The same on all ranks.
+  /// Finds the reflection if the mesh and its fixed components are symmetric, on all ranks alike.
   /// Loads, materials and contact are not looked at: is_symmetric() tells. Collective.
   template <int dim>
   std::optional<MirrorSymmetry> find_mirror_symmetry(const FiniteElementSpace<dim> &spaces);
@@ -39,20 +39,12 @@ namespace squeal
   template <int dim>
   void average_over_images(const FiniteElementSpace<dim> &spaces, std::vector<double> &by_cell);
 
-  /// The distinct matrices of several sums of terms, and the factor of each in each sum.
-  struct MatrixFactors
-  {
-    const Matrix *matrix;
-    std::vector<std::pair<unsigned int, double>> of_sums;
-  };
-  std::vector<MatrixFactors> factors_of(const std::vector<std::vector<Term>> &sums);
-
   /// The terms of M, P and Q.
   std::vector<std::vector<Term>> sums_of(const EquationsOfMotion &equations);
 
   /// Whether S A S x = A x for all matrices of the problem and some scattered x, to rounding.
   bool is_symmetric(const EquationsOfMotion &equations, const MirrorSymmetry &symmetry);
-  /// The same of the given sums of terms.
+  /// Whether S A S x = A x for the given sums A of terms.
   bool is_symmetric(const std::vector<std::vector<Term>> &sums, const MirrorSymmetry &symmetry);
   /// Whether S x = x to rounding.
   bool is_symmetric(const MultiVector &x, const MirrorSymmetry &symmetry);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/base/subcommunicator.h>
+#include <squeal/equations/eigenproblem.h>
 #include <squeal/equations/mirror.h>
 
 #include <memory>
@@ -36,7 +37,7 @@ namespace squeal
       const ParitySpace *space;
       std::vector<std::vector<Term>> sums;
     };
-    /// The same for several halves, which groups of ranks share: these finish it at the same time.
+    /// Restricts to several halves, which groups of ranks share: these finish it at the same time.
     static std::vector<std::vector<Matrix>> restrict(const std::vector<Wanted> &all);
     /// Q_ref - omega^2 M of several halves, on ranks of their own choice.
     struct Counting
@@ -61,7 +62,7 @@ namespace squeal
     /// there.
     std::vector<unsigned int> restrict(const std::vector<unsigned int> &rows_of_whole) const;
 
-    /// Of this rank's rows of the half, the last ones, the number of pressures.
+    /// The number of pressures among this rank's rows of the half, of which they are the last.
     unsigned int n_local_pressures() const;
 
     const RowRange &row_range() const
@@ -92,7 +93,8 @@ namespace squeal
     const bool is_shared;                   ///< by a group of ranks
     const std::vector<unsigned int> images; ///< of the rows of the whole
     RowRange rows;
-    /// Of a row of the whole the only column of V with an entry there, or none, and the entry.
+    /// For a row of the whole: the one column of V that is not zero there, or `none`, and its
+    /// value.
     struct Place
     {
       unsigned int column = none;
@@ -104,7 +106,7 @@ namespace squeal
     /// pressure.
     std::vector<unsigned int> representatives;
     std::vector<bool> has_pressure;
-    /// Such rows i that are own ones; without a group the same.
+    /// The representatives that are own rows of the whole; without a group all of them.
     std::vector<unsigned int> own_representatives;
   };
 } // namespace squeal

@@ -48,7 +48,7 @@ namespace squeal
     {
       return rows.comm != MPI_COMM_NULL;
     }
-    /// Of this rank's rows the number of pressures, of which the whole has so many.
+    /// The number of pressures among this rank's rows, of which the whole has so many.
     unsigned int n_local_pressures(const unsigned int of_whole) const
     {
       return space ? space->n_local_pressures() : of_whole;
@@ -149,7 +149,7 @@ namespace squeal
     std::optional<MirrorSymmetry> symmetry;
   };
 
-  /// Those of a mesh.
+  /// Finds the sectors of a mesh. Collective.
   template <int dim>
   Sectors find_sectors(const FiniteElementSpace<dim> &spaces)
   {

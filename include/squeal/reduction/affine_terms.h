@@ -1,7 +1,7 @@
 #pragma once
 
-#include <squeal/equations/eigenproblem.h>
-#include <squeal/reduction/interface_terms.h>
+#include <squeal/equations/term_list.h>
+#include <squeal/linalg/dense.h>
 
 #include <array>
 #include <complex>
@@ -19,14 +19,16 @@ namespace squeal
   {
   public:
     AffineTerms() = default;
-    /// For the terms of an expansion point. Coefficients that @p before has seen to change are kept
-    /// apart.
+    /// Begins with the terms of an expansion point. Coefficients that @p before has seen to change
+    /// are kept apart.
     AffineTerms(const std::vector<Term> &expansion_terms, const AffineTerms &before);
 
-    /// The expansion point's terms whose coefficients have been seen to change, by number.
+    /// Numbers the expansion point's coefficients that have been seen to change: 3 k + order of its
+    /// k-th matrix.
     std::vector<double> varying_terms() const;
+    /// Keeps the terms of these numbers apart from now on.
     void keep_apart(const std::vector<double> &varying_terms);
-    /// Keeps those apart, before split(), that have another coefficient among these terms.
+    /// Keeps apart, from the next split() on, what has another coefficient among these terms.
     void learn(const std::vector<Term> &terms);
 
     /// Makes the constant matrices anew from the expansion point's terms and others. Returns by row
@@ -37,23 +39,27 @@ namespace squeal
     {
       return parts.size();
     }
-    /// A_i x.
-    MultiVector image(unsigned int i, const MultiVector &x) const;
-    /// A_i^T x.
-    MultiVector transposed_image(unsigned int i, const MultiVector &x) const;
+    /// A_i x, or A_i^T x.
+    MultiVector image(const unsigned int i, const MultiVector &x,
+                      const bool transposed = false) const
+    {
+      return sums.multiply(i, x, transposed);
+    }
     /// A_i x of all, with one product for each matrix that they consist of.
-    std::vector<MultiVector> images(const MultiVector &x) const;
+    std::vector<MultiVector> images(const MultiVector &x) const
+    {
+      return sums.multiply_all(x);
+    }
     /// Whether A_i = A_i^T, to rounding.
     bool is_symmetric(const unsigned int i) const
     {
       return parts[i].is_symmetric;
     }
 
-    using Summands = std::array<std::vector<InterfaceTerms::Summand>, 3>;
-    /// Takes the coefficients of these terms. Returns what changes with the contact, by order.
-    /// Nothing if a coefficient has changed that a sum contains: split() must be called again for a
-    /// new expansion point, which keeps that matrix apart.
-    std::optional<Summands> update(const std::vector<Term> &terms);
+    /// Takes the coefficients of these terms. Returns what changes with the contact, or nothing if
+    /// a coefficient has changed that a sum contains: split() must be called again for a new
+    /// expansion point, which keeps that matrix apart.
+    std::optional<TermList> update(const std::vector<Term> &terms);
 
     bool has_velocity_terms() const
     {
@@ -73,31 +79,23 @@ namespace squeal
     MultiVector multiply(unsigned int order, const MultiVector &block) const;
 
   private:
-    /// A matrix in one of the orders and the sum of its coefficients.
-    struct Member
-    {
-      std::shared_ptr<const Matrix> matrix;
-      unsigned int order;
-      double coefficient;
-      bool of_contact; ///< changes with the area of contact, also where it has not yet
-      bool of_bodies;  ///< an elasticity: only its coefficients change
-    };
-    using Members = std::vector<Member>;
-    /// A_i: a sum of matrices of one order, or one that varies. Sums have no entries of their own,
-    /// which would be as large as all matrices of an order.
+    using ByOrder = std::array<bool, 3>;
+    /// What is known of A_i.
     struct Part
     {
-      bool varies;
-      Members members; ///< of one that varies the same matrix in all orders
-      std::vector<InterfaceTerms::Summand> summands;
+      std::shared_ptr<const Matrix> matrix; ///< that varies; null for a sum
+      ByOrder orders;                       ///< in which it stands
       double norm;
       bool is_symmetric = false;
     };
-    /// In the order of the terms: sums must not depend on addresses.
-    static Members members_of(const std::vector<Term> &terms);
-    static const Member *find(const Members &members, const Member &member);
+    /// Makes the parts of the sums.
+    void add_parts(const RowRange &rows, std::vector<std::vector<Term>> of_parts,
+                   const std::array<std::vector<Term>, 3> &by_order);
 
-    Members expansion, varying;
+    TermList expansion;
+    PerMatrix<ByOrder> varying; ///< whether coefficients of the expansion have been seen to change
+    TermList fixed;             ///< what sums of an order contain, with the coefficients there
+    TermList sums;              ///< the A_i, which have no entries of their own
     std::vector<Part> parts;
     std::array<std::vector<double>, 3> coefficients; ///< by order and constant matrix
     bool has_velocity_terms_ = false;

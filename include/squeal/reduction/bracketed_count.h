@@ -41,13 +41,14 @@ namespace squeal
     }
 
   private:
-    /// Conservative terms; coefficients of semidefinite matrices are their stiffness, of the order
-    /// 2 the negative ones.
+    /// Conservative terms.
     struct Problem
     {
-      std::vector<Term> semidefinite; ///< without coefficients, each matrix once in an order
-      std::vector<double> stiffness;  ///< of these
+      TermList semidefinite;
       std::vector<Term> others, contact;
+      /// How stiff each semidefinite matrix makes: its coefficients of the orders 0 and, negative,
+      /// 2.
+      std::vector<double> stiffness() const;
     };
     struct Corner
     {

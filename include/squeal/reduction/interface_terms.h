@@ -1,11 +1,10 @@
 #pragma once
 
+#include <squeal/equations/term_list.h>
 #include <squeal/linalg/compressed_rows.h>
 #include <squeal/linalg/multi_vector.h>
 
-#include <array>
 #include <memory>
-#include <utility>
 #include <vector>
 
 namespace squeal
@@ -16,9 +15,6 @@ namespace squeal
   class InterfaceTerms
   {
   public:
-    /// A matrix and its coefficient.
-    using Summand = std::pair<double, std::shared_ptr<const Matrix>>;
-
     /// C, the constraints of displacements, in the interface.
     class Constraints
     {
@@ -39,9 +35,9 @@ namespace squeal
 
     private:
       friend class InterfaceTerms;
-      CompressedRows transposed;  ///< C^T
-      PositiveFactors squares;    ///< of C C^T
-      std::vector<Summand> terms; ///< that C was found in
+      CompressedRows transposed; ///< C^T
+      PositiveFactors squares;   ///< of C C^T
+      KnownTerms terms;          ///< that C was found in
     };
 
     InterfaceTerms() = default;
@@ -74,14 +70,14 @@ namespace squeal
       return has_constraints && !compliant;
     }
 
-    /// Replaces the terms, by their orders. False if they couple other rows than the interface.
-    /// Collective.
-    bool set_terms(const std::array<std::vector<Summand>, 3> &summands);
-    /// Of the present terms.
+    /// Replaces the terms. False if they couple other rows than the interface. Collective.
+    bool set_terms(const TermList &given);
+    /// C of the present terms for left vectors, (N + mu T)^T.
     const Constraints &left_constraints() const
     {
       return left;
     }
+    /// C for right vectors, N^T.
     const Constraints &right_constraints() const
     {
       return right;
@@ -109,19 +105,17 @@ namespace squeal
     /// The entries of a matrix on all ranks, numbered within the interface, by what they couple.
     struct Sorted
     {
-      std::shared_ptr<const Matrix> matrix;
       CompressedRows of_displacements; ///< forces of displacements
       CompressedRows of_pressures;     ///< forces of pressures
       CompressedRows of_constraints;   ///< rows of constraints
     };
-    /// A matrix that stays keeps its entries.
+    std::shared_ptr<const Sorted> sort(const Matrix &matrix, int &known) const;
     struct Changing
     {
       double coefficient;
       std::shared_ptr<const Sorted> sorted;
     };
-    std::shared_ptr<const Sorted> sorted(const std::shared_ptr<const Matrix> &matrix,
-                                         int &known) const;
+    std::vector<Changing> of_order(unsigned int order) const;
     /// Returns whether they have changed.
     bool find_constraints(bool of_left, Constraints &constraints) const;
     /// result += factor times entries times vectors.
@@ -132,9 +126,10 @@ namespace squeal
     unsigned int n_local_constraints = 0;
     bool has_constraints = false, compliant = false;
     std::vector<unsigned int> rows_;
-    std::vector<int> number;                       ///< by row of the whole; -1
-    std::vector<char> is_constraint;               ///< by interface row
-    std::array<std::vector<Changing>, 3> changing; ///< by order
+    std::vector<int> number;         ///< by row of the whole; -1
+    std::vector<char> is_constraint; ///< by interface row
+    TermList terms;
+    PerMatrix<std::shared_ptr<const Sorted>> sorted; ///< of these
     Constraints left, right;
     unsigned int n_changes_ = 0;
   };

@@ -44,7 +44,7 @@ namespace squeal
     bool split(const std::vector<Term> &terms);
     /// Takes what changes with the contact, from AffineTerms::update(). False if that couples other
     /// rows than the interface. Collective.
-    bool set_changing(const AffineTerms::Summands &changing);
+    bool set_changing(const TermList &changing);
     /// Must follow when vectors of the basis have become others, not when some are added.
     void forget_images();
     /// In its place where V has become V C and W has other left vectors.

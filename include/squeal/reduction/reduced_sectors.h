@@ -92,7 +92,7 @@ namespace squeal
       unsigned int n_modes         = 0; ///< of the expansion point in the disc
       unsigned int expansion_count = 0;
       /// The matrices' parts in the sector
-      std::map<std::shared_ptr<const Matrix>, std::shared_ptr<const Matrix>> restricted;
+      PerMatrix<std::shared_ptr<const Matrix>> restricted;
       std::vector<Term> terms; ///< the last ones
     };
 

@@ -2,9 +2,8 @@
 
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/equations/sector.h>
+#include <squeal/equations/term_list.h>
 
-#include <algorithm>
-#include <array>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -19,29 +18,6 @@ namespace squeal
   std::vector<Term> static_terms(const std::vector<Term> &body_terms, const Contact<dim> &contact,
                                  const ContactPressure &pressure, bool with_friction,
                                  ContactMatrices<dim> &matrices);
-
-  /// Terms as they were, without keeping their matrices.
-  class KnownTerms
-  {
-  public:
-    KnownTerms() = default;
-    explicit KnownTerms(const std::vector<Term> &terms)
-    {
-      for (const Term &term : terms)
-        known.emplace_back(term.matrix, term.coefficient);
-    }
-    bool are(const std::vector<Term> &terms) const
-    {
-      return std::equal(known.begin(), known.end(), terms.begin(), terms.end(),
-                        [](const auto &before, const Term &term) {
-                          return before.first.lock() == term.matrix &&
-                                 before.second == term.coefficient;
-                        });
-    }
-
-  private:
-    std::vector<std::pair<std::weak_ptr<const Matrix>, double>> known;
-  };
 
   class ReleaseSolver;
 

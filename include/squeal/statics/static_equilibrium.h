@@ -28,13 +28,8 @@ namespace squeal
   /// stay when their coefficients change.
   struct StateSpace
   {
-    SearchSpace basis; ///< X
-    struct Projection
-    {
-      std::weak_ptr<const Matrix> matrix;
-      DenseMatrix of_basis; ///< X^T A_i X
-    };
-    std::vector<Projection> projections, of_contact; ///< the latter of the last terms
+    SearchSpace basis;                  ///< X
+    PerMatrix<DenseMatrix> projections; ///< X^T A_i X
   };
 
   struct StaticEquilibrium

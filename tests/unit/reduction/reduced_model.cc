@@ -288,7 +288,7 @@ namespace squeal::tests::reduced_model_tests
     // p varies: the first attempt finds out, and the next expansion point keeps the matrix apart.
     reduced.solve(first);
     CHECK(!reduced.solve(terms_at(0.11)));
-    CHECK(reduced.varying_terms() == std::vector<double>{2});
+    CHECK(reduced.varying_terms() == std::vector<double>{3 * 2 + 0}); // matrix 2, order 0
     terms_at(0.1);
     reduced.set_expansion_point(
         model->problem(), model->terms(),
