@@ -1,12 +1,13 @@
 #include <squeal/bodies/prestress.h>
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
+#include <squeal/equations/term_list.h>
 #include <squeal/linalg/gmres.h>
 #include <squeal/model/brake_derivatives.h>
 #include <squeal/model/measured_damping.h>
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 // Derivatives of a brake's equations by its parameters, in three steps: differentiable_parameters()
 // lists what the scene uses, with d/dp of the bodies' terms; state_derivatives() finds dx_0/dp at
@@ -22,13 +23,6 @@ namespace squeal
     {
       return [factor](const std::complex<double> l) { return factor(l) - 1.; };
     }
-
-    /// Gives a constant of the material of a section another value.
-    auto setter(const std::string &section, double Material::*constant)
-    {
-      return [=](Parameters::All &all, const double value)
-      { all.material(section).*constant = value; };
-    }
   } // namespace
 
   template <int dim>
@@ -39,180 +33,148 @@ namespace squeal
   }
 
   template <int dim>
-  void BrakeDerivatives<dim>::add_moduli(const unsigned int m, const Parameters::BodyMaterial &body,
-                                         const double beta,
-                                         std::vector<Parameter> &parameters) const
+  typename BrakeDerivatives<dim>::Parameter
+  BrakeDerivatives<dim>::parameter_at(const std::string &path,
+                                      std::function<double &(Parameters::All &)> place) const
   {
-    // The coefficients of the stiffness are not linear in the constants, central differences of
-    // them cost nothing.
-    auto stiffnesses = model.body(m).stiffnesses;
-    if (stiffnesses.empty())
-      stiffnesses = assemble_stiffnesses(spaces, geometry.bodies_of(m), body.material);
-    for (const Material::Constant &constant : Material::elastic_constants())
+    Parameters::All all = prm;
+    const double value  = place(all);
+    return {path, value, std::move(place)};
+  }
+
+  template <int dim>
+  void BrakeDerivatives<dim>::add_material(const unsigned int m,
+                                           const Parameters::BodyMaterial &body,
+                                           std::vector<Parameter> &parameters) const
+  {
+    const Material &material = body.material;
+    const bool is_damped     = prm.terms().material_damping;
+    const auto path = [&](const std::string &key) { return body.section + "/Material/" + key; };
+    const auto add  = [&](const std::string &key, double Material::*constant)
     {
-      Material material  = body.material;
-      double &modulus    = material.*constant.value;
-      const double value = modulus;
-      Parameter parameter{body.section + "/Material/" + constant.key,
-                          value,
-                          {},
-                          setter(body.section, constant.value)};
-      const double h   = parameter.step();
-      modulus          = value + h;
-      const auto above = elastic_components<dim>(material);
-      modulus          = value - h;
-      const auto below = elastic_components<dim>(material);
-      for (unsigned int k = 0; k < stiffnesses.size(); ++k)
+      parameters.push_back(
+          parameter_at(path(key),
+                       [section = body.section, constant](Parameters::All &all) -> double &
+                       { return all.material(section).*constant; }));
+    };
+    if (material.transversely_isotropic)
+    {
+      AssembledBody by_components = model.body(m);
+      if (by_components.stiffnesses.empty())
+        by_components.stiffnesses = assemble_stiffnesses(spaces, geometry.bodies_of(m), material);
+      for (const Material::Constant &constant : Material::elastic_constants())
       {
-        const double slope = (above[k].coefficient - below[k].coefficient) / (2 * h);
-        parameter.terms.push_back({Origin::elasticity, 0, slope, stiffnesses[k]});
-        parameter.terms.push_back({Origin::material_damping, 1, beta * slope, stiffnesses[k]});
-        if (prm.terms().material_damping && body.material.stiffness_factor.is_active())
-          parameter.moduli.push_back(
-              {slope, stiffnesses[k], beyond_relaxed(body.material.stiffness_factor)});
+        add(constant.key, constant.value);
+        parameters.back().bodies.emplace(m, by_components);
       }
-      parameters.push_back(std::move(parameter));
     }
+    else
+      add("Young modulus", &Material::young_modulus);
+    if (is_damped && material.stiffness_factor.is_active())
+      for (const StiffnessFactor::Constant &constant : material.stiffness_factor.constants())
+      {
+        parameters.push_back({path(constant.name), constant.value});
+        for (const auto &[coefficient, matrix] : model.body(m).stiffness_of(material))
+          parameters.back().moduli.push_back({coefficient, matrix, constant.derivative});
+      }
+    add("Density", &Material::density);
+    if (!is_damped)
+      return;
+    for (const Viscosity::Constant &constant : material.viscosity.constants())
+    {
+      Material unit  = material;
+      unit.viscosity = constant.unit;
+      parameters.push_back({path(constant.key), constant.value});
+      parameters.back().terms.push_back(
+          {Origin::material_damping, 1, 1.,
+           assemble_body(spaces, geometry.bodies_of(m), unit, {false, false, false, false, true})
+               .V});
+    }
+    for (const Material::Constant &constant : material.damping_constants())
+      add(constant.key, constant.value);
+  }
+
+  template <int dim>
+  void BrakeDerivatives<dim>::add_contact(std::vector<Parameter> &parameters) const
+  {
+    const StageTerms stage = prm.terms();
+    const auto add         = [&](const std::string &key, double Parameters::Contact::*constant)
+    {
+      parameters.push_back(parameter_at("Contact/" + key,
+                                        [constant](Parameters::All &all) -> double &
+                                        { return all.contact.*constant; }));
+    };
+    if (prm.contact.formulation != Formulation::mortar)
+      add("Penalty stiffness", &Parameters::Contact::penalty_stiffness);
+    if (stage.friction)
+      for (const auto &[key, constant] : prm.contact.friction.constants())
+        parameters.push_back(parameter_at("Contact/Friction/" + key,
+                                          [constant = constant](Parameters::All &all) -> double &
+                                          { return all.contact.friction.*constant; }));
+    if (stage.material_damping && prm.contact.normal_dashpot > 0)
+      add("Normal dashpot", &Parameters::Contact::normal_dashpot);
+    if (stage.material_damping && prm.contact.tangential_dashpot > 0)
+      add("Tangential dashpot", &Parameters::Contact::tangential_dashpot);
+    parameters.push_back(parameter_at(
+        "Pads/Pressure", [](Parameters::All &all) -> double & { return all.pads.pressure; }));
   }
 
   template <int dim>
   std::vector<typename BrakeDerivatives<dim>::Parameter>
   BrakeDerivatives<dim>::differentiable_parameters() const
   {
-    const StageTerms stage = prm.terms();
-    const double omega     = prm.operation.angular_velocity;
-    const bool moves = prm.turns() && omega != 0, has_pads = !geometry.interfaces.empty();
-    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
     std::vector<Parameter> result;
-    Parameter speed{
-        "Operation/Angular velocity", omega, {}, [](Parameters::All &all, const double value) {
-          all.operation.angular_velocity = value;
-        }};
+    if (prm.turns() && prm.operation.angular_velocity != 0)
+      result.push_back(parameter_at("Operation/Angular velocity",
+                                    [](Parameters::All &all) -> double &
+                                    { return all.operation.angular_velocity; }));
+    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
     for (unsigned int m = 0; m < materials.size(); ++m)
-    {
-      if (geometry.bodies_of(m).empty())
-        continue;
-      const std::string section    = materials[m].section + "/Material/";
-      const Material &material     = materials[m].material;
-      const BodyMatrices &matrices = model.body(m).matrices;
-      const Material::Damping damping =
-          stage.material_damping ? material.damping() : Material::Damping();
-      const double per_rho = 1 / model.body(m).material.density, rho = material.density * per_rho;
-      const auto stiffness = model.body(m).stiffness_of(material);
-      const bool turns     = materials[m].of_rotor && moves && stage.transport;
-      Parameter density{section + "Density",
-                        material.density,
-                        {{Origin::inertia, 2, per_rho, matrices.M},
-                         {Origin::material_damping, 1, damping.alpha * per_rho, matrices.M}},
-                        setter(materials[m].section, &Material::density)};
-      if (turns)
-      {
-        speed.terms.push_back({Origin::transport, 1, 2 * rho, matrices.G});
-        speed.terms.push_back({Origin::transport, 0, -2 * omega * rho, matrices.M_star});
-        speed.terms.push_back({Origin::material_damping, 0, damping.alpha * rho, matrices.G});
-        density.terms.push_back({Origin::transport, 1, 2 * omega * per_rho, matrices.G});
-        density.terms.push_back({Origin::transport, 0, -omega * omega * per_rho, matrices.M_star});
-        density.terms.push_back(
-            {Origin::material_damping, 0, damping.alpha * omega * per_rho, matrices.G});
-      }
-      if (material.transversely_isotropic)
-        add_moduli(m, materials[m], damping.beta, result);
-      else
-      {
-        Parameter modulus{section + "Young modulus",
-                          material.young_modulus,
-                          {},
-                          setter(materials[m].section, &Material::young_modulus)};
-        for (const auto &[coefficient, matrix] : stiffness)
-        {
-          const double per_E = coefficient / material.young_modulus;
-          modulus.terms.push_back({Origin::elasticity, 0, per_E, matrix});
-          modulus.terms.push_back({Origin::material_damping, 1, damping.beta * per_E, matrix});
-          if (stage.material_damping && material.stiffness_factor.is_active())
-            modulus.moduli.push_back({per_E, matrix, beyond_relaxed(material.stiffness_factor)});
-        }
-        result.push_back(std::move(modulus));
-      }
-      if (stage.material_damping && material.stiffness_factor.is_active())
-        for (const StiffnessFactor::Constant &constant : material.stiffness_factor.constants())
-        {
-          result.push_back({section + constant.name, constant.value, {}, {}});
-          for (const auto &[coefficient, matrix] : stiffness)
-            result.back().moduli.push_back({coefficient, matrix, constant.derivative});
-        }
-      result.push_back(density);
-      if (stage.material_damping)
-        for (const Viscosity::Constant &constant : material.viscosity.constants())
-        {
-          Material unit  = material;
-          unit.viscosity = constant.unit;
-          result.push_back({section + constant.key,
-                            constant.value,
-                            {{Origin::material_damping, 1, 1.,
-                              assemble_body(spaces, geometry.bodies_of(m), unit,
-                                            {false, false, false, false, true})
-                                  .V}},
-                            {}});
-        }
-      if (stage.material_damping)
-        for (const Material::Constant &constant : material.damping_constants())
-        {
-          const auto &[alpha, beta] = constant.damping;
-          result.push_back({section + constant.key,
-                            material.*constant.value,
-                            {{Origin::material_damping, 1, alpha * rho, matrices.M}},
-                            {}});
-          for (const auto &[coefficient, matrix] : stiffness)
-            result.back().terms.push_back(
-                {Origin::material_damping, 1, beta * coefficient, matrix});
-          if (turns)
-            result.back().terms.push_back(
-                {Origin::material_damping, 0, alpha * omega * rho, matrices.G});
-        }
-    }
+      if (!geometry.bodies_of(m).empty())
+        add_material(m, materials[m], result);
     for (const RelaxationTerm &term : model.relaxation())
       if (term.low_rank)
       {
         const ParameterDerivative by_factor = derivative_by_factor(term, prm.modal_damping.factor);
-        result.push_back({by_factor.parameter, by_factor.value, {}, {}, by_factor.moduli});
+        result.push_back({by_factor.parameter, by_factor.value});
+        result.back().moduli = by_factor.moduli;
       }
-    if (moves)
-      result.insert(result.begin(), speed);
-    if (has_pads)
-    {
-      if (prm.contact.formulation != Formulation::mortar)
-        result.push_back({"Contact/Penalty stiffness",
-                          prm.contact.penalty_stiffness,
-                          {},
-                          [](Parameters::All &all, const double value)
-                          { all.contact.penalty_stiffness = value; }});
-      if (stage.friction)
-        for (const auto &[key, constant] : prm.contact.friction.constants())
-          result.push_back({"Contact/Friction/" + key,
-                            prm.contact.friction.*constant,
-                            {},
-                            [constant = constant](Parameters::All &all, const double value)
-                            { all.contact.friction.*constant = value; }});
-      if (stage.material_damping)
-      {
-        using Constant = double Parameters::Contact::*;
-        for (const auto &[key, constant] :
-             {std::make_pair("Normal dashpot", Constant(&Parameters::Contact::normal_dashpot)),
-              std::make_pair("Tangential dashpot",
-                             Constant(&Parameters::Contact::tangential_dashpot))})
-          if (prm.contact.*constant > 0)
-            result.push_back({std::string("Contact/") + key,
-                              prm.contact.*constant,
-                              {},
-                              [constant = constant](Parameters::All &all, const double value)
-                              { all.contact.*constant = value; }});
-      }
-      result.push_back(
-          {"Pads/Pressure", prm.pads.pressure, {}, [](Parameters::All &all, const double value) {
-             all.pads.pressure = value;
-           }});
-    }
+    if (!geometry.interfaces.empty())
+      add_contact(result);
     return result;
+  }
+
+  template <int dim>
+  void BrakeDerivatives<dim>::difference_bodies(Parameter &parameter) const
+  {
+    if (!parameter.place)
+      return;
+    const double h = parameter.bodies.empty() ? parameter.step_of_polynomials() : parameter.step();
+    const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+    for (unsigned int m = 0; m < materials.size(); ++m)
+    {
+      if (geometry.bodies_of(m).empty())
+        continue;
+      const auto own            = parameter.bodies.find(m);
+      const AssembledBody &body = own != parameter.bodies.end() ? own->second : model.body(m);
+      TermList changes;
+      for (const double sign : {1., -1.})
+      {
+        const Parameters::All p = varied(parameter, parameter.value + sign * h);
+        for (Term &term : body.terms(body_terms(p, p.materials()[m]), p.materials()[m].material))
+        {
+          term.coefficient *= sign / (2 * h);
+          changes.add(term);
+        }
+      }
+      const StiffnessFactor &factor = materials[m].material.stiffness_factor;
+      for (Term &term : changes.terms())
+      {
+        if (term.origin == Origin::elasticity && prm.terms().material_damping && factor.is_active())
+          parameter.moduli.push_back({term.coefficient, term.matrix, beyond_relaxed(factor)});
+        parameter.terms.push_back(std::move(term));
+      }
+    }
   }
 
   template <int dim>
@@ -220,8 +182,8 @@ namespace squeal
                                                 const double value) const
   {
     Parameters::All result = prm;
-    if (parameter.set)
-      parameter.set(result, value);
+    if (parameter.place)
+      parameter.place(result) = value;
     return result;
   }
 
@@ -261,7 +223,7 @@ namespace squeal
       for (unsigned int i = 0; i < rows.n_local(); ++i)
         right.column(k)[i] = -(plus.data()[i] - minus.data()[i]) / (2 * h);
       for (const Term &term : parameter.terms)
-        if (term.order == 0 && term.matrix && term.coefficient != 0)
+        if (term.order == 0)
         {
           const MultiVector product = multiply(*term.matrix, steady.equilibrium->state);
           for (unsigned int i = 0; i < rows.n_local(); ++i)
@@ -302,6 +264,8 @@ namespace squeal
                      parameters.end());
     if (parameters.empty())
       return {};
+    for (Parameter &parameter : parameters)
+      difference_bodies(parameter);
     const StageTerms stage = prm.terms();
     // Only friction and prestress depend on the steady state.
     const bool state_matters =
@@ -315,11 +279,8 @@ namespace squeal
     for (unsigned int k = 0; k < parameters.size(); ++k)
     {
       const Parameter &parameter = parameters[k];
-      ParameterDerivative derivative{parameter.path, parameter.value, {}};
-      for (const Term &term : parameter.terms)
-        if (term.matrix && term.coefficient != 0)
-          derivative.terms.push_back(term);
-      derivative.moduli = parameter.moduli;
+      ParameterDerivative derivative{parameter.path, parameter.value, parameter.terms,
+                                     parameter.moduli};
 
       // Contact and prestress: central differences of their matrices, state and parameter together.
       const double h = parameter.step();

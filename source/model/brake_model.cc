@@ -243,6 +243,28 @@ namespace squeal
   }
 
   template <int dim>
+  std::vector<Term> BrakeModel<dim>::AssembledBody::terms(const std::vector<BodyTerm> &wanted,
+                                                          const Material &present) const
+  {
+    using Kind = BodyTerm::Kind;
+    std::vector<Term> result;
+    // M, G, M* are proportional to the density.
+    const double rho = present.density / material.density;
+    for (const auto &[origin, order, kind, coefficient] : wanted)
+      if (kind == Kind::K)
+        for (const auto &[modulus, matrix] : stiffness_of(present))
+          result.push_back({origin, order, coefficient * modulus, matrix});
+      else if (kind == Kind::V)
+        result.push_back({origin, order, coefficient, matrices.V});
+      else
+        result.push_back({origin, order, coefficient * rho,
+                          kind == Kind::M   ? matrices.M
+                          : kind == Kind::G ? matrices.G
+                                            : matrices.M_star});
+    return result;
+  }
+
+  template <int dim>
   void BrakeModel<dim>::assemble_missing(const unsigned int number, const Material &material,
                                          const BodyMatrixChoice &choice, const bool follows)
   {
@@ -291,27 +313,8 @@ namespace squeal
       const Material &material           = materials[m].material;
       const std::vector<BodyTerm> wanted = wanted_terms(prm, materials[m], with_motion);
       assemble_missing(m, material, matrices_of(wanted), follows);
-      // M, G, M* are proportional to the density.
-      const AssembledBody &body    = bodies[m];
-      const double rho             = material.density / body.material.density;
-      const BodyMatrices &matrices = body.matrices;
-      const auto stiffness         = body.stiffness_of(material);
-      using Kind                   = BodyTerm::Kind;
-      const auto matrix_of         = [&](const Kind kind)
-      {
-        return kind == Kind::M        ? matrices.M
-               : kind == Kind::G      ? matrices.G
-               : kind == Kind::M_star ? matrices.M_star
-                                      : matrices.V;
-      };
-      for (const BodyTerm &term : wanted)
-        if (term.matrix != Kind::K)
-          terms.push_back({term.origin, term.order,
-                           term.coefficient * (term.matrix == Kind::V ? 1. : rho),
-                           matrix_of(term.matrix)});
-        else
-          for (const auto &[coefficient, matrix] : stiffness)
-            terms.push_back({term.origin, term.order, term.coefficient * coefficient, matrix});
+      for (Term &term : bodies[m].terms(wanted, material))
+        terms.push_back(std::move(term));
     }
     assemble_joints();
     for (Term &term : joint_terms(ties_, points_, superelements_))

@@ -175,6 +175,8 @@ namespace squeal
       /// What makes up the stiffness of a material that has such matrices.
       std::vector<std::pair<double, std::shared_ptr<const Matrix>>>
       stiffness_of(const Material &present) const;
+      /// The wanted terms of a material that has such matrices.
+      std::vector<Term> terms(const std::vector<BodyTerm> &wanted, const Material &present) const;
     };
 
     const AssembledBody &body(const unsigned int material) const

@@ -52,21 +52,20 @@ namespace squeal
     {
       std::string key;
       double Material::*value;
-      Damping damping; ///< d(alpha, beta)/d value; zero for elastic constants
     };
-    std::vector<Constant> damping_constants() const
+    static std::vector<Constant> damping_constants()
     {
-      return {{"Mass proportional damping", &Material::mass_damping, {1, 0}},
-              {"Stiffness proportional damping", &Material::stiffness_damping, {0, 1}}};
+      return {{"Mass proportional damping", &Material::mass_damping},
+              {"Stiffness proportional damping", &Material::stiffness_damping}};
     }
     /// The elastic constants of the law transversely_isotropic.
     static std::vector<Constant> elastic_constants()
     {
-      return {{"Young modulus", &Material::young_modulus, {}},
-              {"Poisson ratio", &Material::poisson_ratio, {}},
-              {"Axial Young modulus", &Material::axial_young_modulus, {}},
-              {"Axial Poisson ratio", &Material::axial_poisson_ratio, {}},
-              {"Axial shear modulus", &Material::axial_shear_modulus, {}}};
+      return {{"Young modulus", &Material::young_modulus},
+              {"Poisson ratio", &Material::poisson_ratio},
+              {"Axial Young modulus", &Material::axial_young_modulus},
+              {"Axial Poisson ratio", &Material::axial_poisson_ratio},
+              {"Axial shear modulus", &Material::axial_shear_modulus}};
     }
 
     /// Whether both have the same elastic_components().
