@@ -6,6 +6,7 @@
 #include <squeal/linalg/dense.h>
 
 #include <algorithm>
+#include <complex>
 #include <functional>
 #include <numeric>
 
@@ -14,7 +15,8 @@ namespace squeal::tests::carried_errors
 {
   namespace
   {
-    using Family = std::function<ComplexDenseMatrix(double)>;
+    using Complex = std::complex<double>;
+    using Family  = std::function<ComplexDenseMatrix(double)>;
 
     ComplexDenseMatrix sum(const ComplexDenseMatrix &a, const Complex factor,
                            const ComplexDenseMatrix &b)
