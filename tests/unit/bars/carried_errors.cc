@@ -204,20 +204,21 @@ namespace squeal::tests::carried_errors
   {
     const auto known = [](const double size)
     {
-      ErrorEffects effects = effects_of(unit(2));
+      ErrorEffects effects = effects_of(ComplexDenseMatrix::identity(2));
       effects.alternatives = {{{{size, 0, 0, size}, {-size, 0, 0, -size}}, false}};
       return all_known(effects);
     };
     const auto bar = [](const KnownEffects &of) {
       return bound_errors({{0, 1}, {0, 50}}, {}, of.effects).growth_rate[0];
     };
-    const double none = bar(all_known(effects_of(unit(2))));
+    const double none = bar(all_known(effects_of(ComplexDenseMatrix::identity(2))));
     // The zone of one end has no edge.
     for (const double share : {0., 0.25, 1.})
     {
       CHECK(bar(blend(known(0.1), known(0.3), share)) - none ==
             doctest::Approx(0.1 * (1 - share) + 0.3 * share).epsilon(1e-10));
-      CHECK(bar(blend(known(0.1), all_known(effects_of(unit(2))), share)) - none ==
+      CHECK(bar(blend(known(0.1), all_known(effects_of(ComplexDenseMatrix::identity(2))), share)) -
+                none ==
             doctest::Approx(0.1 * (1 - share)).epsilon(1e-10));
     }
   }
