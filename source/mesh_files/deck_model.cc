@@ -5,6 +5,13 @@
 
 #include <algorithm>
 
+// What a deck says beside its mesh: DeckModelReader goes over the blocks of a deck once. Each
+// keyword comes with all of its data lines (large ones of the mesh are skipped, another reader has
+// them); take() hands them to the function of that keyword, which fills the DeckModel: materials,
+// sections, orientations, surfaces, contact, supports, loads, lumped elements. Keywords that say
+// nothing about the model are passed over in silence, unknown ones are named in the model's list,
+// so that no part of a deck is dropped unseen.
+
 namespace squeal
 {
   using namespace dealii;
