@@ -148,8 +148,10 @@ namespace squeal::tests::dense_tests
         CHECK(std::abs(length - 1) <= 1e-15);
 
       // Factors, of the matrix and its transposes
-      const Dense<Number> square = scattered_matrix<Number>(5, 5, 7),
-                          right  = scattered_matrix<Number>(5, 2, 9);
+      Dense<Number> square      = scattered_matrix<Number>(5, 5, 7);
+      const Dense<Number> right = scattered_matrix<Number>(5, 2, 9);
+      for (unsigned int i = 0; i < 5; ++i)
+        square(i, i) += i % 2 == 0 ? 4. : -4.; // far from singular
       const LuFactors<Number> factors(square);
       using Form        = typename DenseView<Number>::Form;
       const auto defect = [&](const DenseView<Number> &of, const Form form)
