@@ -13,7 +13,7 @@ namespace squeal
 {
   namespace
   {
-    const std::string magic = "squeal state 2\n";
+    const std::string magic = "squeal state 3\n";
 
     struct Content
     {
