@@ -327,7 +327,8 @@ namespace squeal
     }
 
     /// Adds the tangential tractions of a pair that sticks: their sum and, in 3D, their torque.
-    /// They are the forces on the first body: with [[u]] = u_2 - u_1 the left side has -T there.
+    /// Signs are those of forces on the first body: with [[u]] = u_2 - u_1 the left side has -T
+    /// there.
     template <int dim>
     void add_tractions(const Contact<dim> &contact, const ContactKinematics<dim> &k,
                        const std::vector<double> &state, Tensor<1, dim> &sum, double &torque)

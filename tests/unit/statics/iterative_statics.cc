@@ -64,7 +64,7 @@ namespace squeal::tests::iterative_statics_tests
       return Utilities::MPI::max(largest, MPI_COMM_WORLD);
     }
 
-    /// Of stiffness, M*, G and mass.
+    /// Multiples of stiffness, M*, G and mass.
     struct Factors
     {
       double k, m_star, g, m;
