@@ -6,12 +6,14 @@ import math
 import os
 import re
 
+from plotting import open_text
+
 
 def read_modes(directory, fail):
     """{(cycle, mode): line of modes.csv}; calls fail(message) where there is no such table."""
     path = os.path.join(directory, "modes.csv")
     try:
-        with open(path, newline="", encoding="utf-8") as file:
+        with open_text(path) as file:
             return {(int(line["cycle"]), int(line["mode"])): line for line in csv.DictReader(file)}
     except OSError as error:
         fail(f"{path} cannot be read: {error.strerror}. Give the output directory of a run, e.g. output/brake.")

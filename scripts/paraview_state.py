@@ -24,6 +24,7 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # pvbatch does not
 
 from mode_choice import choose_mode, read_modes  # noqa: E402
+from plotting import refuse_foreign  # noqa: E402
 
 SCALE = 0.03  # largest displacement drawn, relative to the diagonal of the model's box
 GREY = [0.15, 0.15, 0.15]
@@ -223,9 +224,13 @@ def main():
              "start it as  xvfb-run -a pvbatch scripts/paraview_state.py ...")
     if not os.environ.get("DISPLAY"):
         fail("there is no display; start it as  xvfb-run -a pvbatch scripts/paraview_state.py ...")
-    if arguments.output is None:
+    is_named = arguments.output is not None
+    if not is_named:
         name = os.path.basename(os.path.abspath(arguments.directory))
         arguments.output = os.path.join(arguments.directory, name + ".pvsm")
+    for output, named in ((arguments.output, is_named), (arguments.picture, True)):
+        if output:
+            refuse_foreign(output, named, fail, [b"<ParaView", b"<GenericParaView"])
     write_state(pv, arguments, cycle, mode, caption(mode, modes.get((cycle, mode))))
     print(f"paraview {arguments.output}")
 

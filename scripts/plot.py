@@ -12,7 +12,7 @@ import csv
 import math
 import os
 
-from plotting import load_pyplot, stop
+from plotting import load_pyplot, open_text, refuse_foreign, save_figure, stop
 
 GROWTH, FREQUENCY = "growth_rate_1_per_s", "frequency_hz"
 GROWTH_ERROR, FREQUENCY_ERROR = "growth_rate_error_1_per_s", "frequency_error_hz"
@@ -39,7 +39,7 @@ def read_modes(directory):
         fail(f"there is no directory {directory}; give the output directory of a run, e.g. output/brake")
     if not os.path.isfile(path):
         fail(f"{path} is missing; has the run finished a mesh? (A sweep writes sweep.csv instead.)")
-    with open(path, newline="", encoding="utf-8", errors="replace") as file:
+    with open_text(path) as file:
         reader = csv.DictReader(file)
         header = reader.fieldnames or []
         missing = [name for name in ("cycle", GROWTH, FREQUENCY, "verdict") if name not in header]
@@ -64,7 +64,7 @@ def read_parameters(directory):
     """parameters.prm as {"Section/Key": "value"}; empty if there is no such file."""
     parameters, section = {}, []
     try:
-        with open(os.path.join(directory, "parameters.prm"), encoding="utf-8", errors="replace") as file:
+        with open_text(os.path.join(directory, "parameters.prm")) as file:
             for line in file:
                 words = line.split("#")[0].split()
                 if words[:1] == ["subsection"]:
@@ -97,7 +97,7 @@ def title(directory, modes):
     result = [f"{len(modes)} modes" if len(modes) != 1 else "1 mode"]
     result.append(f"{sum(mode['verdict'] in UNSTABLE for mode in modes)} unstable")
     try:
-        with open(os.path.join(directory, "cycles.csv"), newline="", encoding="utf-8") as file:
+        with open_text(os.path.join(directory, "cycles.csv")) as file:
             unknowns = int(list(csv.DictReader(file))[-1]["dofs"])
             result.append(f"{unknowns:,} unknowns".replace(",", "\u202f"))
     except (OSError, IndexError, KeyError, TypeError, ValueError):
@@ -245,12 +245,10 @@ def main():
                         help="axis of growth rates; auto: symlog if one exceeds 100 1/s")
     arguments = parser.parse_args()
     modes = read_modes(arguments.directory)
-    plt = load_pyplot(fail)
     output = arguments.output or os.path.join(arguments.directory, "eigenvalues.png")
-    try:
-        draw(plt, arguments.directory, modes, arguments.scale).savefig(output, dpi=200)
-    except (OSError, ValueError) as error:
-        fail(f"{output} cannot be written: {error}")
+    refuse_foreign(output, arguments.output, fail)
+    plt = load_pyplot(fail)
+    save_figure(draw(plt, arguments.directory, modes, arguments.scale), output, arguments.output, fail, dpi=200)
     print(output)
 
 

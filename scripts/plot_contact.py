@@ -19,7 +19,7 @@ import struct
 import xml.etree.ElementTree as ElementTree
 import zlib
 
-from plotting import load_pyplot, stop
+from plotting import load_pyplot, open_text, save_figure, stop
 
 OPEN, CLOSED = "#F0E442", "#0072B2"  # of Okabe and Ito
 
@@ -75,7 +75,7 @@ def read_contact(numpy, path):
 def read_static(directory, cycle):
     """The lines of static.csv of a mesh, by pad."""
     try:
-        with open(os.path.join(directory, "static.csv"), encoding="utf-8") as file:
+        with open_text(os.path.join(directory, "static.csv")) as file:
             header, *lines = [line.strip().split(",") for line in file]
     except OSError:
         return {}
@@ -149,7 +149,7 @@ def draw_pressure(numpy, plt, directory, path, cycle):
 
 def read_work(directory, cycle, mode, *origins):
     """The work per cycle of all pads together, J, out of contributions.csv."""
-    with open(os.path.join(directory, "contributions.csv"), encoding="utf-8") as file:
+    with open_text(os.path.join(directory, "contributions.csv")) as file:
         return sum(float(row["energy_per_cycle_j"]) for row in csv.DictReader(file)
                    if row["cycle"] == cycle and row["mode"] == str(mode) and row["origin"] in origins)
 
@@ -192,7 +192,7 @@ def draw_work(numpy, plt, directory, path, cycle, mode):
 def speed_of(directory):
     """Operation/Angular velocity of the run; 1 if it cannot be read."""
     try:
-        with open(os.path.join(directory, "parameters.prm"), encoding="utf-8") as file:
+        with open_text(os.path.join(directory, "parameters.prm")) as file:
             found = re.search(r"set\s+Angular velocity\s*=\s*(\S+)", file.read())
             return float(found.group(1)) if found else 1
     except OSError:
@@ -227,9 +227,9 @@ def main():
             figure = draw_pressure(numpy, plt, arguments.directory, found[cycle], cycle)
         else:
             figure = draw_work(numpy, plt, arguments.directory, found[cycle], cycle, arguments.mode)
-        figure.savefig(output, dpi=110)
     except (OSError, ValueError) as error:
-        fail(f"{output} cannot be written: {error}")
+        fail(f"{output} cannot be made: {error}")
+    save_figure(figure, output, arguments.output, fail)
     print(output)
 
 

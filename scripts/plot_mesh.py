@@ -12,7 +12,7 @@ Needs matplotlib and numpy (Debian: apt-get install python3-matplotlib).
 import argparse
 import pathlib
 
-from plotting import load_pyplot, stop
+from plotting import load_pyplot, save_figure, stop
 
 # Faces of the elements of Gmsh, by number of corners: hexahedra, wedges, tetrahedra; outwards
 FACES = {8: [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)],
@@ -145,7 +145,7 @@ def main():
     right.set_title("from below", fontsize=12)
     figure.tight_layout()
     output = arguments.output or str(pathlib.Path(arguments.file).with_suffix(".png"))
-    figure.savefig(output, dpi=110)
+    save_figure(figure, output, arguments.output, fail)
     print(output)
 
 

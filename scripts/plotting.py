@@ -1,11 +1,16 @@
-"""What the scripts that draw share: a Python with matplotlib, loading it without a display, how they end, how values with
-error bars are written."""
+"""What the scripts that draw share: a Python with matplotlib, loading it without a display, how they end, how files are read
+and written, how values with error bars are written."""
 
+import errno
 import math
 import os
 import shutil
 import subprocess
 import sys
+import tempfile
+
+# By these words in its first bytes a script knows what a script wrote.
+MARK = "squeal scripts/"
 
 
 def stop(message):
@@ -52,6 +57,71 @@ def load_pyplot(fail):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     return plt
+
+
+def open_text(path):
+    """Opens a file for reading. Raises OSError, also for what is no regular file: a pipe would wait for ever."""
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
+    return open(path, newline="", encoding="utf-8", errors="replace")
+
+
+def results_of_run(directory):
+    """The names of the files that a run has written there, by its manifest."""
+    try:
+        with open_text(os.path.join(directory, "run.manifest")) as file:
+            return {"run.manifest", *(line[5:].rstrip("\n") for line in file if line.startswith("file "))}
+    except OSError:
+        return set()
+
+
+def refuse_foreign(path, is_named, fail, beginnings=()):
+    """Calls fail(message) where writing `path` would destroy what is not the script's: what a link leads to, a result of the
+    run, and, unless the user named the path, a file that neither has MARK nor one of these beginnings."""
+    if not os.path.lexists(path):
+        return
+    path = os.fspath(path)
+    if os.path.islink(path) or not os.path.isfile(path):
+        fail(f"{path} is {'a link, which is not followed' if os.path.islink(path) else 'no regular file'}; name another file by --output")
+    if os.path.basename(path) in results_of_run(os.path.dirname(path) or "."):
+        fail(f"{path} is a result of the run and not replaced; name another file by --output")
+    if is_named:
+        return
+    try:
+        with open(path, "rb") as file:
+            head = file.read(4096)
+    except OSError as error:
+        fail(f"{path} cannot be read: {error.strerror}")
+    if MARK.encode() not in head and not head.startswith(tuple(beginnings)):
+        fail(f"{path} was not written by this version's scripts and is not replaced; move it, or name another file by --output")
+
+
+def write_output(path, is_named, write, fail, beginnings=()):
+    """Calls write(name) with a new name beside `path` and renames what was written; foreign files stay (refuse_foreign)."""
+    path = os.fspath(path)
+    refuse_foreign(path, is_named, fail, beginnings)
+    unfinished = None
+    try:
+        descriptor, unfinished = tempfile.mkstemp(suffix=os.path.splitext(path)[1], prefix=".squeal-",
+                                                  dir=os.path.dirname(path) or ".")
+        os.close(descriptor)
+        write(unfinished)
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(unfinished, 0o666 & ~mask)
+        os.replace(unfinished, path)
+        unfinished = None
+    except (OSError, ValueError) as error:
+        fail(f"{path} cannot be written: {getattr(error, 'strerror', None) or error}")
+    finally:
+        if unfinished:
+            os.unlink(unfinished)
+
+
+def save_figure(figure, path, is_named, fail, dpi=110):
+    """Writes a picture by write_output(). Other formats than PNG have no place for the mark."""
+    own = {"metadata": {"Software": MARK + os.path.basename(sys.argv[0])}} if os.fspath(path).lower().endswith(".png") else {}
+    write_output(path, is_named, lambda name: figure.savefig(name, dpi=dpi, **own), fail)
 
 
 def rounded(value, bar):

@@ -19,7 +19,7 @@ import tempfile
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # pvbatch does not
 
 from mode_choice import choose_mode, read_modes  # noqa: E402
-from plotting import rounded  # noqa: E402
+from plotting import refuse_foreign, rounded  # noqa: E402
 
 ROTOR = 0  # value of the field "body"
 WIDTH, HEIGHT = 1600, 660  # pixels
@@ -257,7 +257,11 @@ def main():
     except ImportError as error:
         fail(f"ParaView cannot be loaded ({error}). Debian: apt-get install paraview python3-paraview xvfb xauth; "
              "start it as  xvfb-run -a pvbatch scripts/render_mode.py ...")
-    arguments.output = arguments.output or os.path.join(arguments.directory, f"mode-{cycle}-{mode:03d}.png")
+    named = arguments.output
+    arguments.output = named or os.path.join(arguments.directory, f"mode-{cycle}-{mode:03d}.png")
+    for output, is_named in ((arguments.output, named), (arguments.animation, True)):
+        if output:
+            refuse_foreign(output, is_named, fail, [b"\x89PNG"])  # ParaView leaves no mark
     render(pv, arguments, path, caption(cycle, mode, modes.get((cycle, mode))))
     print(arguments.animation or arguments.output)
 

@@ -27,7 +27,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from plotting import axis_of, draw_with_matplotlib, rounded
+from plotting import MARK, axis_of, draw_with_matplotlib, open_text, refuse_foreign, rounded, write_output
 from plot import FREQUENCY, FREQUENCY_ERROR, GROWTH, GROWTH_ERROR, STYLES, UNSTABLE, read_parameters
 
 # What a probability is uncertain by
@@ -66,6 +66,11 @@ pre { overflow-x: auto; background: #f6f6f6; padding: .75rem; font-size: .8rem; 
 """
 
 
+HEAD, VIEWPORT = '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">', "width=device-width, initial-scale=1"
+# Pages of earlier versions had no mark.
+OF_EARLIER_VERSIONS = f'{HEAD}<meta name="viewport" content="{VIEWPORT}"><title>squeal: '.encode()
+
+
 def fail(message):
     sys.exit("report.py: " + message)
 
@@ -93,7 +98,7 @@ def read_table(directory, name, damaged=None):
     """The whole lines of a table as dictionaries; none if there is no such file. A line that somebody or a full disk cut is
     left out; @p damaged, a list, gets a sentence about it."""
     try:
-        with open(directory / name, newline="", encoding="utf-8", errors="replace") as file:
+        with open_text(directory / name) as file:
             rows = list(csv.DictReader(line.replace("\0", "\N{REPLACEMENT CHARACTER}") for line in file))
     except OSError:
         return []
@@ -802,12 +807,12 @@ class Report:
                                [[row["pad"], number(row["normal_force_n"]), number(row["friction_force_n"]),
                                  number(row["friction_torque_nm"]), number(1e4 * float(row["contact_area_m2"])),
                                  number(1e-6 * float(row["max_pressure_pa"]))] for row in rows]))
-        if list(self.directory.glob("contact-*.pvtu")):
+        if any(path.is_file() for path in self.directory.glob("contact-*.pvtu")):
             self.drawn_by("Contact pressure and status", "plot_contact.py")
 
     def pictures_of_modes(self):
         written = [row for row in self.modes if row["verdict"] in (*UNSTABLE, "undecided") and
-                   (self.directory / f"mode-{self.cycle}-{int(row['mode']):03}.pvtu").exists()]
+                   (self.directory / f"mode-{self.cycle}-{int(row['mode']):03}.pvtu").is_file()]
         written.sort(key=lambda row: (row["verdict"] not in UNSTABLE, -float(row[GROWTH])))  # certain ones first
         if not written or self.parameters.get("Scene") not in ("brake", "mesh", "rotor"):
             return
@@ -825,7 +830,7 @@ class Report:
                 self.drawn_by(f"Mode {row['mode']}, {row['verdict']}, {number(row[FREQUENCY])} Hz: rotor and pads, displacement enlarged",
                               "render_mode.py", "--mode", row["mode"], "--cycle", str(self.cycle),
                               launcher=PARAVIEW)
-            if list(self.directory.glob(f"mode-{self.cycle}-{int(row['mode']):03}-contact.pvtu")):
+            if (self.directory / f"mode-{self.cycle}-{int(row['mode']):03}-contact.pvtu").is_file():
                 self.drawn_by(f"Mode {row['mode']}: work of friction on the contact faces", "plot_contact.py", "--mode",
                               row["mode"])
 
@@ -834,7 +839,8 @@ class Report:
         for name, title in (("original.prm", "Parameter file as given"), ("parameters.prm", "All parameters used"),
                             ("log.txt", "Log, with versions and times")):
             try:
-                text = (self.directory / name).read_text(encoding="utf-8", errors="replace")
+                with open_text(self.directory / name) as file:
+                    text = file.read()
             except OSError:
                 continue
             self.body.append(f"<details><summary>{title} ({name})</summary><pre>{html.escape(text)}</pre></details>")
@@ -853,8 +859,8 @@ class Report:
         if lacking := self.missing + self.failed:
             self.section("Not shown")
             self.body.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in lacking) + "</ul>")
-        return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-                '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        return (f'{HEAD}<meta name="generator" content="{MARK}report.py">'
+                f'<meta name="viewport" content="{VIEWPORT}">'
                 f"<title>{html.escape(title)}</title><style>{STYLE}</style></head>\n<body>" + "\n".join(self.body) +
                 "</body></html>\n")
 
@@ -865,23 +871,21 @@ def main():
     parser.add_argument("--output", metavar="FILE.html", type=Path, help="default: OUTPUT_DIR/report.html")
     parser.add_argument("--modes", metavar="N", type=int, default=3, help="pictures of at most so many modes; default 3")
     arguments = parser.parse_args()
-    if not draw_with_matplotlib():
-        print("report.py: without pictures: no Python with matplotlib was found (scripts/install-dependencies.sh --pictures)",
-              file=sys.stderr)
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="surrogateescape")
     directory = arguments.directory.resolve()
     if not (directory / "log.txt").is_file():
         fail(f"{arguments.directory} is no output directory of a run: log.txt is missing")
     output = arguments.output or directory / "report.html"
-    unfinished = output.with_name(output.name + ".part")
-    try:
-        # Names may have bytes that are no text.
-        report = Report(directory, arguments.modes)
-        unfinished.write_text(report.page(), encoding="utf-8", errors="replace")
-        os.replace(unfinished, output)
-    except OSError as error:
-        fail(f"{output} cannot be written: {error.strerror}")
+    refuse_foreign(output, arguments.output, fail, [OF_EARLIER_VERSIONS])  # before pictures are drawn
+    if not draw_with_matplotlib():
+        print("report.py: without pictures: no Python with matplotlib was found (scripts/install-dependencies.sh --pictures)",
+              file=sys.stderr)
+    report = Report(directory, arguments.modes)
+    page = report.page()
+    # Names may have bytes that are no text.
+    write_output(output, arguments.output, lambda name: Path(name).write_text(page, encoding="utf-8", errors="replace"), fail,
+                 [OF_EARLIER_VERSIONS])
     print(output)
     if report.failed:
         fail("not every picture could be made:\n  " + "\n  ".join(report.failed))

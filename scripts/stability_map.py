@@ -13,7 +13,7 @@ import csv
 import os
 import re
 
-from plotting import axis_of, load_pyplot, stop
+from plotting import axis_of, load_pyplot, open_text, save_figure, stop
 
 
 def fail(message):
@@ -23,7 +23,7 @@ def fail(message):
 def read_table(directory, name):
     path = os.path.join(directory, name)
     try:
-        with open(path, newline="", encoding="utf-8") as file:
+        with open_text(path) as file:
             return list(csv.DictReader(file))
     except OSError as error:
         fail(f"{path} cannot be read ({error.strerror}); runs with Sweep/Second parameter write it")
@@ -31,7 +31,7 @@ def read_table(directory, name):
 
 def scene_of(directory):
     try:
-        with open(os.path.join(directory, "parameters.prm"), encoding="utf-8") as file:
+        with open_text(os.path.join(directory, "parameters.prm")) as file:
             return re.search(r"^set\s+Scene\s*=\s*(\S+)", file.read(), re.MULTILINE).group(1)
     except (OSError, AttributeError):
         return "brake"
@@ -131,9 +131,10 @@ def main():
     plt = load_pyplot(fail)
     output = arguments.output or os.path.join(arguments.directory, "stability_map.png")
     try:
-        draw(plt, arguments.directory).savefig(output, dpi=110)
+        figure = draw(plt, arguments.directory)
     except (OSError, ValueError, KeyError) as error:
         fail(f"{output} cannot be made: {error!r}")
+    save_figure(figure, output, arguments.output, fail)
     print(output)
 
 

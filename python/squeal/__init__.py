@@ -11,8 +11,8 @@ PATH, else build/release/squeal of the directory or of one above it. doc/python.
 """
 
 from .program import InputError, ProgramError, SolverError, find_program, run, sample
-from .results import Results, read
+from .results import DamagedError, Results, read
 from .shapes import MeasuredShape, Shape, mac, pair, read_measured
 
-__all__ = ["InputError", "MeasuredShape", "ProgramError", "Results", "Shape", "SolverError", "find_program", "mac", "pair",
+__all__ = ["DamagedError", "InputError", "MeasuredShape", "ProgramError", "Results", "Shape", "SolverError", "find_program", "mac", "pair",
            "read", "read_measured", "run", "sample"]

@@ -111,11 +111,13 @@ def run(file, ranks=1, echo=False, overwrite=False, program=None, **overrides):
     directory = next((line.split("Results go to ", 1)[1] for line in said.splitlines()
                       if line.startswith("Results go to ")), None)
     status = process.returncode
+    if status == 0 and directory is None:
+        raise ProgramError(f"{command[0]} ended without results: is it squeal? " + said.strip()[:500], status)
     if status == 0:
         return read(directory)
     message = complaint.strip() or said.strip() or f"squeal ended with exit status {status}"
     if status == 3:
         error = SolverError(message, status)
-        error.results = read(directory) if directory and os.path.isdir(directory) else None
+        error.results = read(directory) if directory and os.path.isfile(os.path.join(directory, "log.txt")) else None
         raise error
     raise (InputError if status == 2 else ProgramError)(message, status)

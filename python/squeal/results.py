@@ -10,6 +10,22 @@ from . import vtu
 from .shapes import Shape
 
 
+class DamagedError(ValueError):
+    """A file of a run is not as squeal writes it; the text says which."""
+
+
+def open_text(path):
+    """Opens a file for reading. Raises DamagedError for what is no regular file: a pipe would wait for ever."""
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise DamagedError(f"{path} is not a regular file")
+    return open(path, newline="", encoding="utf-8", errors="replace")
+
+
+def text_of(path):
+    with open_text(path) as file:
+        return file.read()
+
+
 def read(directory):
     """The results in the output directory of a run, finished or not."""
     return Results(directory)
@@ -18,8 +34,14 @@ def read(directory):
 def read_table(path):
     """A CSV file as a structured array: a field for each column, numbers where all of it are numbers (an empty field is
     nan), else texts. table["frequency_hz"], table[table["verdict"] == "flutter"], pandas.DataFrame(table)."""
-    with open(path, newline="", encoding="utf-8", errors="replace") as file:
-        header, *lines = csv.reader(file)
+    try:
+        with open_text(path) as file:
+            lines = list(csv.reader(line.replace("\0", "\N{REPLACEMENT CHARACTER}") for line in file))
+    except csv.Error as error:
+        raise DamagedError(f"{path}: {error}") from None
+    header = lines.pop(0) if lines else []
+    if not header or "" in header or len(set(header)) < len(header):
+        raise DamagedError(f"{path}: the first line does not name columns, each by a name of its own")
     # A line that a running or killed program has not finished is none.
     lines = [line for line in lines if len(line) == len(header)]
     columns = []
@@ -27,7 +49,7 @@ def read_table(path):
         texts = [line[i] for line in lines]
         try:
             column = numpy.array([float(text) if text else numpy.nan for text in texts], float)
-            if header[i] in ("cycle", "mode", "branch") and not numpy.isnan(column).any():
+            if header[i] in ("cycle", "mode", "branch") and (numpy.abs(column) < 2**53).all():
                 column = column.astype(int)
         except ValueError:
             column = numpy.array(texts, str)
@@ -57,8 +79,14 @@ class Results:
 
     @property
     def modes(self):
-        """modes.csv of the last mesh."""
+        """modes.csv of the last mesh. Raises DamagedError where a column that every such table has is missing, or has
+        other things than numbers."""
         table = self.table("modes")
+        for name in ("cycle", "mode", "growth_rate_1_per_s", "frequency_hz"):
+            if name not in table.dtype.names or table[name].dtype.kind not in "if":
+                raise DamagedError(f"{self.directory / 'modes.csv'} has no numbers in a column {name}")
+            if numpy.isnan(table[name]).any():
+                raise DamagedError(f"{self.directory / 'modes.csv'} has an empty field in the column {name}")
         return table[table["cycle"] == table["cycle"].max()] if len(table) else table
 
     @property
@@ -69,17 +97,17 @@ class Results:
 
     @property
     def log(self):
-        return (self.directory / "log.txt").read_text(encoding="utf-8", errors="replace")
+        return text_of(self.directory / "log.txt")
 
     @property
     def parameters(self):
         """All parameters of the run as {"Section/Key": text}."""
         found, section = {}, []
-        for line in (self.directory / "parameters.prm").read_text(encoding="utf-8", errors="replace").splitlines():
+        for line in text_of(self.directory / "parameters.prm").splitlines():
             words = line.split("#")[0].split()
             if words[:1] == ["subsection"]:
                 section.append(" ".join(words[1:]))
-            elif words == ["end"]:
+            elif words == ["end"] and section:
                 section.pop()
             elif words[:1] == ["set"] and "=" in words:
                 key, value = " ".join(words[1:]).split("=", 1)
@@ -93,7 +121,10 @@ class Results:
         path = self.directory / f"{name}.mtx"
         if not path.is_file():
             raise FileNotFoundError(f"{path} is missing; a run with Output/Matrices = true writes it")
-        matrix = scipy.io.mmread(str(path))
+        try:
+            matrix = scipy.io.mmread(str(path))
+        except (ValueError, TypeError, IndexError, OverflowError) as error:
+            raise DamagedError(f"{path} is no Matrix Market file: {error}") from None
         return matrix.tocsc() if hasattr(matrix, "tocsc") else matrix
 
     def matrices(self):
@@ -103,7 +134,8 @@ class Results:
     def written_modes(self, cycle=None):
         """The numbers of the modes whose fields were written (Output/Fields), of the last such mesh."""
         names = [path.name.split(".")[0].split("-") for path in self.directory.glob("mode-*-*.pvtu")]
-        found = {(int(words[1]), int(words[2])) for words in names if len(words) == 3}
+        found = {(int(words[1]), int(words[2])) for words in names if len(words) == 3 and words[1].isdecimal() and
+                 words[2].isdecimal()}
         if not found:
             return []
         cycle = max(of for of, _ in found) if cycle is None else cycle
@@ -111,13 +143,21 @@ class Results:
 
     def shape(self, mode, cycle=None):
         """The displacement of a mode at the nodes of all bodies; needs a run whose Output/Fields has it."""
-        of = int(self.modes["cycle"][0]) if cycle is None else cycle
+        modes = self.modes if cycle is None else ()
+        if cycle is None and not len(modes):
+            raise FileNotFoundError(f"{self.directory / 'modes.csv'} has no modes, so that none has a shape")
+        of = int(modes["cycle"][0]) if cycle is None else cycle
         path = self.directory / f"mode-{of}-{mode:03d}.pvtu"
         if not path.is_file():
             raise FileNotFoundError(f"{path} is missing; written are the modes {self.written_modes(of)}. A run with "
                                     "Output/Fields = all writes every mode.")
-        points, fields = vtu.read(path)
-        return Shape(points, fields["displacement_re_m"] + 1j * fields["displacement_im_m"], fields["body"])
+        try:
+            points, fields = vtu.read(path)
+            return Shape(points, fields["displacement_re_m"] + 1j * fields["displacement_im_m"], fields["body"])
+        except (FileNotFoundError, DamagedError):
+            raise
+        except Exception as error:  # of text, base64, zlib, XML, sizes: each has its own
+            raise DamagedError(f"{path}, or a piece of it, is not as squeal writes it: {error!r}") from None
 
     def shapes(self, modes=None):
         """The shapes of these modes, or of all that were written."""

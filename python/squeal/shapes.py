@@ -10,7 +10,9 @@ class Shape:
 
     def __init__(self, points, displacement, body=None):
         points, displacement = numpy.asarray(points, float), numpy.asarray(displacement)
-        body = numpy.zeros(len(points), int) if body is None else numpy.rint(body).astype(int)
+        if points.ndim != 2 or points.shape[1] != 3 or displacement.shape != points.shape:
+            raise ValueError("a shape needs points (n, 3) and displacements (n, 3)")
+        body = numbers_of_bodies(body, len(points))
         # Cells of a file do not share their nodes: one point of each place and body.
         size = numpy.abs(points).max(initial=0) or 1
         keys = numpy.column_stack([numpy.rint(points / (1e-7 * size)).astype(numpy.int64), body])
@@ -23,11 +25,14 @@ class Shape:
             numpy.allclose(self.points, other.points, rtol=0, atol=1e-6 * numpy.abs(self.points).max())
 
     def at(self, points, body=None, n_neighbours=10):
-        """The displacement at other points, by a linear function through the nearest nodes of the same body (moving least
-        squares): exact for linear displacements, an error of the order of the square of the nodes' spacing otherwise."""
+        """The displacement at other points (n, 3), by a linear function through the nearest nodes of the same body (moving
+        least squares): exact for linear displacements, an error of the order of the square of the nodes' spacing otherwise.
+        `body`: one number for all points, or one for each; 0, the rotor, if it is not given."""
         points = numpy.asarray(points, float)
-        body = numpy.zeros(len(points), int) if body is None else numpy.asarray(body)
-        result = numpy.empty((len(points), 3), complex)
+        if points.ndim != 2 or points.shape[1] != 3 or n_neighbours < 1:
+            raise ValueError("points (n, 3) are needed, and at least one neighbour")
+        body = numbers_of_bodies(body, len(points))
+        result = numpy.full((len(points), 3), numpy.nan + 0j)
         for number in numpy.unique(body):
             own, wanted = self.body == number, numpy.flatnonzero(body == number)
             nodes, values = self.points[own], self.displacement[own]
@@ -51,11 +56,19 @@ class MeasuredShape:
             raise ValueError("a measured shape needs points (n, 3), directions (n, 3) that are not zero, and n values")
         self.directions = self.directions / lengths
         self.values = numpy.asarray(values, complex).reshape(len(self.points))
-        self.body = numpy.zeros(len(self.points), int) if body is None else numpy.rint(body).astype(int)
+        self.body = numbers_of_bodies(body, len(self.points))
 
     def of(self, shape):
         """The same components of a computed shape."""
         return (shape.at(self.points, self.body) * self.directions).sum(axis=1)
+
+
+def numbers_of_bodies(body, n_points):
+    """The number of the body of each point, from one for all or one for each; 0 where there is none."""
+    numbers = numpy.rint(numpy.zeros(()) if body is None else numpy.asarray(body, float))
+    if numbers.shape not in ((), (n_points,)) or not numpy.isfinite(numbers).all():
+        raise ValueError(f"one number of a body, or one for each of {n_points} points is needed")
+    return numpy.broadcast_to(numbers, (n_points,)).astype(int)
 
 
 def read_measured(path):

@@ -80,6 +80,62 @@ class Package(st.TestCase):
         with self.assertRaises(FileNotFoundError):
             squeal.read(self.directory / "nothing")
 
+    def test_another_program(self):
+        """One that ends well and writes no results is not squeal."""
+        with self.assertRaisesRegex(squeal.ProgramError, "ended without results"):
+            squeal.run(self.file, program="/bin/true")
+        with self.assertRaises(squeal.ProgramError):
+            squeal.run(self.file, program="/bin/false")
+
+    def test_damaged_files(self):
+        """DamagedError, whatever is wrong; a table without lines is one."""
+        directory = pathlib.Path(self.directory)
+        (directory / "log.txt").write_text("")
+        results, modes = squeal.read(directory), directory / "modes.csv"
+        header = "cycle,mode,growth_rate_1_per_s,frequency_hz,verdict\n"
+        for text in ("", "\n", "a,a\n1,2\n", "mode,frequency_hz\n1,2\n", header + "x,1,2,3,stable\n",
+                     header.replace("cycle", "circle") + "0,1,2,3,stable\n", header + "0,1,2\0,3,stable\n",
+                     header + ",1,2,3,stable\n", header + "0,1,2," + "3" * 200000 + ",stable\n"):
+            modes.write_text(text)
+            with self.assertRaisesRegex(squeal.DamagedError, "modes.csv", msg=text[:60]):
+                print(results.modes)
+            with self.assertRaises(squeal.DamagedError):
+                results.shape(1)
+        modes.write_text(header)
+        self.assertEqual(len(results.modes), 0)
+        self.assertEqual(len(results.eigenvalues), 0)
+        with self.assertRaisesRegex(FileNotFoundError, "no modes"):
+            results.shape(1)
+        modes.unlink()
+        os.mkfifo(modes)
+        with self.assertRaises(squeal.DamagedError):
+            print(results.modes)
+        (directory / "parameters.prm").write_text("end\nset A = 1\n")
+        self.assertEqual(results.parameters, {"A": "1"})
+        (directory / "M.mtx").write_text("%%MatrixMarket matrix coordinate real general\n2 2 5\n1 1 x\n")
+        with self.assertRaises(squeal.DamagedError):
+            results.matrix("M")
+        for text in ("", "<a/>", '<VTKFile><Piece Source="p.vtu"/></VTKFile>'):
+            (directory / "mode-0-001.pvtu").write_text(text)
+            (directory / "p.vtu").write_text("<VTKFile><Piece NumberOfCells='1'><Points/></Piece></VTKFile>")
+            with self.assertRaises(squeal.DamagedError):
+                results.shape(1, cycle=0)
+
+    def test_one_body_for_all_points(self):
+        """u = (x, y, z) at other points: of body 0, which is not given, given once, or for each; wrong numbers are refused."""
+        generator = numpy.random.default_rng(1)
+        nodes, points = generator.random((50, 3)), generator.random((7, 3))
+        shape = squeal.Shape(nodes, nodes)
+        for body in (None, 0, 0.0, [0] * 7, numpy.zeros((), int)):
+            numpy.testing.assert_allclose(shape.at(points, body), points, atol=1e-6)
+        for body in ([0, 0], [[0]] * 7, float("nan"), [float("nan")] * 7, 1, "rotor"):
+            with self.assertRaises(ValueError):
+                shape.at(points, body)
+        for wrong in (points[0], points[:, :2]):
+            with self.assertRaises(ValueError):
+                shape.at(wrong)
+        self.assertEqual(list(squeal.MeasuredShape(points, points, points[:, 0], 2).body), [2] * 7)
+
     def test_matrices(self):
         """(l^2 M + l P + Q) x = 0 for the modes of the table, with scipy's matrices."""
         results = self.run_squeal("a")

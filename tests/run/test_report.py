@@ -272,6 +272,60 @@ class Reports(st.TestCase):
         self.assertEqual(result.stdout.strip(), strange + b"/report.html")
         self.assertTrue(os.path.exists(strange + b"/report.html"))
 
+    def test_foreign_files(self):
+        """Neither a page of somebody else nor what a link leads to is replaced, and no result of the run; a pipe in place of
+        a table is left out."""
+        aside = self.directory / "aside"
+        page = self.directory / "report.html"
+        (self.directory / "log.txt").write_text("")
+        (self.directory / "run.manifest").write_text("squeal manifest 1\nfile log.txt\n")
+        for text in ("<html>mine</html>", "<title>squeal: my own page</title>"):
+            page.write_text(text)
+            result = self.report(self.directory)
+            self.assertEqual((result.returncode, page.read_text()), (1, text))
+            self.assertIn("is not replaced", result.stderr)
+        self.assertEqual(self.report(self.directory, "--output", page).returncode, 0)  # who names it wants it
+        text = page.read_text()
+        page.unlink()
+        aside.write_text(text)
+        for name in ("report.html", "named.html"):
+            (self.directory / name).symlink_to(aside)
+            aside.write_text("mine" if name == "named.html" else text)
+            before = aside.read_text()
+            result = self.report(self.directory, *([] if name == "report.html" else ["--output", self.directory / name]))
+            self.assertEqual((result.returncode, aside.read_text()), (1, before))
+            self.assertIn("is a link", result.stderr)
+            (self.directory / name).unlink()
+        page.write_text(text)  # its own is replaced
+        (self.directory / "report.html.part").symlink_to(aside)
+        os.mkfifo(self.directory / "modes.csv")
+        os.mkfifo(self.directory / "parameters.prm")
+        self.assertEqual((self.report(self.directory).returncode, aside.read_text()), (0, "mine"))
+        result = self.report(self.directory, "--output", self.directory / "log.txt")
+        self.assertEqual((result.returncode, (self.directory / "log.txt").read_text()), (1, ""))
+        self.assertIn("a result of the run", result.stderr)
+
+    @needs_matplotlib
+    def test_foreign_pictures(self):
+        aside, picture = self.directory / "aside.png", self.directory / "eigenvalues.png"
+        (self.directory / "modes.csv").write_text("cycle,growth_rate_1_per_s,frequency_hz,verdict\n0,1,100,flutter\n")
+
+        def plot(*arguments):
+            return subprocess.run([sys.executable, st.PROJECT / "scripts/plot.py", self.directory, *arguments],
+                                  capture_output=True, text=True, check=False, timeout=600)
+        picture.write_text("mine")
+        result = plot()
+        self.assertEqual((result.returncode, picture.read_text()), (2, "mine"), result.stderr)
+        picture.unlink()
+        aside.write_text("mine")
+        picture.symlink_to(aside)
+        result = plot()
+        self.assertEqual((result.returncode, aside.read_text()), (2, "mine"), result.stderr)
+        picture.unlink()
+        for _ in range(2):  # its own is replaced
+            self.assertEqual(plot().returncode, 0)
+        self.assertEqual(sorted(path.name for path in self.directory.iterdir()), ["aside.png", "eigenvalues.png", "modes.csv"])
+
     def test_errors(self):
         result = self.report(self.directory)
         self.assertNotEqual(result.returncode, 0)
