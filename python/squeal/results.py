@@ -18,7 +18,7 @@ def open_text(path):
     """Opens a file for reading. Raises DamagedError for what is no regular file: a pipe would wait for ever."""
     if os.path.exists(path) and not os.path.isfile(path):
         raise DamagedError(f"{path} is not a regular file")
-    return open(path, newline="", encoding="utf-8", errors="replace")
+    return open(path, newline="", encoding="utf-8-sig", errors="replace")
 
 
 def text_of(path):

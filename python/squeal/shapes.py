@@ -74,7 +74,7 @@ def numbers_of_bodies(body, n_points):
 def read_measured(path):
     """Measured shapes of a CSV file: a line for each point and direction with the columns x_m, y_m, z_m, nx, ny, nz, real and,
     if they are there, imaginary, body, mode. One MeasuredShape for each mode, in the order of the file."""
-    with open(path, newline="", encoding="utf-8") as file:
+    with open(path, newline="", encoding="utf-8-sig") as file:
         reader = csv.DictReader(file, skipinitialspace=True)
         rows = list(reader)
     needed = ["x_m", "y_m", "z_m", "nx", "ny", "nz", "real"]

@@ -1,6 +1,7 @@
 #include <squeal/base/csv_reader.h>
 #include <squeal/base/errors.h>
 #include <squeal/base/files.h>
+#include <squeal/base/text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -49,12 +50,11 @@ namespace squeal
 
   double CsvReader::number(const std::size_t column) const
   {
-    const std::string &text = fields[column];
-    char *end               = nullptr;
-    const double value      = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !std::isfinite(value))
-      fail("'" + text.substr(0, 60) + "' is not a number (column " + names[column] + ").");
-    return value;
+    const std::optional<double> value = decimal_number(fields[column]);
+    if (!value)
+      fail("'" + fields[column].substr(0, 60) + "' is not a number (column " + names[column] +
+           ").");
+    return *value;
   }
 
   void CsvReader::fail(const std::string &message) const

@@ -199,6 +199,13 @@ namespace squeal
     std::error_code impossible; // as of a name that is too long
     if (std::filesystem::is_regular_file(filename, impossible))
       in.open(filename);
+    // A byte order mark, which editors put in front of UTF-8, is no text.
+    std::string first(byte_order_mark.size(), '\0');
+    if (in.is_open() && (!in.read(first.data(), first.size()) || first != byte_order_mark))
+    {
+      in.clear();
+      in.seekg(0);
+    }
     return in;
   }
 

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 
 namespace squeal
 {
@@ -16,6 +18,38 @@ namespace squeal
     va_end(again);
     va_end(values);
     return text;
+  }
+
+  std::string plain_name(const std::string &name)
+  {
+    std::string plain;
+    for (const unsigned char c : name)
+      if (c < 0x20 || std::strchr("#:,\\\"", c))
+        plain += formatted("%%%02X", c);
+      else
+        plain += c;
+    return plain;
+  }
+
+  std::optional<double> decimal_number(const std::string &word)
+  {
+    std::string text;
+    for (const char c : word)
+      if (c == 'd' || c == 'D')
+        text += 'e';
+      else
+      {
+        if ((c == '+' || c == '-') && !text.empty() && text.back() != 'e' && text.back() != 'E')
+          text += 'e';
+        text += c;
+      }
+    // strtod knows hexadecimal numbers, nan and inf, too.
+    if (text.empty() || text.find_first_not_of("0123456789+-.eE") != std::string::npos)
+      return {};
+    char *end          = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    return end == text.c_str() + text.size() && std::isfinite(value) ? std::optional<double>(value)
+                                                                     : std::nullopt;
   }
 
   std::string number(const double value, const int n_digits)

@@ -1,5 +1,6 @@
 #include <squeal/base/files.h>
 #include <squeal/base/log.h>
+#include <squeal/base/text.h>
 #include <squeal/linalg/matrix_market.h>
 
 #include <algorithm>
@@ -103,26 +104,27 @@ namespace squeal
         ++array_column;
         array_row = symmetric ? array_column : skew ? array_column + 1 : 0;
       }
-      const double value = std::strtod(text, &end);
-      if (!good || end == text || std::string(end).find_first_not_of(" \t\r") != std::string::npos)
-        fail("expected '" + std::string(coordinate ? "row column value" : "value") + "', found '" +
-             line + "'.");
+      std::string word(text);
+      word.erase(0, word.find_first_not_of(" \t"));
+      word.erase(word.find_last_not_of(" \t\r") + 1);
+      const std::optional<double> number = decimal_number(word);
+      if (!good || !number)
+        fail(std::string(word.empty() ? "" : "the value is not a finite number; ") + "expected '" +
+             (coordinate ? "row column value" : "value") + "', found '" + line + "'.");
       if (i < 1 || i > n_rows || j < 1 || j > n_columns)
         fail("the entry (" + std::to_string(i) + ", " + std::to_string(j) +
              ") lies outside of the matrix.");
       if ((symmetric && i < j) || (skew && i <= j))
         fail("the entry (" + std::to_string(i) + ", " + std::to_string(j) + ") of a " + symmetry +
              " matrix does not lie below the diagonal" + (symmetric ? " or on it." : "."));
-      if (!std::isfinite(value))
-        fail("the value is not a finite number: '" + line + "'.");
       file.rows.push_back(i - 1);
       file.columns.push_back(j - 1);
-      file.values.push_back(value);
+      file.values.push_back(*number);
       if ((symmetric || skew) && i != j)
       {
         file.rows.push_back(j - 1);
         file.columns.push_back(i - 1);
-        file.values.push_back(skew ? -value : value);
+        file.values.push_back(skew ? -*number : *number);
       }
     }
     while (std::getline(in, line))

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <set>
 #include <unordered_map>
 
@@ -77,33 +78,36 @@ namespace squeal
       ElementShape shape;
     };
 
-    /// Types by name without the letters that say what happens inside of an element, which does
-    /// not matter here: R reduced integration, I incompatible modes, H hybrid, M modified.
-    const std::map<std::string, ElementType> &element_types()
+    /// What a type of elements is, or nothing for an unknown one. Letters behind the number of
+    /// nodes say what happens inside of an element, or which fields it has beside the displacement,
+    /// which does not matter here: R reduced integration, I incompatible modes, H hybrid, M
+    /// modified, S stresses on the surface, T temperature, P pore pressure, E electric potential.
+    std::optional<ElementType> element_type_of(const std::string &name)
     {
-      static const std::map<std::string, ElementType> types = []
+      static const std::map<std::string, ElementType>
+          solids      = {{"C3D4", {4, 0, ElementShape::tetrahedron}},
+                         {"C3D6", {6, 0, ElementShape::wedge}},
+                         {"C3D8", {8, 0, ElementShape::hexahedron}},
+                         {"C3D10", {10, 0, ElementShape::tetrahedron}},
+                         {"C3D15", {15, 0, ElementShape::wedge}},
+                         {"C3D20", {20, 0, ElementShape::hexahedron}}},
+          flat        = {{"S3", {3, 3, {}}},     {"M3D3", {3, 3, {}}},  {"CPS3", {3, 3, {}}},
+                         {"SFM3D3", {3, 3, {}}}, {"S6", {6, 3, {}}},    {"STRI65", {6, 3, {}}},
+                         {"M3D6", {6, 3, {}}},   {"CPS6", {6, 3, {}}},  {"SFM3D6", {6, 3, {}}},
+                         {"S4", {4, 4, {}}},     {"M3D4", {4, 4, {}}},  {"CPS4", {4, 4, {}}},
+                         {"SFM3D4", {4, 4, {}}}, {"S8", {8, 4, {}}},    {"M3D8", {8, 4, {}}},
+                         {"CPS8", {8, 4, {}}},   {"SFM3D8", {8, 4, {}}}};
+      const auto find = [&](const auto &types, const std::string &letters)
       {
-        std::map<std::string, ElementType> result;
-        const auto add = [&](const std::vector<std::string> &names, const ElementType &type)
-        {
-          for (const std::string &name : names)
-            result[name] = type;
-        };
-        add({"C3D4", "C3D4H"}, {4, 0, ElementShape::tetrahedron});
-        add({"C3D6", "C3D6H"}, {6, 0, ElementShape::wedge});
-        add({"C3D8", "C3D8R", "C3D8I", "C3D8H", "C3D8RH", "C3D8IH"},
-            {8, 0, ElementShape::hexahedron});
-        add({"C3D10", "C3D10M", "C3D10H", "C3D10MH", "C3D10I", "C3D10HS", "C3D10T"},
-            {10, 0, ElementShape::tetrahedron});
-        add({"C3D15", "C3D15H"}, {15, 0, ElementShape::wedge});
-        add({"C3D20", "C3D20R", "C3D20H", "C3D20RH"}, {20, 0, ElementShape::hexahedron});
-        add({"S3", "S3R", "M3D3", "CPS3", "SFM3D3"}, {3, 3, {}});
-        add({"S6", "STRI65", "M3D6", "CPS6", "SFM3D6"}, {6, 3, {}});
-        add({"S4", "S4R", "M3D4", "M3D4R", "CPS4", "CPS4R", "SFM3D4", "SFM3D4R"}, {4, 4, {}});
-        add({"S8", "S8R", "M3D8", "M3D8R", "CPS8", "CPS8R", "SFM3D8", "SFM3D8R"}, {8, 4, {}});
-        return result;
-      }();
-      return types;
+        const std::size_t end = name.find_last_not_of(letters) + 1;
+        const auto found      = types.find(name.substr(0, end));
+        return found == types.end() ? std::nullopt : std::optional<ElementType>(found->second);
+      };
+      if (const auto solid = find(solids, "RIHMSTPE"))
+        return solid;
+      if (const auto found = flat.find(name); found != flat.end())
+        return found->second;
+      return find(flat, "RT5");
     }
 
     /// One deck: flat, or with parts and instances. Keywords that do not describe the mesh are
@@ -191,7 +195,7 @@ namespace squeal
         {
           if (!lines.next(line))
             lines.fail("*PART, NAME=" + name + " has no *END PART.");
-          const std::string what = line[0] == '*' ? deck_label(deck_fields(line)[0]) : "";
+          const std::string what = line[0] == '*' ? deck_keyword(line) : "";
           if (what == "*END PART")
             return;
           if (what == "*PART" || what == "*ASSEMBLY")
@@ -351,18 +355,19 @@ namespace squeal
             "T3D2",    "T3D3",    "B31",     "B31H",    "B32",      "B33",      "MASS",
             "ROTARYI", "SPRINGA", "SPRING1", "SPRING2", "DASHPOTA", "DASHPOT1", "DASHPOT2",
             "CONN3D2", "DCOUP3D", "R3D3",    "R3D4",    "GAPUNI"};
-        const auto known = element_types().find(type);
-        if (known == element_types().end())
+        const std::optional<ElementType> known = element_type_of(type);
+        if (!known)
         {
           if (passed_over.count(type) == 0)
             lines.fail("elements of type " + type +
                        "; allowed are the solids C3D4, C3D6, C3D8, C3D10, C3D15, C3D20 (also with "
-                       "R, I, H, M), and on their faces S3, S4, S6, S8, M3D3 and the like, which "
+                       "R, I, H, M, T and the like), and on their faces S3, S4, S6, S8, M3D3 and "
+                       "the like, which "
                        "only name them.");
           take = [this, type](const std::vector<std::string> &) { ++file.passed_over[type]; };
           return;
         }
-        element_type = known->second;
+        element_type = *known;
         element_set  = keyword.value("ELSET");
         take         = [this](const std::vector<std::string> &fields)
         {

@@ -1,8 +1,11 @@
 #include <squeal/base/files.h>
+#include <squeal/base/names.h>
+#include <squeal/base/text.h>
 #include <squeal/mesh_files/deck_lines.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 namespace squeal
 {
@@ -15,11 +18,25 @@ namespace squeal
       return first == std::string::npos ? "" : text.substr(first, last - first + 1);
     }
 
-    std::string unquoted(const std::string &text)
+    std::string unquoted(std::string name)
     {
-      std::string name = trimmed(text);
       name.erase(std::remove(name.begin(), name.end(), '"'), name.end());
-      return name;
+      return trimmed(name);
+    }
+
+    std::string capitals(std::string text)
+    {
+      std::transform(text.begin(), text.end(), text.begin(),
+                     [](const unsigned char c) { return std::toupper(c); });
+      return text;
+    }
+
+    std::string without_blanks(std::string text)
+    {
+      text.erase(std::remove_if(text.begin(), text.end(),
+                                [](const char c) { return c == ' ' || c == '\t'; }),
+                 text.end());
+      return text;
     }
 
     /// Whether a line begins with a star and is no comment.
@@ -31,22 +48,62 @@ namespace squeal
 
   std::string deck_label(const std::string &text)
   {
-    std::string name = unquoted(text);
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](const unsigned char c) { return std::toupper(c); });
-    return name;
+    return plain_name(capitals(unquoted(text)));
+  }
+
+  std::string deck_keyword(const std::string &line)
+  {
+    // Of more than one word, as far as this program asks for them by name.
+    static const std::map<std::string, std::string> known = []
+    {
+      std::map<std::string, std::string> result;
+      for (
+          const std::string &name : split_names(
+              "END PART, END ASSEMBLY, END INSTANCE, END STEP, SOLID SECTION, SHELL SECTION, "
+              "MEMBRANE SECTION, SURFACE SECTION, BEAM SECTION, BEAM GENERAL SECTION, "
+              "CONNECTOR SECTION, COHESIVE SECTION, GASKET SECTION, SURFACE INTERACTION, "
+              "SURFACE BEHAVIOR, CONTACT PAIR, CONTACT INCLUSIONS, CONTACT EXCLUSIONS, "
+              "CONTACT PROPERTY ASSIGNMENT, CONTACT DAMPING, CONTACT CONTROLS, "
+              "CONTACT INTERFERENCE, CONTACT INITIALIZATION DATA, "
+              "CONTACT INITIALIZATION ASSIGNMENT, CHANGE FRICTION, CHANGE MATERIAL, "
+              "CHANGE SURFACE BEHAVIOR, CHANGE CONTACT TYPE, CHANGE PLASTIC, CHANGE SOLID SECTION, "
+              "MODEL CHANGE, COMPLEX FREQUENCY, STEADY STATE DYNAMICS, MODAL DYNAMIC, "
+              "MODAL DAMPING, INITIAL CONDITIONS, TIME POINTS, RIGID BODY, PRE-TENSION SECTION, "
+              "PRESSURE PENETRATION, CYCLIC SYMMETRY MODEL, SELECT CYCLIC SYMMETRY MODES, "
+              "DISTRIBUTING COUPLING, SHELL TO SOLID COUPLING, EMBEDDED ELEMENT, "
+              "MULTIPOINT CONSTRAINT, PHYSICAL CONSTANTS, NODE OUTPUT, NODE FILE, NODE PRINT, "
+              "EL FILE, EL PRINT, ELEMENT OUTPUT, CONTACT OUTPUT, CONTACT FILE, CONTACT PRINT, "
+              "ENERGY OUTPUT, FILE FORMAT, SECTION PRINT, FACE PRINT, USER MATERIAL, USER ELEMENT, "
+              "SUBSTRUCTURE GENERATE, SPECIFIC HEAT, SURFACE SMOOTHING, SOLUTION TECHNIQUE, "
+              "NODAL THICKNESS, DESIGN VARIABLES, UNCOUPLED TEMPERATURE-DISPLACEMENT, "
+              "COUPLED TEMPERATURE-DISPLACEMENT, HEAT TRANSFER, CONNECTOR BEHAVIOR, "
+              "CONNECTOR ELASTICITY, CONNECTOR DAMPING, ROTARY INERTIA, NONSTRUCTURAL MASS, "
+              "EXTREME VALUE, CYCLIC HARDENING, GAP CONDUCTANCE, GAP HEAT GENERATION, NO ANALYSIS"))
+        result["*" + without_blanks(name)] = "*" + name;
+      return result;
+    }();
+    const std::string name = capitals(without_blanks(line.substr(0, line.find(','))));
+    const auto found       = known.find(name);
+    if (found != known.end())
+      return found->second;
+    // Another one as it is written, for messages.
+    const std::string as_written = capitals(trimmed(line.substr(0, line.find(','))));
+    return as_written.find(' ') == std::string::npos ? name : as_written;
   }
 
   std::vector<std::string> deck_fields(const std::string &line)
   {
     std::vector<std::string> fields;
     std::size_t begin = 0;
-    for (std::size_t comma = line.find(','); comma != std::string::npos;
-         comma             = line.find(',', begin))
-    {
-      fields.push_back(trimmed(line.substr(begin, comma - begin)));
-      begin = comma + 1;
-    }
+    bool is_quoted    = false;
+    for (std::size_t k = 0; k < line.size(); ++k)
+      if (line[k] == '"')
+        is_quoted = !is_quoted && line.find('"', k + 1) != std::string::npos;
+      else if (line[k] == ',' && !is_quoted)
+      {
+        fields.push_back(trimmed(line.substr(begin, k - begin)));
+        begin = k + 1;
+      }
     fields.push_back(trimmed(line.substr(begin)));
     return fields;
   }
@@ -93,7 +150,7 @@ namespace squeal
   {
     while (next_as_written(line))
     {
-      if (!is_keyword(line) || deck_label(deck_fields(line)[0]) != "*INCLUDE")
+      if (!is_keyword(line) || deck_keyword(line) != "*INCLUDE")
         return true;
       include(read_keyword(line));
     }
@@ -160,8 +217,13 @@ namespace squeal
 
   std::string DeckKeyword::value(const std::string &option) const
   {
-    const auto found = options.find(option);
+    const auto found = options.find(without_blanks(option));
     return found == options.end() ? "" : found->second;
+  }
+
+  bool DeckKeyword::has(const std::string &option) const
+  {
+    return options.count(without_blanks(option)) > 0;
   }
 
   DeckKeyword DeckLines::read_keyword(std::string line)
@@ -170,11 +232,11 @@ namespace squeal
       line += need("the rest of " + line.substr(0, 60));
     const std::vector<std::string> fields = deck_fields(line);
     DeckKeyword keyword;
-    keyword.name = deck_label(fields[0]);
+    keyword.name = deck_keyword(line);
     for (std::size_t i = 1; i < fields.size(); ++i)
     {
       const std::size_t equals = fields[i].find('=');
-      const std::string option = deck_label(fields[i].substr(0, equals)),
+      const std::string option = capitals(without_blanks(fields[i].substr(0, equals))),
                         value  = equals == std::string::npos
                                      ? ""
                                      : unquoted(fields[i].substr(equals + 1));

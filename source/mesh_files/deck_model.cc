@@ -214,22 +214,25 @@ namespace squeal
           { return keyword.value(name).empty() ? 0. : lines.real(keyword.value(name)); };
           material->mass_damping      = value("ALPHA");
           material->stiffness_damping = value("BETA");
-          if (value("STRUCTURAL") != 0)
-            pass_over("STRUCTURAL: a loss factor; Stiffness proportional damping is that over the "
-                      "circular frequency");
+          material->loss_factor       = value("STRUCTURAL");
         }
         else
         {
-          const std::string type = keyword.value("TYPE");
-          if (!type.empty() && type != "ISOTROPIC" && type != "ISO" &&
-              type != "ENGINEERING CONSTANTS")
-            fail(", TYPE=" + type + "; allowed are ISOTROPIC and ENGINEERING CONSTANTS.");
+          std::string type = keyword.value("TYPE");
+          type.erase(std::remove(type.begin(), type.end(), ' '), type.end());
+          const bool has_constants = type == "ENGINEERINGCONSTANTS";
+          if (!type.empty() && type != "ISOTROPIC" && type != "ISO" && !has_constants)
+          {
+            material->problem = where + ": *ELASTIC, TYPE=" + type +
+                                "; allowed are ISOTROPIC and ENGINEERING CONSTANTS.";
+            return;
+          }
           std::vector<double> values;
           for (std::size_t row = 0; row < data.size(); ++row)
             for (std::size_t k = 0; k < data[row].size(); ++k)
               if (!data[row][k].empty())
                 values.push_back(number(row, k));
-          const std::size_t n = type == "ENGINEERING CONSTANTS" ? 9 : 2;
+          const std::size_t n = has_constants ? 9 : 2;
           if (values.size() < n)
             fail(" needs " + std::to_string(n) + " numbers.");
           if (data.size() > (n == 9 ? 2 : 1))

@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/text.h>
 #include <squeal/mesh_files/element_file.h>
 
 #include <algorithm>
@@ -86,7 +87,7 @@ namespace squeal
           if (words.size() < 3 || first == last)
             lines.fail("expected dimension, tag and \"name\", found '" + line.substr(0, 60) + "'.");
           names[{lines.integer(words[0]), lines.integer(words[1])}] =
-              line.substr(first + 1, last - first - 1);
+              plain_name(line.substr(first + 1, last - first - 1));
         }
         end("$EndPhysicalNames");
       }

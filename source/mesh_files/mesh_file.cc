@@ -1,5 +1,6 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/files.h>
+#include <squeal/base/text.h>
 #include <squeal/mesh_files/element_file.h>
 
 #include <algorithm>
@@ -93,19 +94,10 @@ namespace squeal
 
   double LineReader::real(const std::string &word) const
   {
-    std::size_t end = 0;
-    double value    = 0;
-    try
-    {
-      value = std::stod(word, &end);
-    }
-    catch (const std::exception &)
-    {
-      end = 0;
-    }
-    if (end == 0 || end != word.size() || !std::isfinite(value))
+    const std::optional<double> value = decimal_number(word);
+    if (!value)
       fail("'" + word.substr(0, 60) + "' is not a number.");
-    return value;
+    return *value;
   }
 
   void LineReader::fail(const std::string &message) const

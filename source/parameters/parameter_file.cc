@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/files.h>
 #include <squeal/base/text.h>
 #include <squeal/parameters/expressions.h>
 #include <squeal/parameters/parameter_file.h>
@@ -166,6 +167,8 @@ namespace squeal
       }
       if (in.bad())
         throw InputError(filename + ": the parameter file cannot be read; is it a directory?");
+      if (text.rfind(byte_order_mark, 0) == 0)
+        text.erase(0, byte_order_mark.size());
       return text;
     }
 

@@ -136,6 +136,8 @@ namespace squeal
           if (material == deck.materials.end())
             fail("there is no *MATERIAL " + of.material + ", which the section of " + of.volume +
                  " has.");
+          if (!material->second.problem.empty())
+            fail(material->second.problem);
           if (mesh.volumes.count(of.volume) == 0)
             fail("the set " + of.volume + " of a *SOLID SECTION has no solid elements.");
           if (material->second.elastic.empty() || !(material->second.density > 0))
@@ -452,6 +454,8 @@ namespace squeal
         add("Density", density);
         add("Mass proportional damping", material.mass_damping);
         add("Stiffness proportional damping", material.stiffness_damping);
+        if (material.loss_factor != 0)
+          add("Loss factor", material.loss_factor);
         return text;
       }
 

@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/text.h>
 #include <squeal/mesh_files/element_file.h>
 #include <squeal/mesh_files/mesh_checks.h>
 #include <squeal/scenes/imported_mesh.h>
@@ -31,8 +32,10 @@ namespace squeal
       }
     }
 
+    /// What is equal of names that are told apart by nothing but capitals.
     std::string capitals(std::string text)
     {
+      text = plain_name(text);
       std::transform(text.begin(), text.end(), text.begin(),
                      [](const unsigned char c) { return std::toupper(c); });
       return text;

@@ -36,8 +36,11 @@ namespace squeal
   /// read, is not a regular file (a pipe would wait for ever), or has more than @p most_bytes.
   std::string read_whole_file(const std::string &filename, std::size_t most_bytes);
 
-  /// Opens a file for reading: not open if it is not there, cannot be read, or is no regular file
-  /// (a pipe would wait for ever).
+  /// What editors put in front of a text in UTF-8; it is no part of the text.
+  inline const std::string byte_order_mark = "\xEF\xBB\xBF";
+
+  /// Opens a text file for reading, behind a byte order mark: not open if it is not there, cannot
+  /// be read, or is no regular file (a pipe would wait for ever).
   std::ifstream open_regular_file(const std::string &filename);
 
   /// Makes a directory, if there is none; its parent is there. Throws std::runtime_error with the

@@ -18,6 +18,14 @@ namespace squeal
   /// What printf would print.
   std::string formatted(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+  /// A name that parameter files and tables can hold: # (a comment there), the separators : and ,
+  /// and \ " and control characters become % and two hexadecimal digits.
+  std::string plain_name(const std::string &name);
+
+  /// The finite decimal number that is all of a word, or nothing for any other text. Exponents may
+  /// be as Fortran writes them: 1.25D+05, 1.25+05.
+  std::optional<double> decimal_number(const std::string &word);
+
   /// A number with 12 significant digits, or as many as asked for; an empty field if it is unknown
   /// or not finite.
   std::string number(double value, int n_digits = 12);

@@ -8,23 +8,26 @@
 
 namespace squeal
 {
-  /// Keywords and labels of decks: capitals, no blanks at the ends, no quotes.
+  /// Returns a label of a deck in capitals, without blanks at the ends, without quotes, and plain
+  /// (plain_name()).
   std::string deck_label(const std::string &text);
 
-  /// Fields between commas; an empty one at the end means that the data go on in the next line.
+  /// Returns the keyword of a line that begins with a star, in capitals, its words separated by one
+  /// blank however they are written: *SOLIDSECTION is *SOLID SECTION.
+  std::string deck_keyword(const std::string &line);
+
+  /// Fields between commas that are not quoted; an empty one at the end means that the data go on
+  /// in the next line.
   std::vector<std::string> deck_fields(const std::string &line);
 
   /// A line that begins with a star: the keyword and its options.
   struct DeckKeyword
   {
-    std::string name; ///< with the star
-    std::map<std::string, std::string> options;
-    std::map<std::string, std::string> raw; ///< values as they are written
+    std::string name;                           ///< with the star
+    std::map<std::string, std::string> options; ///< by names without blanks
+    std::map<std::string, std::string> raw;     ///< values as they are written
 
-    bool has(const std::string &option) const
-    {
-      return options.count(option) > 0;
-    }
+    bool has(const std::string &option) const;
     /// Empty where there is none.
     std::string value(const std::string &option) const;
   };

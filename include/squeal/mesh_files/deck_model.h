@@ -14,7 +14,8 @@ namespace squeal
   struct DeckMaterial
   {
     std::vector<double> elastic; ///< E, nu or the nine engineering constants
-    double density = 0, mass_damping = 0, stiffness_damping = 0;
+    double density = 0, mass_damping = 0, stiffness_damping = 0, loss_factor = 0;
+    std::string problem; ///< why it cannot be used; matters where a section has it
   };
 
   struct DeckSection
