@@ -60,6 +60,10 @@ namespace squeal
   void AffineTerms::learn(const std::vector<Term> &terms)
   {
     const TermList now(terms);
+    for (unsigned int k = 0; k < now.n_matrices(); ++k)
+      if (is_of_bodies(now, k) && !expansion.find(now.matrix(k)))
+        expansion.add({Origin::elasticity, 0, 0., now.matrix(k)});
+    varying.carry_over(expansion, none_varies);
     for (unsigned int k = 0; k < expansion.n_matrices(); ++k)
       if (const auto known = now.find(expansion.matrix(k)))
         for (unsigned int order = 0; order < 3; ++order)
@@ -85,11 +89,6 @@ namespace squeal
   std::vector<char> AffineTerms::split(const RowRange &rows, const std::vector<Term> &terms)
   {
     const TermList now(terms);
-    // What bodies are made of stays, though the expansion point may have been without it.
-    for (unsigned int k = 0; k < now.n_matrices(); ++k)
-      if (is_of_bodies(now, k) && !expansion.find(now.matrix(k)))
-        expansion.add({Origin::elasticity, 0, 0., now.matrix(k)});
-    varying.carry_over(expansion, none_varies);
     learn(terms);
 
     std::vector<char> touched(rows.size);

@@ -503,14 +503,15 @@ namespace squeal
     modes.right      = to_multi_vector(x.right.columns(numbers));
     transposed.right = to_multi_vector(x.left.columns(numbers));
     transposed.backward_error.assign(numbers.size(), std::nan("")); // not computed
-    attach_left_vectors(problem(), std::move(transposed), modes);
+    attach_left_vectors(projection.problem(ReducedProjection::petrov), std::move(transposed),
+                        modes);
     normalise(projection, modes);
     return modes;
   }
 
   EigenPairs ReducedModel::expand(const EigenPairs &modes) const
   {
-    EigenPairs result = pad(modes);
+    EigenPairs result = in_coordinates(modes, dimension());
     result.right      = {projection.basis.expanded(result.right.re, false),
                          projection.basis.expanded(result.right.im, false)};
     result.left       = {projection.basis.expanded(result.left.re, true),
@@ -518,17 +519,16 @@ namespace squeal
     return result;
   }
 
-  EigenPairs ReducedModel::pad(const EigenPairs &modes) const
+  EigenPairs in_coordinates(EigenPairs modes, const unsigned int n)
   {
-    EigenPairs result = modes;
-    for (ComplexMultiVector *vectors : {&result.right, &result.left})
+    for (ComplexMultiVector *vectors : {&modes.right, &modes.left})
       for (MultiVector *part : {&vectors->re, &vectors->im})
       {
-        MultiVector padded(small_rows(dimension()), part->n_columns());
+        MultiVector fitting(small_rows(n), part->n_columns());
         for (unsigned int k = 0; k < part->n_columns(); ++k)
-          std::copy_n(part->column(k), part->n_local(), padded.column(k));
-        *part = std::move(padded);
+          std::copy_n(part->column(k), std::min(part->n_local(), n), fitting.column(k));
+        *part = std::move(fitting);
       }
-    return result;
+    return modes;
   }
 } // namespace squeal

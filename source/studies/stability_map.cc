@@ -403,9 +403,7 @@ namespace squeal
     if (is_full)
     {
       tracker.set_expansion_point(varied.parameters_at(values_at(at)), found.reuse);
-      // All parity sectors, as in a run that resumes here
       varying_terms = tracker.varying_terms();
-      tracker.keep_apart(varying_terms);
     }
     if (point % n == n - 1)
       log.line("  " + varied.parameters[1] + " = " + number(parameter_at(1, at[1])) + ": " +

@@ -187,7 +187,6 @@ namespace squeal
     // of tables are equal then, by which tests tell that nothing of a state is lost. Without it
     // eigenvalues agreed to 1e-12 (sweep over the pads' modulus), those of maps to 7e-11.
     varying_terms = tracker.varying_terms();
-    tracker.keep_apart(varying_terms);
   }
 
   void Sweep::write(const Course::Stop &stop)

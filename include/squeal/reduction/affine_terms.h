@@ -28,7 +28,8 @@ namespace squeal
     std::vector<double> varying_terms() const;
     /// Keeps the terms of these numbers apart from now on.
     void keep_apart(const std::vector<double> &varying_terms);
-    /// Keeps apart, from the next split() on, what has another coefficient among these terms.
+    /// Keeps apart, from the next split() on, what has another coefficient among these terms. What
+    /// bodies are made of counts, though the expansion point may have been without it.
     void learn(const std::vector<Term> &terms);
 
     /// Makes the constant matrices anew from the expansion point's terms and others. Returns by row

@@ -1,19 +1,30 @@
 #pragma once
 
+#include <squeal/linalg/gmres.h>
+#include <squeal/model/model.h>
 #include <squeal/reduction/branches.h>
-#include <squeal/reduction/reduced_sectors.h>
+#include <squeal/reduction/sector_model.h>
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace squeal
 {
   /// The modes of a model at many values of its parameters: by projection near an expansion point,
   /// a value with a full solution, and by a full solution where that cannot be certified.
   ///
-  /// Modes come as coordinates in the bases or as whole vectors; all that is done with them here
+  /// Each sector in which the full solution was found has a reduced model of its own. Modes come as
+  /// coordinates in its bases (SectorModes) or as whole vectors; all that is done with them here
   /// takes either. With relaxation every value has its full solution.
   class ModeTracker
   {
   public:
     ModeTracker(const EigensolverOptions &options, ModeSolver solver);
+    /// What inverse() gives refers to it.
+    ModeTracker(const ModeTracker &)            = delete;
+    ModeTracker &operator=(const ModeTracker &) = delete;
 
     /// Another model with a mesh of its own. The old expansion point is forgotten.
     void set_model(Model &model);
@@ -37,52 +48,31 @@ namespace squeal
 
     /// Whether values can be solved by projection. What has failed for a reason that lasts, such as
     /// a coefficient that was not known to vary, waits for the next expansion point.
-    bool has_expansion_point() const
-    {
-      return reduced.has_expansion_point();
-    }
+    bool has_expansion_point() const;
     /// Before the first solution about an expansion point: learns which terms are to vary.
     void look_at(const Parameters::All &parameters);
 
     /// Parameters will come scattered, not along a path. Before the first expansion point.
     void expect_scattered()
     {
-      reduced.expect(ReducedModel::Course::scattered);
+      course = ReducedModel::Course::scattered;
     }
     /// Whether the bases of the projection have become so large that it is time for restart().
-    bool is_crowded() const
-    {
-      return reduced.is_crowded();
-    }
+    bool is_crowded() const;
     /// Whether the bases cannot take the corrections of another solution.
-    bool is_full() const
-    {
-      return reduced.is_full();
-    }
+    bool is_full() const;
     /// Bases of the last solutions only, of scattered ones of their principal components. Modes in
     /// coordinates become invalid, but for these, which are given in the new ones.
-    EigenPairs restart(const EigenPairs &modes)
-    {
-      ++n_restarts_;
-      if (!is_whole(modes))
-        return reduced.restart(modes);
-      reduced.restart({});
-      return modes;
-    }
+    EigenPairs restart(const EigenPairs &modes);
     unsigned int n_restarts() const
     {
-      return n_restarts_;
+      return counts.restarts;
     }
 
-    /// The expansion point's terms that vary: part of the state of a run that is to be resumed.
-    std::vector<double> varying_terms() const
-    {
-      return reduced.varying_terms();
-    }
-    void keep_apart(const std::vector<double> &varying_terms)
-    {
-      reduced.keep_apart(varying_terms);
-    }
+    /// The expansion point's terms that vary (AffineTerms::varying_terms()): part of the state of a
+    /// run that is to be resumed.
+    std::vector<double> varying_terms() const;
+    void keep_apart(const std::vector<double> &varying_terms);
 
     bool is_whole(const EigenPairs &modes) const
     {
@@ -115,7 +105,7 @@ namespace squeal
     const QuadraticEigenproblem &assemble_at_rest(const Parameters::All &parameters);
     std::vector<ParameterDerivative> derivatives(const std::string &parameter) const
     {
-      return model->derivatives(parameter, reduced.inverse());
+      return model->derivatives(parameter, inverse());
     }
 
     /// Contacts and other constraints that hold at the parameters of now.
@@ -125,7 +115,7 @@ namespace squeal
     }
     unsigned int n_full_solutions() const
     {
-      return n_full;
+      return counts.full;
     }
     /// Processor seconds of this rank; assembly has the contact and the static states, also those
     /// of full solutions.
@@ -140,27 +130,58 @@ namespace squeal
 
   private:
     void assemble_model(const Parameters::All &parameters, const LinearOperator &nearby);
-    EigenPairs in_their_phases(const EigenPairs &modes) const
-    {
-      return is_whole(modes) ? modes : reduced.expand(modes);
-    }
     /// Unless that is how the model is assembled now.
     void assemble_again(const Parameters::All &parameters, const EigenSolution::Reuse &solution);
     /// Sums the model as it is assembled now; relaxation is frozen as in find_modes().
     const QuadraticEigenproblem &whole_problem() const;
-    /// Whether the reference problem has as many modes in the disc as the expansion point's.
+
+    /// x = Q^{-1} b of the expansion point, or of the terms of renew_inverse() for a symmetric b;
+    /// empty without. To be used before the next expansion point.
+    LinearOperator inverse() const;
+    /// Factorises for inverse() the Q of the model, of symmetric vectors if there are parity
+    /// sectors: static states are symmetric. Without an effect if it is singular.
+    void renew_inverse();
+
+    /// Gives the sectors their parts of the model's terms; false if these do not keep to them.
+    bool set_terms();
+    bool keep_to_sectors(const std::vector<Term> &terms) const;
+    std::vector<RimSurvey::InSector> in_sectors(unsigned int n_constraints) const;
+    /// Whether the reference problems have as many modes in the disc as those of the expansion
+    /// point. False also if the terms have lost the symmetry.
     bool has_count_of_expansion_point();
+    /// Solves in every sector (ReducedModel::solve()). Nothing either where strongly damped modes
+    /// may have come into the disc (RimSurvey).
+    std::optional<EigenPairs> solve_by_projection();
+    /// Makes one list of modes by sector.
+    EigenPairs list_of(std::vector<EigenPairs> found) const;
+
+    std::vector<SectorModes> by_sector(const EigenPairs &modes) const;
+    unsigned int largest_dimension() const;
+    /// Whole vectors, not turned.
+    EigenPairs in_their_phases(const EigenPairs &modes) const;
+    /// biorthogonality() of two lists in coordinates; zero between sectors.
+    std::vector<std::complex<double>> reduced_form(const EigenPairs &of_left,
+                                                   const EigenPairs &of_right) const;
 
     Model *model = nullptr;
     EigensolverOptions options;
     const ModeSolver solver;
-    ReducedSectors reduced;
+    ReducedModel::Course course = ReducedModel::Course::path;
     std::optional<Sectors> sectors; ///< of the model, once asked for
     RowRange whole_rows;
-    unsigned int n_full = 0, n_restarts_ = 0;
+    std::vector<SectorModel> parts;
+    RimSurvey rim;
+    /// Whether nothing grows outside of the disc at the expansion point, as far as there are signs.
+    bool no_growth_beyond = false;
+    std::array<double, 3> norms{}; ///< of the expansion point's matrices by order
+    struct Counts
+    {
+      unsigned int full = 0, restarts = 0, assemblies = 0;
+      unsigned int inverse = 0; ///< solutions with factors nearby
+    };
+    mutable Counts counts;
     Seconds seconds_;
     mutable std::optional<QuadraticEigenproblem> summed; ///< whole_problem(), if asked for
     std::optional<QuadraticEigenproblem> at_rest;        ///< assemble_at_rest(), with relaxation
-    unsigned int n_assemblies = 0;
   };
 } // namespace squeal

@@ -42,22 +42,15 @@ namespace squeal
     /// (EigensolverOptions::keep_factors).
     void set_expansion_point(const QuadraticEigenproblem &problem, const std::vector<Term> &terms,
                              const EigenSolution::Reuse &found);
-    /// The expansion point's terms whose coefficients have been seen to change, by number. Sums do
-    /// not contain them; a run that is resumed is told, so that it adds in the same order.
-    std::vector<double> varying_terms() const
+    /// What is known of the expansion point's terms: which of them vary.
+    AffineTerms &terms()
     {
-      return projection.terms.varying_terms();
+      return projection.terms;
     }
-    void keep_apart(const std::vector<double> &varying_terms)
+    const AffineTerms &terms() const
     {
-      projection.terms.keep_apart(varying_terms);
+      return projection.terms;
     }
-
-    void learn(const std::vector<Term> &terms)
-    {
-      projection.terms.learn(terms);
-    }
-
     bool has_expansion_point() const
     {
       return bool(factors);
@@ -80,22 +73,10 @@ namespace squeal
     /// all. Modes in coordinates become invalid.
     void restart();
 
-    /// W^T M V, W^T P V, W^T Q V of the last solution: the form in which left and right coordinates
-    /// are orthogonal.
-    QuadraticEigenproblem problem() const
+    /// The equations projected for the last solution, and their bases.
+    const ReducedProjection &projected() const
     {
-      return projection.problem(ReducedProjection::petrov);
-    }
-    /// x^H P x and x^H Q x of modes of the last solution.
-    using RayleighForms = ReducedProjection::RayleighForms;
-    RayleighForms rayleigh_forms(const EigenPairs &modes) const
-    {
-      return projection.rayleigh_forms(modes);
-    }
-    /// W^T A V of any other terms.
-    std::vector<Term> project(const std::vector<Term> &terms) const
-    {
-      return projection.project(terms);
+      return projection;
     }
 
     /// How far corrections have moved eigenvalues, by |l| times their backward errors before. To
@@ -109,13 +90,6 @@ namespace squeal
 
     /// Modes in coordinates of now or of before the last enrichment as whole vectors.
     EigenPairs expand(const EigenPairs &modes) const;
-    /// Coordinates of whole vectors of the span, as of modes before restart().
-    EigenPairs coordinates(const EigenPairs &whole) const
-    {
-      return projection.basis.coordinates(whole);
-    }
-    /// Coordinates of before an enrichment with zeros for what was added.
-    EigenPairs pad(const EigenPairs &modes) const;
     static bool is_reduced(const EigenPairs &modes, const RowRange &rows)
     {
       return modes.right.row_range().size != rows.size || modes.right.row_range().comm != rows.comm;
@@ -224,4 +198,8 @@ namespace squeal
     double largest_move   = 0; ///< amplification()
     unsigned int n_steady = 0; ///< solutions accepted since contacts opened or closed
   };
+
+  /// Cuts modes in coordinates to the first @p n, or adds zeros up to there, as for what bases have
+  /// got since.
+  EigenPairs in_coordinates(EigenPairs modes, unsigned int n);
 } // namespace squeal
