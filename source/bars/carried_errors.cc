@@ -431,6 +431,109 @@ namespace squeal
         step.a[2].values[k] = off;
       }
     }
+
+    /// Places in a step of a critical mode, or of both of a pair, and of those near it, the nearest
+    /// first: a few, and of its parity alone. Empty if the step does not know the mode.
+    std::vector<unsigned int> nearest_modes(const Step &step, const std::vector<Parity> &parity,
+                                            const CriticalModes &critical)
+    {
+      constexpr unsigned int largest         = 10;
+      const std::vector<unsigned int> &modes = step.modes;
+      const auto place_of                    = [&](const int number)
+      { return std::find(modes.begin(), modes.end(), unsigned(number)) - modes.begin(); };
+      const unsigned int mode = place_of(critical.mode);
+      const int other         = critical.other < 0 ? -1 : int(place_of(critical.other));
+      if (mode == modes.size() || other == int(modes.size()))
+        return {};
+      std::vector<unsigned int> order(modes.size());
+      std::iota(order.begin(), order.end(), 0u);
+      const auto parity_of = [&](const unsigned int k)
+      { return parity.empty() ? Parity::none : parity[modes[k]]; };
+      const auto distance = [&](const unsigned int k)
+      {
+        if (k == mode || int(k) == other)
+          return -1.;
+        return parity_of(k) != parity_of(mode) ? std::numeric_limits<double>::infinity()
+                                               : std::abs(step.lambda[k] - step.lambda[mode]);
+      };
+      std::sort(order.begin(), order.end(),
+                [&](const unsigned int a, const unsigned int b)
+                { return distance(a) < distance(b); });
+      while (order.size() > largest || std::isinf(distance(order.back())))
+        order.pop_back();
+      return order;
+    }
+
+    /// The rows and columns of these numbers.
+    ComplexDenseMatrix part_of(const ComplexDenseMatrix &a,
+                               const std::vector<unsigned int> &numbers)
+    {
+      const unsigned int m = numbers.size();
+      ComplexDenseMatrix part(m, m);
+      for (unsigned int i = 0; i < m; ++i)
+        for (unsigned int j = 0; j < m; ++j)
+          part(i, j) = a(numbers[i], numbers[j]);
+      return part;
+    }
+
+    /// a + factor b.
+    Effect sum_of(Effect a, const double factor, const Effect &b)
+    {
+      for (std::size_t k = 0; k < a.size(); ++k)
+        a[k] += factor * b[k];
+      return a;
+    }
+
+    /// How far effects move the critical value, as in bound_errors(); places are shares of a step
+    /// of this length.
+    std::optional<CriticalBar> bar_of(const CriticalProblem &problem, const ErrorEffects &effects,
+                                      const double length)
+    {
+      const double factor = whole_effect(effects.degree);
+      Effect all          = effects.f;
+      for (Complex &entry : all)
+        entry *= factor;
+      const std::optional<double> seen         = problem.moved_by(effects.f),
+                                  corrected    = problem.moved_by(correcting(effects)),
+                                  extrapolated = problem.moved_by(all);
+      if (!seen || !corrected || !extrapolated)
+        return std::nullopt;
+      UncertainChange change;
+      change.include(*seen);
+      change.include(*extrapolated);
+      // How much further a multiple of another effect moves it
+      const auto further = [&](const Effect &effect, const double share)
+      {
+        std::optional<double> moved = problem.moved_by(sum_of(all, share, effect));
+        if (moved)
+          *moved -= *extrapolated;
+        return moved;
+      };
+      double by_kinds = 0;
+      for (const Effect &kind : effects.kinds)
+      {
+        const std::optional<double> more = further(kind, unequal_parts * factor),
+                                    less = further(kind, -unequal_parts * factor);
+        if (!more || !less)
+          return std::nullopt;
+        by_kinds += std::max(std::abs(*more), std::abs(*less));
+      }
+      change.set_parts(by_kinds);
+      for (const ErrorEffects::Alternatives &group : effects.alternatives)
+      {
+        std::vector<double> changes;
+        for (const Effect &effect : group.effects)
+          if (const std::optional<double> moved = further(effect, 1))
+            changes.push_back(*moved);
+          else
+            return std::nullopt;
+        change.add(group, changes);
+      }
+      CriticalBar result;
+      result.correction = *corrected * length;
+      result.error      = change.bound() * std::abs(length);
+      return result;
+    }
   } // namespace
 
   std::optional<CriticalBar> bound_critical_value(const ModesOnCourse &from,
@@ -439,108 +542,22 @@ namespace squeal
                                                   const KnownEffects &at_to,
                                                   const CriticalModes &critical)
   {
-    constexpr unsigned int largest = 10;
     const double length = to.value - from.value, share = (at.value - from.value) / length;
     std::optional<Step> whole = step_between(from, to, at_from, at_to, share);
     if (!whole)
       return std::nullopt;
     if (critical.other < 0)
       bend(from, at, share, *whole);
-
-    // The mode and those near it
-    const std::vector<unsigned int> &modes = whole->modes;
-    const auto place_of                    = [&](const int number)
-    { return std::find(modes.begin(), modes.end(), unsigned(number)) - modes.begin(); };
-    const unsigned int mode = place_of(critical.mode);
-    const int other         = critical.other < 0 ? -1 : int(place_of(critical.other));
-    if (mode == modes.size() || other == int(modes.size()))
+    const std::vector<unsigned int> order = nearest_modes(*whole, from.parity, critical);
+    if (order.empty())
       return std::nullopt;
-    std::vector<unsigned int> order(modes.size());
-    std::iota(order.begin(), order.end(), 0u);
-    const auto parity_of = [&](const unsigned int k)
-    { return from.parity.empty() ? Parity::none : from.parity[modes[k]]; };
-    const auto distance = [&](const unsigned int k)
-    {
-      if (k == mode || int(k) == other)
-        return -1.;
-      return parity_of(k) != parity_of(mode) ? std::numeric_limits<double>::infinity()
-                                             : std::abs(whole->lambda[k] - whole->lambda[mode]);
-    };
-    std::sort(order.begin(), order.end(),
-              [&](const unsigned int a, const unsigned int b)
-              { return distance(a) < distance(b); });
-    while (order.size() > largest || std::isinf(distance(order.back())))
-      order.pop_back();
-    const unsigned int m = order.size();
-    const auto part_of   = [&](const ComplexDenseMatrix &a)
-    {
-      ComplexDenseMatrix part(m, m);
-      for (unsigned int i = 0; i < m; ++i)
-        for (unsigned int j = 0; j < m; ++j)
-          part(i, j) = a(order[i], order[j]);
-      return part;
-    };
     CriticalProblem problem;
     for (unsigned int power = 0; power < 3; ++power)
-      problem.a[power] = part_of(whole->a[power]);
-    problem.start              = share;
-    problem.centre             = critical.lambda;
-    problem.is_pair            = other >= 0;
-    const ErrorEffects effects = select(whole->effects, order);
-
-    // As in bound_errors()
-    const double factor = whole_effect(effects.degree);
-    const auto multiple = [&](const Effect &f)
-    {
-      Effect result = f;
-      for (Complex &entry : result)
-        entry *= factor;
-      return result;
-    };
-    CriticalBar result;
-    const Effect all                         = multiple(effects.f);
-    const std::optional<double> seen         = problem.moved_by(effects.f),
-                                corrected    = problem.moved_by(correcting(effects)),
-                                extrapolated = problem.moved_by(all);
-    if (!seen || !corrected || !extrapolated)
-      return std::nullopt;
-    result.correction = *corrected * length;
-    UncertainChange change;
-    change.include(*seen);
-    change.include(*extrapolated);
-    // How much further a multiple of another effect moves it
-    const auto further = [&](const Effect &effect, const double share)
-    {
-      Effect sum = all;
-      for (std::size_t k = 0; k < sum.size(); ++k)
-        sum[k] += share * effect[k];
-      std::optional<double> moved = problem.moved_by(sum);
-      if (moved)
-        *moved -= *extrapolated;
-      return moved;
-    };
-    double by_kinds = 0;
-    for (const Effect &kind : effects.kinds)
-    {
-      const std::optional<double> more = further(kind, unequal_parts * factor),
-                                  less = further(kind, -unequal_parts * factor);
-      if (!more || !less)
-        return std::nullopt;
-      by_kinds += std::max(std::abs(*more), std::abs(*less));
-    }
-    change.set_parts(by_kinds);
-    for (const ErrorEffects::Alternatives &group : effects.alternatives)
-    {
-      std::vector<double> changes;
-      for (const Effect &effect : group.effects)
-        if (const std::optional<double> moved = further(effect, 1))
-          changes.push_back(*moved);
-        else
-          return std::nullopt;
-      change.add(group, changes);
-    }
-    result.error = change.bound() * std::abs(length);
-    return result;
+      problem.a[power] = part_of(whole->a[power], order);
+    problem.start   = share;
+    problem.centre  = critical.lambda;
+    problem.is_pair = critical.other >= 0;
+    return bar_of(problem, select(whole->effects, order), length);
   }
 
   std::optional<CriticalBar> bound_critical_value(const ModesOnCourse &at,

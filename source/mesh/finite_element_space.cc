@@ -135,6 +135,67 @@ namespace squeal
         coupled.add_indices(list.begin(), list.end());
       return coupled;
     }
+
+    /// Which components of nodes are fixed, and which nodes carry a multiplier.
+    struct BoundaryNodes
+    {
+      std::vector<IndexSet> fixed; ///< by component
+      IndexSet in_contact, in_tie;
+      IndexSet in_stick; ///< part of those in contact
+    };
+
+    /// Looks at ghost cells, too: the only face of a node on a boundary may belong to another rank.
+    template <int dim>
+    BoundaryNodes find_boundary_nodes(const DoFHandler<dim> &nodes, const Geometry<dim> &geometry,
+                                      const bool with_multipliers)
+    {
+      const IndexSet none(nodes.n_dofs());
+      BoundaryNodes found{std::vector<IndexSet>(dim, none), none, none, none};
+      std::vector<Node> of_face(nodes.get_fe().n_dofs_per_face());
+      const auto add_to = [&](IndexSet &set) { set.add_indices(of_face.begin(), of_face.end()); };
+      for (const auto &cell : nodes.active_cell_iterators())
+        if (!cell->is_artificial())
+          for (const unsigned int f : cell->face_indices())
+            if (const auto face = cell->face(f); face->at_boundary())
+            {
+              face->get_dof_indices(of_face);
+              for (const Support<dim> &support : geometry.supports)
+                if (support.boundary == face->boundary_id())
+                  for (unsigned int c = 0; c < dim; ++c)
+                    if (support.fixed[c])
+                      add_to(found.fixed[c]);
+              if (with_multipliers)
+                for (const ContactInterface &interface : geometry.interfaces)
+                  if (interface.pad_face == face->boundary_id())
+                  {
+                    add_to(found.in_contact);
+                    if (interface.kind == ContactKind::stick)
+                      add_to(found.in_stick);
+                  }
+              for (const TiedSurfaces &tie : geometry.ties)
+                if (tie.side == face->boundary_id())
+                  add_to(found.in_tie);
+            }
+      for (IndexSet *set : {&found.in_contact, &found.in_tie, &found.in_stick})
+        set->compress();
+      for (IndexSet &set : found.fixed)
+        set.compress();
+      return found;
+    }
+
+    /// The rows of this rank, after those of the ranks before it. Collective.
+    RowRange rows_of(const unsigned int n_local, const MPI_Comm comm)
+    {
+      RowRange rows;
+      rows.comm  = comm;
+      rows.size  = Utilities::MPI::sum(n_local, comm);
+      rows.begin = 0;
+      MPI_Exscan(&n_local, &rows.begin, 1, MPI_UNSIGNED, MPI_SUM, comm);
+      if (Utilities::MPI::this_mpi_process(comm) == 0)
+        rows.begin = 0;
+      rows.end = rows.begin + n_local;
+      return rows;
+    }
   } // namespace
 
   template <int dim>
@@ -172,39 +233,8 @@ namespace squeal
     hanging        = resolve(seen, owned, relevant_nodes, comm);
     relevant_nodes = hanging.get_local_lines();
 
-    // Which components are fixed, and which nodes carry a multiplier. Ghost cells are looked at
-    // too: the only face of a node on a boundary may belong to another rank.
-    std::vector<IndexSet> fixed(dim, IndexSet(nodes.n_dofs()));
-    IndexSet in_contact(nodes.n_dofs()), in_tie(nodes.n_dofs()), in_stick(nodes.n_dofs());
-    std::vector<types::global_dof_index> face_nodes(fe.n_dofs_per_face());
-    for (const auto &cell : nodes.active_cell_iterators())
-      if (!cell->is_artificial())
-        for (const unsigned int f : cell->face_indices())
-          if (cell->face(f)->at_boundary())
-          {
-            cell->face(f)->get_dof_indices(face_nodes);
-            for (const Support<dim> &support : geometry.supports)
-              if (support.boundary == cell->face(f)->boundary_id())
-                for (unsigned int c = 0; c < dim; ++c)
-                  if (support.fixed[c])
-                    fixed[c].add_indices(face_nodes.begin(), face_nodes.end());
-            if (with_multipliers)
-              for (const ContactInterface &interface : geometry.interfaces)
-                if (interface.pad_face == cell->face(f)->boundary_id())
-                {
-                  in_contact.add_indices(face_nodes.begin(), face_nodes.end());
-                  if (interface.kind == ContactKind::stick)
-                    in_stick.add_indices(face_nodes.begin(), face_nodes.end());
-                }
-            for (const TiedSurfaces &tie : geometry.ties)
-              if (tie.side == cell->face(f)->boundary_id())
-                in_tie.add_indices(face_nodes.begin(), face_nodes.end());
-          }
-    in_contact.compress();
-    in_tie.compress();
-    in_stick.compress();
-    for (IndexSet &set : fixed)
-      set.compress();
+    const auto [fixed, in_contact, in_tie, in_stick] =
+        find_boundary_nodes(nodes, geometry, with_multipliers);
 
     // Local numbers first, then the offset of this rank.
     equations.assign(dim + 1 + has_ties() + geometry.has_stick(),
@@ -249,13 +279,7 @@ namespace squeal
     first_point            = Utilities::MPI::broadcast(comm, first_point);
     first_point_multiplier = Utilities::MPI::broadcast(comm, first_point_multiplier);
 
-    rows.comm  = comm;
-    rows.size  = Utilities::MPI::sum(n_local, comm);
-    rows.begin = 0;
-    MPI_Exscan(&n_local, &rows.begin, 1, MPI_UNSIGNED, MPI_SUM, comm);
-    if (Utilities::MPI::this_mpi_process(comm) == 0)
-      rows.begin = 0;
-    rows.end               = rows.begin + n_local;
+    rows                   = rows_of(n_local, comm);
     n_displacements        = Utilities::MPI::sum(n_local_displacements, comm);
     n_multipliers          = Utilities::MPI::sum(n_local_multipliers, comm);
     n_ties                 = Utilities::MPI::sum(n_local_ties, comm);
