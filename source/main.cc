@@ -2,7 +2,9 @@
 #include <squeal/base/files.h>
 #include <squeal/base/memory.h>
 #include <squeal/base/signals.h>
+#include <squeal/base/text.h>
 #include <squeal/run/advice.h>
+#include <squeal/run/deck_window.h>
 #include <squeal/run/driver.h>
 #include <squeal/run/report.h>
 #include <squeal/scenes/deck_parameters.h>
@@ -136,7 +138,7 @@ namespace
       "                                                   run (in parallel: mpirun -np N squeal "
       "...)\n"
       "  squeal --check FILE.prm                          validate, print what would run\n"
-      "  squeal --from-deck FILE.inp [--rotor NAME] [--overwrite]\n"
+      "  squeal --from-deck FILE.inp [--rotor NAME] [--speed RAD/S] [--partial] [--overwrite]\n"
       "                                                   write FILE.prm: what a deck of Abaqus or "
       "CalculiX says\n"
       "  squeal --print-parameters=prm|json|md            every key with default, unit, allowed "
@@ -149,6 +151,8 @@ namespace
       "replaced.\n"
       "--rotor: the section of the deck that turns, where no name is like rotor or disc; none: "
       "parts are studied alone.\n"
+      "--speed: how fast the rotor turns, where the deck does not say it. --partial: what of the "
+      "deck cannot be read is left out, and listed.\n"
       "Open MPI refuses mpirun by root (containers): set OMPI_ALLOW_RUN_AS_ROOT=1 and\n"
       "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1, or use RANKS=N scripts/run.sh, which does.\n"
       "Exit status: 0 finished, 2 the input is wrong, 3 a solver failed, 1 anything else.\n";
@@ -168,9 +172,32 @@ namespace
   struct CommandLine
   {
     bool check = false, help = false, version = false, overwrite = false;
-    std::string print_format, filename, deck, rotor, key;
+    std::string print_format, filename, deck, key;
+    squeal::DeckOptions of_deck;
     std::vector<std::string> overrides;
   };
+
+  /// Refuses what does not go with --from-deck, and its options without it.
+  void check_deck_options(const CommandLine &command)
+  {
+    using squeal::InputError;
+    const squeal::DeckOptions &options = command.of_deck;
+    if (command.deck.empty())
+    {
+      if (!options.rotor.empty() || options.speed || options.partial)
+        throw InputError("--rotor, --speed and --partial go with --from-deck.");
+      return;
+    }
+    const std::string other = !command.filename.empty()       ? command.filename
+                              : !command.overrides.empty()    ? "--set"
+                              : command.check                 ? "--check"
+                              : !command.print_format.empty() ? "--print-parameters"
+                                                              : "";
+    if (!other.empty())
+      throw InputError("--from-deck " + command.deck + ": " + other +
+                       " does not go with it; allowed are --rotor NAME, --speed RAD/S, --partial, "
+                       "--overwrite.");
+  }
 
   CommandLine parse(const std::vector<std::string> &arguments)
   {
@@ -202,8 +229,20 @@ namespace
       {
         if (++i == arguments.size())
           throw InputError(argument + ": expected a name after it.");
-        (argument == "--rotor" ? result.rotor : result.deck) = arguments[i];
+        std::string &name = argument == "--rotor" ? result.of_deck.rotor : result.deck;
+        if (!name.empty())
+          throw InputError(argument + " is there twice; allowed is once.");
+        name = arguments[i];
       }
+      else if (argument == "--speed")
+      {
+        if (++i < arguments.size())
+          result.of_deck.speed = squeal::decimal_number(arguments[i]);
+        if (!result.of_deck.speed)
+          throw InputError("--speed: expected a number after it, in rad/s.");
+      }
+      else if (argument == "--partial")
+        result.of_deck.partial = true;
       else if (argument == print)
         result.print_format = "prm";
       else if (argument.rfind(print + "=", 0) == 0)
@@ -216,6 +255,7 @@ namespace
       else
         result.filename = argument;
     }
+    check_deck_options(result);
     return result;
   }
 
@@ -244,11 +284,21 @@ namespace
                 : "");
   }
 
-  /// Writes the parameter file of a deck beside it. Returns what to say.
-  std::string write_parameters_of_deck(const CommandLine &command)
+  /// Writes the parameter file of a deck beside it. Returns what to say, or nothing where modes are
+  /// to be counted first, which MPI and PETSc are needed for.
+  std::string write_parameters_of_deck(const CommandLine &command, const bool has_libraries)
   {
-    const std::string text = squeal::parameters_of_deck(command.deck, command.rotor),
-                      name = command.deck.substr(0, command.deck.size() - 4) + ".prm";
+    const std::string name      = command.deck.substr(0, command.deck.rfind(".inp")) + ".prm";
+    squeal::DeckParameters deck = squeal::parameters_of_deck(command.deck, command.of_deck);
+    if (deck.n_modes > 0 && !has_libraries)
+      return "";
+    if (deck.n_modes > 0)
+    {
+      squeal::DeckOptions options = command.of_deck;
+      options.window              = squeal::window_of_modes(name, deck.text, deck.n_modes);
+      deck                        = squeal::parameters_of_deck(command.deck, options);
+    }
+    const std::string &text = deck.text;
     if (!command.overwrite && std::filesystem::exists(name))
       throw squeal::InputError("--from-deck: " + name +
                                " exists; with --overwrite it is replaced.");
@@ -279,7 +329,7 @@ namespace
   }
 
   /// Prints what needs neither MPI nor PETSc; false if @p command asks for something else.
-  bool answer(const CommandLine &command, std::ostream &out)
+  bool answer(const CommandLine &command, std::ostream &out, const bool has_libraries)
   {
     std::ostringstream text; // libraries dump their stack where they cannot write
     if (!command.key.empty())
@@ -289,10 +339,12 @@ namespace
     else if (command.version)
       text << version();
     else if (!command.deck.empty())
-      text << write_parameters_of_deck(command);
+      text << write_parameters_of_deck(command, has_libraries);
     else if (!command.print_format.empty())
       squeal::ParameterFile().print_manual(text, command.print_format);
     else
+      return false;
+    if (text.str().empty())
       return false;
     out << text.str();
     finish_output(out);
@@ -307,7 +359,7 @@ namespace
 
     if (!command.deck.empty() && !speaks)
       return; // one rank writes
-    if (answer(command, out))
+    if (answer(command, out, true))
       return;
     if (command.filename.empty())
       throw squeal::InputError(std::string("A parameter file is needed.\n\n") + usage);
@@ -387,7 +439,7 @@ int main(int argc, char *argv[])
   try
   {
     command = parse(arguments);
-    if (is_alone() && answer(command, std::cout))
+    if (is_alone() && answer(command, std::cout, false))
       return squeal::exit_finished;
   }
   catch (const squeal::InputError &error)

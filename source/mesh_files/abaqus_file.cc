@@ -19,11 +19,6 @@ namespace squeal
 {
   namespace
   {
-    bool is_number(const std::string &field)
-    {
-      return !field.empty() && field.find_first_not_of("+-0123456789") == std::string::npos;
-    }
-
     /// Numbers of nodes or elements. Generated ones are kept as first, last and step: a range may
     /// name millions that do not exist.
     struct NumberSet
@@ -148,6 +143,7 @@ namespace squeal
       {
         take                    = nullptr;
         const std::string &name = keyword.name;
+        blocks_of_supports.see(name);
         if (name == "*NODE")
           begin_nodes();
         else if (name == "*ELEMENT")
@@ -160,7 +156,17 @@ namespace squeal
           used.insert(full_name(element_sets, keyword.value("ELSET")));
         else if (name == "*BOUNDARY")
           take = [this](const std::vector<std::string> &fields)
-          { used.insert(full_name(node_sets, deck_label(fields[0]))); };
+          {
+            const std::string name = deck_label(fields[0]);
+            if (names_a_node(name))
+            {
+              const std::string set = blocks_of_supports.set_of_nodes(fields);
+              insert(node_sets[set], members(node_sets, fields[0]));
+              used.insert(set);
+            }
+            else
+              used.insert(full_name(node_sets, name));
+          };
         else if (name == "*PART")
           read_part();
         else if (name == "*INSTANCE")
@@ -301,7 +307,7 @@ namespace squeal
       ScopedSet members(const std::map<std::string, ScopedSet> &sets, const std::string &field)
       {
         const std::string in = scope_name();
-        if (is_number(field))
+        if (is_deck_number(field))
         {
           scope(in);
           return {{in, NumberSet{{lines.integer(field)}, {}}}};
@@ -311,7 +317,7 @@ namespace squeal
         if (set != sets.end())
           return set->second;
         const std::size_t dot = name.rfind('.');
-        if (dot != std::string::npos && is_number(name.substr(dot + 1)) &&
+        if (dot != std::string::npos && is_deck_number(name.substr(dot + 1)) &&
             scopes.count(name.substr(0, dot)) > 0)
           return {{name.substr(0, dot), NumberSet{{lines.integer(name.substr(dot + 1))}, {}}}};
         lines.fail("the set " + field.substr(0, 60) + " is not known here.");
@@ -343,6 +349,7 @@ namespace squeal
             if (!fields[d + 1].empty())
               x[d] = lines.real(fields[d + 1]);
           file.nodes.push_back(placed(x));
+          node_numbers.push_back(number);
           if (!set.empty())
             node_sets[name_here(set)][instance].numbers.insert(number);
         };
@@ -430,6 +437,8 @@ namespace squeal
         const bool generate  = keyword.has("GENERATE");
         const std::string in = scope_name();
         scope(in);
+        if (!of_elements && keyword.has("ELSET"))
+          insert(set, nodes_of(members(element_sets, keyword.value("ELSET"))));
         take = [this, &sets, &set, generate, in](const std::vector<std::string> &fields)
         {
           if (generate)
@@ -449,6 +458,24 @@ namespace squeal
             if (!field.empty())
               insert(set, members(sets, field));
         };
+      }
+
+      /// All nodes of some elements.
+      ScopedSet nodes_of(const ScopedSet &elements)
+      {
+        ScopedSet nodes;
+        for (const auto &[in, set] : elements)
+        {
+          const Scope &here = scope(in);
+          for (const long element : set.members_of(here.elements))
+            for (const unsigned int node : file.elements[here.elements.at(element)].nodes)
+              nodes[in].numbers.insert(node_numbers[node]);
+          for (const long element : set.members_of(here.faces))
+            for (const unsigned int node : here.faces.at(element))
+              if (node != ElementFile::none)
+                nodes[in].numbers.insert(node_numbers[node]);
+        }
+        return nodes;
       }
 
       void begin_surface()
@@ -572,6 +599,8 @@ namespace squeal
       std::map<std::string, ScopedSet> element_sets, node_sets;
       std::map<std::string, std::vector<unsigned int>> free_faces_of; ///< elements by surface
       std::set<std::string> internal, used;
+      std::vector<long> node_numbers; ///< of the file's nodes
+      SupportBlocks blocks_of_supports;
     };
   } // namespace
 

@@ -108,6 +108,32 @@ namespace squeal
     return fields;
   }
 
+  bool is_deck_number(const std::string &field)
+  {
+    return !field.empty() && field.find_first_not_of("+-0123456789") == std::string::npos;
+  }
+
+  bool names_a_node(const std::string &label)
+  {
+    return is_deck_number(label.substr(label.rfind('.') + 1));
+  }
+
+  void SupportBlocks::see(const std::string &keyword)
+  {
+    const bool is_support = keyword == "*BOUNDARY";
+    n_blocks += is_support && !is_inside;
+    is_inside = is_support;
+  }
+
+  std::string SupportBlocks::set_of_nodes(const std::vector<std::string> &fields) const
+  {
+    std::string name = "BOUNDARY-" + std::to_string(n_blocks);
+    for (std::size_t k = 1; k < std::min<std::size_t>(3, fields.size()); ++k)
+      if (!fields[k].empty())
+        name += "-" + deck_label(fields[k]);
+    return name;
+  }
+
   DeckLines::DeckLines(std::istream &in, const std::string &filename)
       : LineReader(in, filename), deck(filename)
   {

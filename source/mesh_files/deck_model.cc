@@ -45,6 +45,7 @@ namespace squeal
         while (lines.next_keyword(keyword))
         {
           where = text_of(lines.current().file, ", line ", lines.line_number());
+          blocks_of_supports.see(keyword.name);
           data.clear();
           const bool is_mesh = keyword.name == "*ELEMENT" &&
                                keyword.value("TYPE").rfind("C3D", 0) == 0; // large, and known
@@ -143,12 +144,19 @@ namespace squeal
           pass_over("the coupling is taken as *DISTRIBUTING, the mean motion of the surface");
         else if ((name == "*COMPLEX FREQUENCY" || name == "*FREQUENCY") && !data.empty())
         {
-          if (data[0].size() > 2 && !data[0][2].empty())
-            model.frequency = number(0, 2);
+          const auto value = [&](const std::size_t column)
+          { return column < data[0].size() && !data[0][column].empty() ? number(0, column) : 0.; };
+          model.n_modes = value(0);
+          if (value(2) > 0)
+          {
+            model.frequency        = value(2);
+            model.lowest_frequency = value(1);
+          }
         }
         else if (name == "*MOTION" && keyword.has("ROTATION") && !data.empty())
         {
-          model.speed = number(0, 1);
+          model.speed         = number(0, 1);
+          model.speed_is_told = true;
           for (std::size_t k = 2; k < std::min<std::size_t>(8, data[0].size()); ++k)
             model.axis.push_back(number(0, k));
         }
@@ -273,7 +281,9 @@ namespace squeal
           const std::vector<std::string> &fields = data[row];
           if (fields.size() < 2)
             continue;
-          DeckSupport support{deck_label(fields[0]), {}, where};
+          const std::string name = deck_label(fields[0]);
+          DeckSupport support{
+              names_a_node(name) ? blocks_of_supports.set_of_nodes(fields) : name, {}, where};
           if (const auto named = by_name.find(deck_label(fields[1])); named != by_name.end())
             support.components = named->second;
           else
@@ -298,6 +308,7 @@ namespace squeal
       DeckKeyword keyword;
       std::vector<std::vector<std::string>> data;
       std::string where, scope, interaction;
+      SupportBlocks blocks_of_supports;
       DeckMaterial *material = nullptr;
       std::map<std::string, std::vector<DeckSection>> sections_of_part;
       DeckModel model;

@@ -44,12 +44,27 @@ namespace squeal
     return given > 0 ? given : part_of_edge * std::max(longest_edge(first), longest_edge(second));
   }
 
+  std::vector<double> covered_parts(const std::vector<SurfaceFace<3>> &first,
+                                    const std::vector<SurfaceFace<3>> &second,
+                                    const double distance)
+  {
+    const FaceElement<3> element(degree);
+    std::vector<double> parts(first.size());
+    for (const FacePair<3> &pair :
+         pair_facing_surfaces(element, first, second, allowed_distance(distance, first, second)))
+      for (const PairedPoint<3> &point : pair.points)
+        parts[pair.pad_face] += point.weight;
+    for (unsigned int f = 0; f < first.size(); ++f)
+      parts[f] /= area_of(element, first[f]);
+    return parts;
+  }
+
   JointMeasures check_joint(const std::string &where, const std::string &first_name,
                             const std::vector<SurfaceFace<3>> &first,
                             const std::string &second_name,
-                            const std::vector<SurfaceFace<3>> &second, const double distance)
+                            const std::vector<SurfaceFace<3>> &second, const double distance,
+                            const double least_cover)
   {
-    constexpr double least_cover = 0.9;
     const FaceElement<3> element(degree);
     const Point<2> middle(0.5, 0.5);
     JointMeasures result = {first_name + " : " + second_name,
@@ -77,12 +92,14 @@ namespace squeal
       }
     }
     if (!(result.overlap >= least_cover * result.area))
-      throw InputError(text_of(where, "only ", std::lround(100 * result.overlap / result.area),
-                               " % of '", first_name, "' (", result.area, " m^2) face '",
-                               second_name, "' at a distance of at most ", result.distance,
-                               " m (Joints/Position tolerance), least at ",
-                               text_of(element.frame(first[least_at], middle).x),
-                               ". At least 90 % must; name the smaller surface first."));
+      throw InputError(text_of(
+          where, "only ", std::lround(100 * result.overlap / result.area), " % of '", first_name,
+          "' (", result.area, " m^2) face '", second_name, "' at a distance of at most ",
+          result.distance, " m (Joints/Position tolerance), least at ",
+          text_of(element.frame(first[least_at], middle).x), ". At least ",
+          std::lround(100 * least_cover),
+          " % must; name the smaller surface first. A tie with : partly leaves "
+          "free what is not covered."));
     return result;
   }
 } // namespace squeal

@@ -123,7 +123,8 @@ namespace squeal
           "Surface groups of the scene mesh that are tied, meshes not matching: surface : "
           "surface, and so on, plane, oblique or curved. The first of a pair has the "
           "multipliers: take the softer or finer side, the smaller one if one is larger. Both "
-          "belong to the rotor or both do not.");
+          "belong to the rotor or both do not. With a third part, : partly, faces of the first of "
+          "which less than half is covered stay free.");
       prm.add_parameter(
           "Contacts", contacts,
           "Surface groups of bodies that do not turn and touch without sliding, meshes not "
@@ -165,7 +166,16 @@ namespace squeal
 
     std::vector<std::pair<std::string, std::string>> Joints::tied_surfaces() const
     {
-      return pairs_of_names("Joints/Ties", ties, "surface : surface");
+      std::vector<std::pair<std::string, std::string>> result;
+      for (const std::vector<std::string> &entry : entries_of(ties))
+      {
+        if ((entry.size() != 2 && (entry.size() != 3 || entry[2] != "partly")) ||
+            entry[0].empty() || entry[1].empty())
+          refuse("Ties", ties, entry,
+                 "a pair; allowed is surface : surface, or surface : surface : partly");
+        result.emplace_back(entry[0], entry[1]);
+      }
+      return result;
     }
 
     std::vector<Joints::Contact> Joints::list_of_contacts() const

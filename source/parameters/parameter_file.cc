@@ -178,9 +178,24 @@ namespace squeal
       return (std::filesystem::path(by).parent_path() / name).lexically_normal().string();
     }
 
+    /// A line up to its comment. A # between quotes begins none.
     std::string without_comment(const std::string &line)
     {
-      return trim(line.substr(0, line.find('#')));
+      bool is_quoted = false;
+      for (std::size_t k = 0; k < line.size(); ++k)
+        if (line[k] == '"')
+          is_quoted = !is_quoted && line.find('"', k + 1) != std::string::npos;
+        else if (line[k] == '#' && !is_quoted)
+          return trim(line.substr(0, k));
+      return trim(line);
+    }
+
+    /// A value without the quotes around it.
+    std::string unquoted(const std::string &value)
+    {
+      const std::size_t n = value.size();
+      return n >= 2 && value[0] == '"' && value.find('"', 1) == n - 1 ? value.substr(1, n - 2)
+                                                                      : value;
     }
 
     /// The names of the lines "include name" of a text.
@@ -235,7 +250,20 @@ namespace squeal
     names_and_texts = dealii::Utilities::MPI::broadcast(comm, names_and_texts);
     if (!error.empty())
       throw InputError(error);
-    original = names_and_texts[1];
+    take(names_and_texts, overrides);
+  }
+
+  void ParameterFile::read_text(const std::string &filename, const std::string &text)
+  {
+    name_ = filename;
+    take({filename, text}, {});
+  }
+
+  void ParameterFile::take(const std::vector<std::string> &names_and_texts,
+                           const std::vector<std::string> &overrides)
+  {
+    const std::string &filename = name_;
+    original                    = names_and_texts[1];
     // Sections of parts are as many as are used.
     std::size_t n_parts = 0;
     texts.clear();
@@ -259,11 +287,13 @@ namespace squeal
       const std::size_t equals = override_text.find('=');
       if (equals == std::string::npos)
         throw InputError("--set \"" + override_text + "\": expected \"Section/Key=value\".");
-      if (override_text.find_first_of("#\n\r") != std::string::npos)
+      if (override_text.find_first_of("\n\r") != std::string::npos ||
+          without_comment(override_text) != trim(override_text))
         throw InputError("--set \"" + override_text +
-                         "\": a # begins a comment in parameter files, and a value ends with its "
-                         "line: parameters.prm could not reproduce this run.");
-      set(trim(override_text.substr(0, equals)), trim(override_text.substr(equals + 1)),
+                         "\": a # begins a comment in parameter files, but for one between "
+                         "quotes, and a value ends with its line: parameters.prm could not "
+                         "reproduce this run.");
+      set(trim(override_text.substr(0, equals)), unquoted(trim(override_text.substr(equals + 1))),
           "--set \"" + override_text + "\"");
     }
 
@@ -336,7 +366,7 @@ namespace squeal
         std::string path;
         for (const std::string &s : section)
           path += s + "/";
-        set(path + trim(rest.substr(0, equals)), trim(rest.substr(equals + 1)), where);
+        set(path + trim(rest.substr(0, equals)), unquoted(trim(rest.substr(equals + 1))), where);
       }
       else if (word == "include" && !rest.empty())
       {
@@ -500,8 +530,17 @@ namespace squeal
   {
     out << "# All parameters of a run of squeal " SQUEAL_VERSION
            ". This file reproduces the run.\n";
-    prm->print_parameters(out, dealii::ParameterHandler::KeepDeclarationOrder |
-                                   dealii::ParameterHandler::ShortPRM);
+    std::ostringstream text;
+    prm->print_parameters(text, dealii::ParameterHandler::KeepDeclarationOrder |
+                                    dealii::ParameterHandler::ShortPRM);
+    // A value with a #, as a file's name may be, was quoted, and is again.
+    std::istringstream lines(text.str());
+    for (std::string line; std::getline(lines, line);)
+    {
+      const std::size_t value = line.find("= ") + 2;
+      const bool has_hash = trim(line).rfind("set ", 0) == 0 && line.find('#') != std::string::npos;
+      out << (has_hash ? line.substr(0, value) + "\"" + line.substr(value) + "\"" : line) << "\n";
+    }
   }
 
   void ParameterFile::print_manual(std::ostream &out, const std::string &format) const

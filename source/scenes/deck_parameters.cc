@@ -5,7 +5,10 @@
 #include <squeal/mesh_files/deck_model.h>
 #include <squeal/mesh_files/element_file.h>
 #include <squeal/mesh_files/mesh_checks.h>
+#include <squeal/mesh_files/plane_parts.h>
+#include <squeal/parameters/parameter_file.h>
 #include <squeal/scenes/deck_parameters.h>
+#include <squeal/scenes/make_scene.h>
 
 #include <algorithm>
 #include <cmath>
@@ -39,16 +42,17 @@ namespace squeal
     class DeckWriter
     {
     public:
-      DeckWriter(const ElementFile &mesh, DeckModel &&deck, const std::string &rotor)
-          : mesh(mesh), deck(std::move(deck))
+      DeckWriter(const ElementFile &mesh, DeckModel &&deck, const DeckOptions &options)
+          : mesh(mesh), deck(std::move(deck)), options(options)
       {
         for (unsigned int e = 0; e < mesh.elements.size(); ++e)
           for (unsigned int f = 0; f < ElementFile::faces(mesh.elements[e].shape).size(); ++f)
             element_of_face.emplace(ElementFile::ascending(mesh.face(mesh.elements[e], f)), e);
         choose_units();
-        choose_rotor(rotor);
+        choose_rotor(options.rotor);
         sort_contacts();
         choose_axis();
+        divide_pairs();
       }
 
       std::string write()
@@ -59,7 +63,7 @@ namespace squeal
                             : "the deck's are taken as mm, t, s, N, MPa; here all are m, kg, s.")
             << "\n\nset Scene = mesh\nset Stage = " << (pairs.empty() ? "elastic" : "full")
             << "\n\nsubsection Mesh\n";
-        line("File", mesh.name);
+        line("File", file_name());
         line("Scale", digits(length));
         line("Axis", std::string(1, "xyz"[axis]),
              axis_is_told ? "" : "as the contact surfaces say");
@@ -70,15 +74,21 @@ namespace squeal
         out << "end\n";
         write_materials();
         write_joints();
-        if (deck.speed != 0)
-          section("Operation", {{"Angular velocity", digits(deck.speed)}});
-        else if (!pairs.empty())
-          out << "\n# The deck does not say how fast the rotor turns.\nsubsection Operation\n  set "
-                 "Angular velocity = 20\nend\n";
+        write_operation();
         write_friction();
         section("Discretization", {{"Degree", "2"}});
-        if (deck.frequency > 0)
-          section("Eigenproblem", {{"Maximum frequency", digits(deck.frequency)}});
+        write_window();
+        if (!unread.empty() && !options.partial)
+        {
+          std::string list;
+          for (const std::string &what : unread)
+            list += "\n  " + what;
+          fail(
+              "what follows carries load, holds or joins, and cannot be read. With --partial it is "
+              "left out, and listed in the file:" +
+              list);
+        }
+        deck.passed_over.insert(deck.passed_over.end(), unread.begin(), unread.end());
         if (!deck.passed_over.empty())
           out << "\n# Passed over:\n";
         for (const std::string &what : deck.passed_over)
@@ -90,6 +100,48 @@ namespace squeal
       [[noreturn]] void fail(const std::string &message) const
       {
         throw InputError("--from-deck " + mesh.name + ": " + message);
+      }
+
+      /// Notes what carries load, holds or joins and cannot be read.
+      void leave_out(const std::string &what)
+      {
+        unread.push_back(what);
+      }
+
+      /// The deck's name as a value of a parameter file.
+      std::string file_name() const
+      {
+        const std::string &name = mesh.name;
+        if (name.find('"') != std::string::npos ||
+            std::any_of(name.begin(), name.end(), [](const unsigned char c) { return c < 0x20; }))
+          fail("a parameter file cannot hold this name; rename the deck.");
+        return name.find_first_of("#\\ ") == std::string::npos ? name : "\"" + name + "\"";
+      }
+
+      void write_operation()
+      {
+        if (pairs.empty() && deck.speed == 0)
+          return;
+        if (!deck.speed_is_told && !options.speed)
+          fail("the deck does not say how fast the rotor turns (*MOTION, ROTATION). Say it, in "
+               "rad/s: --speed VALUE.");
+        section("Operation",
+                {{"Angular velocity", digits(options.speed ? *options.speed : deck.speed)}});
+      }
+
+      void write_window()
+      {
+        const double highest = deck.frequency > 0 ? deck.frequency : options.window;
+        if (!(highest > 0))
+          return;
+        if (deck.frequency == 0)
+          out << "\n# The deck asks for " << deck.n_modes
+              << " modes: so many has the brake up to here, counted on elements of degree 1.";
+        std::vector<std::pair<std::string, std::string>> lines_of = {
+            {"Maximum frequency", digits(highest)}};
+        if (deck.lowest_frequency > 0 && deck.lowest_frequency < highest)
+          lines_of.emplace_back("Minimum frequency", digits(deck.lowest_frequency));
+        section("Eigenproblem", lines_of);
       }
 
       static std::string digits(const double value)
@@ -169,10 +221,19 @@ namespace squeal
           return; // parts alone
         if (names.empty())
         {
+          // DISC_PAD and the like are what presses on a disc.
+          const auto has_one_of =
+              [](const std::string &volume, const std::vector<std::string> &words)
+          {
+            return std::any_of(words.begin(), words.end(),
+                               [&](const std::string &word)
+                               { return volume.find(word) != std::string::npos; });
+          };
           for (const std::string &volume : known)
-            for (const std::string word : {"ROTOR", "DISC", "DISK"})
-              if (volume.find(word) != std::string::npos)
-                rotor.insert(volume);
+            if (has_one_of(volume, {"ROTOR", "DISC", "DISK"}) &&
+                !has_one_of(volume, {"PAD", "LINING", "SHIM", "BACKING", "BACKPLATE", "BACK_PLATE",
+                                     "CALIPER", "PISTON", "BRACKET", "CARRIER", "HOLDER"}))
+              rotor.insert(volume);
         }
         else
           for (const std::string &name : deck_fields(names))
@@ -190,23 +251,44 @@ namespace squeal
 
       const std::vector<ElementFile::Face> &faces_of(const std::string &surface) const
       {
+        if (const auto part = parts_of_surfaces.find(surface); part != parts_of_surfaces.end())
+          return part->second;
         const auto faces = mesh.surfaces.find(surface);
         if (faces == mesh.surfaces.end() || faces->second.empty())
           fail("there is no surface " + surface + " with faces of solid elements.");
         return faces->second;
       }
 
-      /// The section in which a surface is, by its first face.
-      std::string volume_of(const std::string &surface) const
+      /// The sections that have a face.
+      std::set<std::string> volumes_at(const ElementFile::Face &face) const
       {
-        const auto element = element_of_face.find(ElementFile::ascending(faces_of(surface)[0]));
+        std::set<std::string> result;
+        const auto element = element_of_face.find(ElementFile::ascending(face));
         if (element != element_of_face.end())
           for (const std::string &volume : volumes())
             if (const auto group = mesh.volumes.find(volume);
                 group != mesh.volumes.end() &&
                 std::binary_search(group->second.begin(), group->second.end(), element->second))
-              return volume;
-        fail("the surface " + surface + " is on no section's elements.");
+              result.insert(volume);
+        return result;
+      }
+
+      /// The sections in which a surface is.
+      std::set<std::string> volumes_of(const std::string &surface) const
+      {
+        std::set<std::string> result;
+        for (const ElementFile::Face &face : faces_of(surface))
+          result.merge(volumes_at(face));
+        if (result.empty())
+          fail("the surface " + surface + " is on no section's elements.");
+        return result;
+      }
+
+      bool is_on_rotor(const std::string &surface) const
+      {
+        const std::set<std::string> of = volumes_of(surface);
+        return std::any_of(of.begin(), of.end(),
+                           [&](const std::string &volume) { return rotor.count(volume) > 0; });
       }
 
       double area_of(const std::string &surface) const
@@ -235,14 +317,17 @@ namespace squeal
       {
         for (DeckContact contact : deck.contacts)
         {
-          const bool first  = rotor.count(volume_of(contact.first)) > 0,
-                     second = rotor.count(volume_of(contact.second)) > 0;
+          const bool first = is_on_rotor(contact.first), second = is_on_rotor(contact.second);
+          if (first && second)
+            fail("both sides of the contact pair " + contact.first + ", " + contact.second +
+                 " are on what turns, " + list_of(rotor) +
+                 ". Say which sections turn: --rotor NAME[,NAME].");
           if (first)
             std::swap(contact.first, contact.second);
           if (first || second)
           {
             pairs.push_back(contact);
-            pads.insert(volume_of(contact.first));
+            pads.merge(volumes_of(contact.first));
           }
           else
           {
@@ -254,6 +339,99 @@ namespace squeal
         }
         for (const std::string &volume : rotor)
           pads.erase(volume);
+      }
+
+      /// The direction across the sliding surfaces, as absolute values: of the rotor's, or where
+      /// that has a rim, too, of the coordinate that most of the pads' surfaces lie across.
+      Tensor<1, 3> across_sliding_surfaces() const
+      {
+        const auto add = [&](const std::string &surface, Tensor<1, 3> &sum, Tensor<1, 3> &plane)
+        {
+          for (const ElementFile::Face &face : faces_of(surface))
+          {
+            const Tensor<1, 3> normal = cross_product_3d(mesh.nodes[face[1]] - mesh.nodes[face[0]],
+                                                         mesh.nodes[face[2]] - mesh.nodes[face[0]]);
+            for (unsigned int d = 0; d < 3; ++d)
+            {
+              sum[d] += std::abs(normal[d]);
+              if (std::abs(normal[d]) > 0.999 * normal.norm())
+                plane[d] += normal.norm();
+            }
+          }
+        };
+        const auto along_one = [](const Tensor<1, 3> &v)
+        { return *std::max_element(v.begin_raw(), v.end_raw()) > 0.999 * v.norm(); };
+        Tensor<1, 3> sum, plane;
+        add(pairs[0].second, sum, plane);
+        if (along_one(sum))
+          return sum;
+        plane = Tensor<1, 3>();
+        for (const DeckContact &pair : pairs)
+          add(pair.first, sum, plane);
+        const unsigned int most =
+            std::max_element(plane.begin_raw(), plane.end_raw()) - plane.begin_raw();
+        Tensor<1, 3> direction;
+        direction[most] = plane[most];
+        return plane[most] > 0.5 * (plane[0] + plane[1] + plane[2]) ? direction : sum;
+      }
+
+      /// Parts of two surfaces that slide on each other where one of them has several planes: both
+      /// faces of the disc, or a skin over its rim. Each part of a pad touches that of the rotor
+      /// which looks towards it and is nearest.
+      void divide_pairs()
+      {
+        std::vector<DeckContact> divided;
+        for (const DeckContact &pair : pairs)
+        {
+          const std::vector<PlanePart> of_pad   = plane_parts(mesh, faces_of(pair.first), axis),
+                                       of_rotor = plane_parts(mesh, faces_of(pair.second), axis);
+          const auto is_whole = [&](const std::vector<PlanePart> &parts, const std::string &surface)
+          { return parts.size() == 1 && parts[0].faces.size() == faces_of(surface).size(); };
+          if (is_whole(of_pad, pair.first) && is_whole(of_rotor, pair.second))
+          {
+            divided.push_back(pair);
+            continue;
+          }
+          double nearest = INFINITY;
+          std::vector<std::tuple<double, std::size_t, std::size_t>> candidates;
+          for (std::size_t p = 0; p < of_pad.size(); ++p)
+            for (std::size_t r = 0; r < of_rotor.size(); ++r)
+              if (of_pad[p].looks_up != of_rotor[r].looks_up)
+              {
+                const double gap = std::abs(of_pad[p].place - of_rotor[r].place);
+                candidates.emplace_back(gap, p, r);
+                nearest = std::min(nearest, gap);
+              }
+          const double touching = nearest + plane_tolerance * extent_of(pair.first);
+          bool found            = false;
+          for (const auto &[gap, p, r] : candidates)
+            if (gap <= touching)
+            {
+              found            = true;
+              DeckContact part = pair;
+              if (!is_whole(of_pad, pair.first))
+                parts_of_surfaces[part.first = name_of_part(pair.first, p)] = of_pad[p].faces;
+              if (!is_whole(of_rotor, pair.second))
+                parts_of_surfaces[part.second = name_of_part(pair.second, r)] = of_rotor[r].faces;
+              divided.push_back(part);
+            }
+          if (!found)
+            divided.push_back(pair);
+        }
+        pairs = divided;
+        pads.clear();
+        for (const DeckContact &pair : pairs)
+          pads.merge(volumes_of(pair.first));
+      }
+
+      double extent_of(const std::string &surface) const
+      {
+        Box box;
+        for (const ElementFile::Face &face : faces_of(surface))
+          for (const unsigned int node : face)
+            if (node != ElementFile::none)
+              box.add(mesh.nodes[node]);
+        return box.low.distance(box.high);
       }
 
       /// Across the sliding surfaces, through the middle of the rotor.
@@ -277,13 +455,7 @@ namespace squeal
                 "the axis of the rotor is not told: Mesh/Axis = z is a guess");
         }
         else if (!axis_is_told)
-          for (const ElementFile::Face &face : mesh.surfaces.at(pairs[0].second))
-          {
-            const Tensor<1, 3> normal = cross_product_3d(mesh.nodes[face[1]] - mesh.nodes[face[0]],
-                                                         mesh.nodes[face[2]] - mesh.nodes[face[0]]);
-            for (unsigned int d = 0; d < 3; ++d)
-              direction[d] += std::abs(normal[d]);
-          }
+          direction = across_sliding_surfaces();
         for (unsigned int d = 0; d < 3; ++d)
           if (direction[d] > direction[axis])
             axis = d;
@@ -357,14 +529,87 @@ namespace squeal
         line("Contact pairs", list);
       }
 
+      /// Nodes of the faces of a surface, those between the corners, too.
+      std::set<unsigned int> nodes_on(const std::string &surface) const
+      {
+        std::set<unsigned int> nodes;
+        for (const ElementFile::Face &face : mesh.surfaces.at(surface))
+        {
+          const auto known = element_of_face.find(ElementFile::ascending(face));
+          if (known == element_of_face.end())
+            continue;
+          const ElementFile::Element &element = mesh.elements[known->second];
+          const auto has                      = [&](const unsigned int corner)
+          { return std::find(face.begin(), face.end(), element.nodes[corner]) != face.end(); };
+          for (const unsigned int node : face)
+            if (node != ElementFile::none)
+              nodes.insert(node);
+          const auto &edges    = ElementFile::edges(element.shape);
+          const unsigned int n = ElementFile::n_corners(element.shape);
+          for (unsigned int e = 0; e < edges.size() && n + e < element.nodes.size(); ++e)
+            if (has(edges[e][0]) && has(edges[e][1]))
+              nodes.insert(element.nodes[n + e]);
+        }
+        return nodes;
+      }
+
+      /// Nodes of elements all of whose corners are in a set.
+      std::set<unsigned int> nodes_of_elements_in(const std::set<unsigned int> &set) const
+      {
+        std::set<unsigned int> nodes;
+        for (const ElementFile::Element &element : mesh.elements)
+          if (std::all_of(element.nodes.begin(),
+                          element.nodes.begin() + ElementFile::n_corners(element.shape),
+                          [&](const unsigned int node) { return set.count(node) > 0; }))
+            nodes.insert(element.nodes.begin(), element.nodes.end());
+        return nodes;
+      }
+
+      /// Each node that is held must be on a face that is, in the same direction: an edge or a
+      /// single node holds nothing as meshes become fine.
+      void check_supports()
+      {
+        std::array<std::set<unsigned int>, 3> held;
+        for (const DeckSupport &support : deck.supports)
+          if (mesh.surfaces.count(support.nodes) > 0)
+            for (const unsigned int d : support.components)
+              held[d].merge(nodes_on(support.nodes));
+        std::set<unsigned int> of_elements;
+        for (const ElementFile::Element &element : mesh.elements)
+          of_elements.insert(element.nodes.begin(), element.nodes.end());
+        for (const DeckSupport &support : deck.supports)
+        {
+          std::set<unsigned int> nodes, missing;
+          if (const auto set = mesh.node_sets.find(support.nodes); set != mesh.node_sets.end())
+            for (const unsigned int node : set->second)
+              if (of_elements.count(node) > 0)
+                nodes.insert(node);
+          if (nodes.empty() && mesh.surfaces.count(support.nodes) == 0)
+          {
+            leave_out(support.where + ": *BOUNDARY, " + support.nodes +
+                      " holds no nodes of solid elements");
+            continue;
+          }
+          const std::set<unsigned int> inside = nodes_of_elements_in(nodes);
+          for (const unsigned int d : support.components)
+            for (const unsigned int node : nodes)
+              if (held[d].count(node) == 0 && inside.count(node) == 0)
+                missing.insert(node);
+          if (!missing.empty())
+            leave_out(text_of(support.where, ": *BOUNDARY, ", support.nodes, ": ", missing.size(),
+                              " of ", nodes.size(), " nodes, among them that at (",
+                              mesh.nodes[*missing.begin()],
+                              "), are on no face all of whose corners are held. Edges and single "
+                              "nodes hold nothing as meshes become fine: hold faces"));
+        }
+      }
+
       void write_supports()
       {
+        check_supports();
         std::map<std::string, std::set<unsigned int>> components;
         for (const DeckSupport &support : deck.supports)
-          if (mesh.surfaces.count(support.nodes) == 0)
-            deck.passed_over.push_back(support.where + ": *BOUNDARY, " + support.nodes +
-                                       " is no set of nodes with all corners of a face");
-          else
+          if (mesh.surfaces.count(support.nodes) > 0)
             for (const unsigned int d : support.components)
               components[support.nodes].insert(placed(d));
         std::map<std::string, std::set<std::string>> names;
@@ -509,10 +754,11 @@ namespace squeal
       void write_joints()
       {
         std::string ties, contacts;
-        for (const auto &[first, second] : deck.ties)
+        for (auto [first, second] : deck.ties)
         {
-          faces_of(first);
-          faces_of(second);
+          // The first surface lies on the second.
+          if (area_of(first) > 1.0001 * area_of(second))
+            std::swap(first, second);
           append(ties, first + " : " + second);
         }
         for (const DeckContact &contact : joints)
@@ -650,6 +896,9 @@ namespace squeal
 
       const ElementFile &mesh;
       DeckModel deck;
+      const DeckOptions options;
+      std::vector<std::string> unread; ///< what carries load, holds or joins
+      std::map<std::string, std::vector<ElementFile::Face>> parts_of_surfaces; ///< by planes
       std::map<ElementFile::Face, unsigned int> element_of_face;
       double length = 1;                 ///< metres of the deck's unit
       std::set<std::string> rotor, pads; ///< no rotor: parts are studied alone
@@ -665,12 +914,39 @@ namespace squeal
     };
   } // namespace
 
-  std::string parameters_of_deck(const std::string &filename, const std::string &rotor)
+  namespace
+  {
+    /// Throws InputError where a run would refuse the parameter file that was written, or its mesh.
+    void read_back(const std::string &text, const std::string &filename)
+    {
+      try
+      {
+        ParameterFile file;
+        file.read_text(filename, text);
+        make_imported_scene(file.parameters());
+      }
+      catch (const InputError &error)
+      {
+        throw InputError("--from-deck " + filename +
+                         ": a run would refuse the parameter file: " + error.what() +
+                         "\nWith --partial the file is written all the same, to be mended.");
+      }
+    }
+  } // namespace
+
+  DeckParameters parameters_of_deck(const std::string &filename, const DeckOptions &options)
   {
     if (filename.size() < 4 || filename.substr(filename.size() - 4) != ".inp")
       throw InputError("--from-deck " + filename + ": a deck (.inp) is expected.");
     const ElementFile mesh = read_mesh_file(filename);
     std::ifstream in       = open_regular_file(filename);
-    return DeckWriter(mesh, read_deck_model(in, filename), rotor).write();
+    DeckModel deck         = read_deck_model(in, filename);
+    DeckParameters result;
+    if (deck.frequency == 0 && deck.n_modes >= 1)
+      result.n_modes = deck.n_modes;
+    result.text = DeckWriter(mesh, std::move(deck), options).write();
+    if (!options.partial)
+      read_back(result.text, filename);
+    return result;
   }
 } // namespace squeal

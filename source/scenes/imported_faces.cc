@@ -135,6 +135,19 @@ namespace squeal
         add(prm.mesh.pressure_on, "Pressure on", [](Use &use) { use.is_loaded = true; });
       }
 
+      /// A rotor's surface is as large as the disc, which may be held where no pad lies: faces that
+      /// are supported are no contact surface. That pads lie on the rest is checked with the pair.
+      void give_up_supported_faces(const std::string &name)
+      {
+        std::vector<ImportedMesh::Face> &faces = mesh.file.surfaces.at(name), left;
+        for (const ImportedMesh::Face &face : faces)
+          if (const auto use = uses.find(face);
+              use == uses.end() || use->second.fixed == std::array<bool, 3>())
+            left.push_back(face);
+        if (!left.empty())
+          faces = std::move(left);
+      }
+
       /// Surfaces of contact pairs and joints carry nothing else.
       void add_joined_surfaces()
       {
@@ -156,6 +169,8 @@ namespace squeal
                       use.contact = name;
                     });
         };
+        for (const auto &pair : bodies.pairs)
+          give_up_supported_faces(pair.second);
         add_surfaces(bodies.pairs, "Contact pairs");
         add_surfaces(bodies.pieces.ties, "Joints/Ties");
         std::vector<std::pair<std::string, std::string>> touching;

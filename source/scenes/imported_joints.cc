@@ -1,3 +1,4 @@
+#include <squeal/parameters/entries.h>
 #include <squeal/scenes/imported_joints.h>
 
 #include <algorithm>
@@ -25,7 +26,38 @@ namespace squeal
       axis[std::min_element(nearest.begin(), nearest.end()) - nearest.begin()] = 1;
       return axis;
     }
+
+    constexpr double least_cover = 0.9, ///< of the first surface of a tie
+        least_part               = 0.5; ///< of a face of one that is tied partly
+
+    /// Whether the tie of a first surface may be covered partly.
+    bool is_partly_tied(const Parameters::Joints &joints, const std::string &first)
+    {
+      for (const std::vector<std::string> &entry : Parameters::entries_of(joints.ties))
+        if (entry.size() == 3 && plain_capitals(entry[0]) == plain_capitals(first))
+          return true;
+      return false;
+    }
   } // namespace
+
+  void leave_out_uncovered_faces(const Parameters::Joints &joints, ImportedMesh &mesh,
+                                 const ImportedBodies &bodies)
+  {
+    for (const auto &[first, second] : bodies.pieces.ties)
+      if (is_partly_tied(joints, first))
+      {
+        const std::vector<double> parts = covered_parts(
+            bodies.curved_patches(first), bodies.curved_patches(second), joints.position_tolerance);
+        std::vector<ImportedMesh::Face> &faces = mesh.file.surfaces.at(first), covered;
+        for (unsigned int f = 0; f < faces.size(); ++f)
+          if (parts[f] >= least_part)
+            covered.push_back(faces[f]);
+        if (covered.empty())
+          mesh.fail("Joints/Ties", "'" + second + "' covers half of no face of '" + first +
+                                       "' within Joints/Position tolerance.");
+        faces = std::move(covered);
+      }
+  }
 
   ImportedJoints::ImportedJoints(const Parameters::All &prm, const ImportedMesh &mesh,
                                  const ImportedBodies &bodies, Geometry<3> &geometry)
@@ -84,7 +116,8 @@ namespace squeal
       firsts[first] = "another joint";
       const JointMeasures tie =
           check_joint("Joints/Ties: " + mesh.file.name + ": ", first, bodies.curved_patches(first),
-                      second, bodies.curved_patches(second), prm.joints.position_tolerance);
+                      second, bodies.curved_patches(second), prm.joints.position_tolerance,
+                      is_partly_tied(prm.joints, first) ? least_part : least_cover);
       surfaces.push_back(tie);
       geometry.ties.push_back(
           {tie.name, geometry.boundaries.at(first), geometry.boundaries.at(second), tie.distance});

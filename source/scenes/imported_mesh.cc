@@ -2,6 +2,8 @@
 #include <squeal/base/text.h>
 #include <squeal/mesh_files/element_file.h>
 #include <squeal/mesh_files/mesh_checks.h>
+#include <squeal/mesh_files/plane_parts.h>
+#include <squeal/parameters/entries.h>
 #include <squeal/scenes/imported_mesh.h>
 
 #include <deal.II/base/utilities.h>
@@ -11,6 +13,11 @@
 #include <iterator>
 #include <set>
 #include <sstream>
+
+// From a mesh file to hexahedra in metres: what is left out goes first, nodes are placed, surfaces
+// are divided by planes where a parameter file names such parts, then elements become hexahedra
+// (element_division.cc). ImportedMesh finds groups by name, the cells of each face, and the shapes
+// of surfaces.
 
 namespace squeal
 {
@@ -32,13 +39,17 @@ namespace squeal
       }
     }
 
-    /// What is equal of names that are told apart by nothing but capitals.
-    std::string capitals(std::string text)
+    /// All surfaces that a parameter file names, and other words of its lists.
+    std::vector<std::string> named_surfaces(const Parameters::All &prm)
     {
-      text = plain_name(text);
-      std::transform(text.begin(), text.end(), text.begin(),
-                     [](const unsigned char c) { return std::toupper(c); });
-      return text;
+      std::vector<std::string> names;
+      for (const std::string &list :
+           {prm.mesh.contact_pairs, prm.mesh.pressure_on, prm.mesh.clamped, prm.mesh.guided,
+            prm.mesh.fixed[0], prm.mesh.fixed[1], prm.mesh.fixed[2], prm.joints.ties,
+            prm.joints.contacts, prm.joints.points})
+        for (const std::vector<std::string> &entry : Parameters::entries_of(list))
+          names.insert(names.end(), entry.begin(), entry.end());
+      return names;
     }
 
     /// Calls function(element) for those of the volumes of a material. Groups that do not exist are
@@ -51,7 +62,7 @@ namespace squeal
         return;
       for (const std::string &name : Utilities::split_string_list(material.volumes, ','))
         for (const auto &[group, elements] : file.volumes)
-          if (capitals(group) == capitals(name))
+          if (plain_capitals(group) == plain_capitals(name))
             for (const unsigned int e : elements)
               function(e);
     }
@@ -119,10 +130,19 @@ namespace squeal
       if (prm.mesh.others == OtherVolumes::left_out)
         leave_out_others(prm, file);
       place_nodes(prm.mesh, file);
+      add_plane_parts(file, named_surfaces(prm), 2);
       const std::vector<bool> circles = on_circles(prm, file);
       return divide(file, [&](const unsigned int e) { return circles[e]; });
     }
   } // namespace
+
+  std::string plain_capitals(const std::string &name)
+  {
+    std::string text = plain_name(name);
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](const unsigned char c) { return std::toupper(c); });
+    return text;
+  }
 
   ImportedMesh::ImportedMesh(const Parameters::All &prm) : file(read_placed_mesh(prm)) {}
 
@@ -151,7 +171,7 @@ namespace squeal
     std::string known;
     for (const auto &group : groups)
     {
-      if (capitals(group.first) == capitals(name))
+      if (plain_capitals(group.first) == plain_capitals(name))
         return group;
       known += (known.empty() ? "" : ", ") + group.first;
     }

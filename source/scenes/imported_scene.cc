@@ -137,6 +137,7 @@ namespace squeal
     for (const PlacedSuperelement &placed : superelements.placed)
       geometry.superelements.push_back(placed.element);
     add_points(prm.joints, geometry);
+    leave_out_uncovered_faces(prm.joints, mesh, bodies);
     name_faces(prm, mesh, bodies, geometry);
     const ImportedJoints joints(prm, mesh, bodies, geometry);
     if (needs_revolution(prm))

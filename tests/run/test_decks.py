@@ -104,6 +104,122 @@ class Decks(st.TestCase):
         deck = self.mesh + MODEL.replace("*DENSITY\n2500.", "*DENSITY\n2500.\n*DAMPING, STRUCTURAL=0.02")
         self.assertIn("set Loss factor = 0.02", self.written(deck))
 
+    def modes_of(self, *settings):
+        result = st.run("brake.prm", "--overwrite", *(part for setting in settings for part in ("--set", setting)),
+                        directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        return st.read_table(self.directory / "output" / "brake" / "modes.csv")
+
+    def refused(self, deck, *words):
+        """Refused with these words, and written with --partial."""
+        status, said, _ = self.from_deck(deck)
+        self.assertEqual(status, 2, said)
+        for word in words:
+            self.assertIn(word, said)
+        return self.written(deck, "--partial")
+
+    def test_what_turns(self):
+        """DISC_PAD is no disc; where both sides of a pair have such names, they are asked for."""
+        deck = (self.mesh + MODEL).replace("ELSET=UPPER", "ELSET=DISC_PAD").replace("elset=UPPER", "elset=DISC_PAD")
+        lines = self.written(deck)
+        self.assertIn("set Rotor = ROTOR", lines)
+        self.assertIn("set Pads = DISC_PAD, LOWER", lines)
+        status, said, _ = self.from_deck(deck.replace("DISC_PAD", "DISC_TWO"))
+        self.assertEqual(status, 2)
+        self.assertIn("--rotor NAME", said)
+
+    def test_name_of_the_file(self):
+        """A # in the deck's name: the file is read, and the parameters that a run writes are those of the run."""
+        self.written(self.mesh + MODEL, name="a#b.inp")
+        settings = [part for setting in ("Discretization/Degree=1", "Eigenproblem/Solver=none", "Output/Directory=out")
+                    for part in ("--set", setting)]
+        result = st.run("a#b.prm", *settings, directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertRegex((self.directory / "out" / "parameters.prm").read_text(), 'set File += "a#b.inp"')
+
+    def test_arguments(self):
+        deck = self.mesh + MODEL
+        for options in (["other.prm"], ["--set", "Mesh/Scale=1"], ["--check"], ["--rotor", "A", "--rotor", "B"],
+                        ["--speed", "fast"]):
+            with self.subTest(options):
+                status, said, _ = self.from_deck(deck, *options)
+                self.assertEqual(status, 2, said)
+        self.assertEqual(st.run("--rotor", "A", "brake.prm", directory=self.directory).returncode, 2)
+
+    def test_speed_and_window(self):
+        """The speed is asked for, where the deck is silent; a number of modes sets the window."""
+        deck = self.mesh + MODEL.replace("*MOTION, ROTATION\nALL, 20., 0., 0., 0., 0., 0., 1.\n", "")
+        status, said, _ = self.from_deck(deck)
+        self.assertEqual(status, 2)
+        self.assertIn("--speed VALUE", said)
+        deck = deck.replace("*COMPLEX FREQUENCY\n20, , 9000.", "*FREQUENCY\n6")
+        lines = self.written(deck, "--speed", "-12")
+        self.assertIn("set Angular velocity = -12", lines)
+        window = float(next(line for line in lines if "Maximum frequency" in line).split("=")[1])
+        self.assertGreater(window, 100)
+        count = len(self.modes_of("Stage=elastic", "Discretization/Degree=2", "Eigenproblem/Error bars=false"))
+        self.assertTrue(6 <= count <= 20, count)
+
+    def test_one_surface(self):
+        """Both faces of the disc, or a skin with its rims, and both linings in one surface: the pairs are found, and
+        the modes are those of the surfaces one by one."""
+        deck = self.mesh + MODEL
+        self.written(deck)
+        settings = ("Discretization/Degree=1", "Eigenproblem/Error bars=false", "Output/Fields=none")
+        expected = self.modes_of(*settings)
+        pairs = MODEL[MODEL.index("upper.low, rotor"):MODEL.index("*BOUNDARY")]
+        surfaces = "*SURFACE, NAME=FACES\n{}\n*SURFACE, NAME=LININGS\nUPPER, S1\nLOWER, S2\n"
+        for faces, new, numbers in [("ROTOR, S1\nROTOR, S2", "upper.low, FACES\nlower.high, FACES\n", (2, 1)),
+                                    ("ROTOR", "LININGS, FACES\n", (2, 1))]:
+            changed = self.mesh + surfaces.format(faces) + MODEL.replace(pairs, new)
+            pair = next(line for line in self.written(changed) if "Contact pairs" in line)
+            for number in numbers:
+                self.assertIn(f": FACES({number})", pair)
+            self.assertSameModes(*([st.eigenvalue(row) for row in table]
+                                   for table in (self.modes_of(*settings), expected)), 1e-9)
+
+    def test_supports(self):
+        """By numbers of nodes, and by sets of elements; edges are refused."""
+        deck = self.mesh + MODEL
+        mesh = mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1))
+        nodes = sorted({v + 1 for face in mesh.surfaces["rotor.inner"] for v in face})
+        def model(lines):
+            return [line.replace("ROTOR.INNER", "BOUNDARY-1-1-3") for line in lines[:lines.index("# Passed over:")]]
+
+        expected = model(self.written(deck))
+        for text in ("".join(f"{node}, 1, 3\n" for node in nodes), "\n*BOUNDARY\n".join(f"{n}, 1, 3" for n in nodes) + "\n"):
+            self.assertEqual(model(self.written(deck.replace("rotor.inner, 1, 3\n", text))), expected)
+        self.refused(deck.replace("rotor.inner, 1, 3\n", "rotor.inner, 1, 3\n" + f"{max(nodes) + 1}, 1, 3\n"),
+                     "1 of 1", "Edges and single nodes hold nothing", "--partial")
+
+    def test_blocks(self):
+        """Ties with the larger side as slave, and with a part of it only; a set of the nodes of elements."""
+        def block(first, x, y, z):
+            """Cells of 1 with corners at these coordinates, as text, and the numbers of the top's or bottom's cells."""
+            number = {(i, j, k): first + n for n, (k, j, i) in enumerate(
+                (k, j, i) for k in range(len(z)) for j in range(len(y)) for i in range(len(x)))}
+            lines = ["*NODE"] + [f"{n}, {x[i]}, {y[j]}, {z[k]}" for (i, j, k), n in number.items()]
+            lines += [f"*ELEMENT, TYPE=C3D8, ELSET=B{first}"]
+            corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
+            for e, (j, i) in enumerate((j, i) for j in range(len(y) - 1) for i in range(len(x) - 1)):
+                lines += [f"{first + e}, " + ", ".join(str(number[i + a, j + b, k]) for k in (0, 1) for a, b in corners)]
+            return "\n".join(lines + [""])
+
+        beside = ("*SURFACE, NAME=BIG\n2, S2\n3, S2\n4, S2\n6, S2\n7, S2\n8, S2\n*SURFACE, NAME=SMALL\nB101, S1\n"
+                  "*MATERIAL, NAME=M\n*ELASTIC\n1e9, 0.3\n*DENSITY\n1000\n*SOLID SECTION, ELSET=B1, MATERIAL=M\n"
+                  "*SOLID SECTION, ELSET=B101, MATERIAL=M\n*TIE, NAME=T\nBIG, SMALL\n*ELSET, ELSET=END\n1, 5\n"
+                  "*NSET, NSET=HELD, ELSET=END\n*BOUNDARY\nHELD, PINNED\n*STEP\n*FREQUENCY\n1, , 300\n*END STEP\n")
+        deck = block(1, range(5), range(3), (0, 1)) + "{}" + beside
+        lines = self.written(deck.format(block(101, (1, 2, 3), range(3), (1, 2))), "--rotor", "none")
+        self.assertIn("set Ties = SMALL : BIG", lines)
+        self.assertIn("set Clamped = HELD", lines)
+        half = deck.format(block(101, (3, 4, 5), range(3), (1, 2)))
+        status, said, _ = self.from_deck(half, "--rotor", "none")
+        self.assertEqual(status, 2, said)
+        self.assertIn(": partly", said)
+        self.written(half, "--rotor", "none", "--partial")
+        self.assertGreater(len(self.modes_of("Joints/Ties=SMALL : BIG : partly", "Discretization/Degree=1")), 0)
+
 
 if __name__ == "__main__":
     unittest.main()

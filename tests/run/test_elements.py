@@ -285,7 +285,7 @@ DOWN, UP
 *MASS, ELSET=MASS
 0.5
 """
-        status, said = self.from_deck(deck)
+        status, said = self.from_deck(deck, "--partial")
         self.assertEqual(status, 0, said)
         text = (self.directory / "brake.prm").read_text()
         # nu_tn = nu_nt E_t / E_n

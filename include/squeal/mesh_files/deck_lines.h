@@ -20,6 +20,26 @@ namespace squeal
   /// in the next line.
   std::vector<std::string> deck_fields(const std::string &line);
 
+  /// Whether a field is an integer, as nodes and elements are named.
+  bool is_deck_number(const std::string &field);
+  /// Whether a label is a node's number, or instance.number.
+  bool names_a_node(const std::string &label);
+
+  /// Names sets for the nodes that supports give by their numbers: one for each range of components
+  /// of a row of *BOUNDARY keywords.
+  class SupportBlocks
+  {
+  public:
+    /// Takes notice of the next keyword.
+    void see(const std::string &keyword);
+    /// The set of the node in a data line of *BOUNDARY.
+    std::string set_of_nodes(const std::vector<std::string> &fields) const;
+
+  private:
+    unsigned int n_blocks = 0;
+    bool is_inside        = false;
+  };
+
   /// A line that begins with a star: the keyword and its options.
   struct DeckKeyword
   {

@@ -73,7 +73,9 @@ namespace squeal
     std::map<std::string, std::string> surface_of_node; ///< couplings: reference node, surface
     std::map<std::string, std::string> node_of_set;     ///< sets of one node, outside of parts
     std::map<std::string, dealii::Point<3>> nodes;      ///< outside of parts, by number
-    double speed = 0, frequency = 0;
+    double speed = 0, frequency = 0, lowest_frequency = 0;
+    bool speed_is_told = false;
+    double n_modes     = 0;   ///< that are asked for; 0: no number is
     std::vector<double> axis; ///< two points
     std::vector<std::string> passed_over;
   };

@@ -48,11 +48,18 @@ namespace squeal
   double allowed_distance(double given, const std::vector<SurfaceFace<3>> &first,
                           const std::vector<SurfaceFace<3>> &second = {});
 
-  /// The second surface must cover nearly all of the first, within the @p distance, m, or where
-  /// that is zero within a part of the size of the faces. Patches are of degree 2 with outward
-  /// normals. Throws InputError, @p where being the beginning of its message.
+  /// The part of each face of the first surface that the second one faces, as allowed_distance()
+  /// has the @p distance. Patches are of degree 2 with outward normals.
+  std::vector<double> covered_parts(const std::vector<SurfaceFace<3>> &first,
+                                    const std::vector<SurfaceFace<3>> &second, double distance);
+
+  /// Measures how two surfaces lie to each other. The second must cover @p least_cover of the
+  /// first, within the @p distance, m, or where that is zero within a part of the size of the
+  /// faces. Patches are of degree 2 with outward normals. Throws InputError, @p where being the
+  /// beginning of its message.
   JointMeasures check_joint(const std::string &where, const std::string &first_name,
                             const std::vector<SurfaceFace<3>> &first,
                             const std::string &second_name,
-                            const std::vector<SurfaceFace<3>> &second, double distance);
+                            const std::vector<SurfaceFace<3>> &second, double distance,
+                            double least_cover = 0.9);
 } // namespace squeal

@@ -25,12 +25,16 @@ namespace squeal
 
     /// Reads @p filename, then applies @p overrides of the form "Section/Key=value", then checks
     /// the rules across keys. A line "include name" outside of subsections stands for the file of
-    /// that name, relative to the one that includes it; numbers may be expressions (2*pi*3). Throws
-    /// InputError.
+    /// that name, relative to the one that includes it; numbers may be expressions (2*pi*3), and a
+    /// value in quotes may hold a #. Throws InputError.
     ///
     /// Rank 0 reads, since a pipe can be read once only; 16 MiB at most. Collective.
     void read(const std::string &filename, const std::vector<std::string> &overrides,
               MPI_Comm comm = MPI_COMM_SELF);
+
+    /// Reads a text as if it were in the file of that name; it may not include others. Throws
+    /// InputError.
+    void read_text(const std::string &filename, const std::string &text);
 
     const Parameters::All &parameters() const
     {
@@ -79,6 +83,9 @@ namespace squeal
       std::string default_value;
     };
 
+    /// Takes files by name and text, the first being the one that was asked for, and overrides.
+    void take(const std::vector<std::string> &names_and_texts,
+              const std::vector<std::string> &overrides);
     /// Declares the keys of all parameters.
     void declare();
     const Entry &entry_of(const std::string &path, const std::string &where) const;

@@ -8,6 +8,11 @@
 
 namespace squeal
 {
+  /// Takes from the first surfaces of ties that may be covered partly (Joints/Ties, : partly) the
+  /// faces of which the second one covers less than half. Throws InputError where none is left.
+  void leave_out_uncovered_faces(const Parameters::Joints &joints, ImportedMesh &mesh,
+                                 const ImportedBodies &bodies);
+
   /// Adds pads in contact, ties, and contacts that do not slide, to a geometry whose boundaries
   /// have their names. Throws InputError for surfaces that do not lie on each other and for joints
   /// that share a surface.

@@ -11,6 +11,9 @@
 
 namespace squeal
 {
+  /// Returns what is equal of names that capitals alone tell apart, as they are in a mesh file.
+  std::string plain_capitals(const std::string &name);
+
   /// A mesh file in metres with the axis z: its cells, which of them share a face, and what its
   /// groups are used for. Refuses what no scene can be made of.
   class ImportedMesh
