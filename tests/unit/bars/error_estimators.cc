@@ -99,7 +99,7 @@ namespace squeal::tests::error_estimators_tests
   } // namespace
 
   TEST_CASE("error estimators: the correction is what one degree more changes, strip" *
-            doctest::test_suite("slow, two ranks at most, optimised"))
+            doctest::test_suite("slow, one rank, optimised"))
   {
     for (const std::string formulation : {"mortar", "penalty", "mortar_penalty"})
       for (const unsigned int degree : {1u, 2u, 3u})
@@ -116,7 +116,7 @@ namespace squeal::tests::error_estimators_tests
   }
 
   TEST_CASE("error estimators: transversely isotropic bodies" *
-            doctest::test_suite("slow, two ranks at most, optimised"))
+            doctest::test_suite("slow, one rank, optimised"))
   {
     Parameters::All prm = strip();
     for (Parameters::MaterialSection *material : {&prm.rotor.material, &prm.pads.material})
