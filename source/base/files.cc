@@ -2,9 +2,11 @@
 #include <squeal/base/log.h>
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -83,7 +85,10 @@ namespace squeal
   {
     announce_files({filename});
     const std::string unfinished = filename + ".part";
-    const auto give_up           = [&](const int reason)
+    // A link would be followed, out of the directory.
+    if (std::filesystem::is_symlink(std::filesystem::symlink_status(unfinished)))
+      std::filesystem::remove(unfinished);
+    const auto give_up = [&](const int reason)
     {
       std::error_code ignored;
       std::filesystem::remove(unfinished, ignored);
@@ -125,8 +130,9 @@ namespace squeal
   void append_to_file(const std::string &filename, const std::string &text)
   {
     announce_files({filename});
-    const Descriptor file(
-        open(filename.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666));
+    const Descriptor file(open(filename.c_str(),
+                               O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW,
+                               0666));
     struct stat before
     {
     };
@@ -239,5 +245,42 @@ namespace squeal
     }
     text.resize(done);
     return text;
+  }
+
+  std::string read_whole_file_or_pipe(const std::string &filename, const std::size_t most_bytes)
+  {
+    const Descriptor file(open(filename.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    struct stat status
+    {
+    };
+    if (file.number < 0 || fstat(file.number, &status) != 0)
+      fail(filename, errno, "read");
+    if (S_ISREG(status.st_mode))
+      return read_whole_file(filename, most_bytes);
+    std::string text;
+    std::array<char, 1 << 12> buffer;
+    // What is written may take its time, but there must be somebody who writes.
+    constexpr int patience = 5000, step = 100; // milliseconds
+    for (int waited = 0;;)
+    {
+      const ssize_t n = read(file.number, buffer.data(), buffer.size());
+      if (n > 0)
+        text.append(buffer.data(), n);
+      if (text.size() > most_bytes)
+        throw std::runtime_error("The file " + filename + " cannot be read: it has more than " +
+                                 std::to_string(most_bytes) + " bytes.");
+      if (n < 0 && errno != EINTR && errno != EAGAIN)
+        fail(filename, errno, "read");
+      if (n == 0 && (!text.empty() || !S_ISFIFO(status.st_mode)))
+        return text;
+      if (n == 0 && waited >= patience)
+        throw std::runtime_error("The file " + filename +
+                                 " cannot be read: it is a pipe into which nobody writes.");
+      pollfd event{file.number, POLLIN, 0};
+      if (n <= 0 && poll(&event, 1, step) == 0 && n == 0)
+        waited += step;
+      if (n == 0 && (event.revents & POLLHUP) != 0) // who wrote into it has ended
+        waited = patience;
+    }
   }
 } // namespace squeal

@@ -217,11 +217,14 @@ namespace squeal
 
   void DeckLines::include(const DeckKeyword &by)
   {
-    constexpr std::size_t deepest = 20;
+    constexpr std::size_t deepest = 20, most = 1000;
     if (by.value("INPUT").empty())
       fail(by.name + " needs INPUT=.");
     if (sources.size() >= deepest)
       fail("files include each other more than " + std::to_string(deepest) + " deep.");
+    if (included.size() >= most)
+      fail("more than " + std::to_string(most) +
+           " files are included, each counted as often as it is.");
     const std::filesystem::path path(by.raw.at("INPUT"));
     const std::string full = path.is_absolute()
                                  ? path.string()
@@ -233,6 +236,22 @@ namespace squeal
     sources.emplace_back();
     sources.back().file = std::move(file);
     sources.back().name = full;
+    included.push_back(full);
+  }
+
+  std::vector<std::string> files_of_deck(const std::string &filename)
+  {
+    std::ifstream in = open_regular_file(filename);
+    if (!in.is_open() || std::filesystem::path(filename).extension() != ".inp")
+      return {};
+    DeckLines lines(in, filename);
+    for (DeckKeyword keyword; lines.next_keyword(keyword);)
+    {
+    }
+    std::vector<std::string> names = lines.included_files();
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    return names;
   }
 
   void DeckLines::replay(const std::vector<Line> &lines)

@@ -12,9 +12,7 @@
 #include <boost/property_tree/json_parser.hpp>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <sstream>
 
@@ -149,27 +147,22 @@ namespace squeal
       return last;
     }
 
+    /// Of one file, and of all that are parsed when a file stands wherever it is included.
+    constexpr std::size_t most_bytes = 1 << 24;
+
     /// The content of a parameter file. Throws InputError.
-    std::string text_of_file(const std::string &filename)
+    std::string text_of_file(const std::string &filename, const bool is_included)
     {
-      constexpr std::size_t most_bytes = 1 << 24;
-      std::ifstream in(filename, std::ios::binary);
-      if (!in || std::filesystem::is_directory(filename))
-        throw InputError(filename + ": the parameter file cannot be read.");
-      std::string text;
-      std::array<char, 1 << 12> buffer;
-      while (in.read(buffer.data(), buffer.size()), in.gcount() > 0)
+      try
       {
-        text.append(buffer.data(), in.gcount());
-        if (text.size() > most_bytes)
-          throw InputError(filename + ": the parameter file has more than " +
-                           std::to_string(most_bytes) + " bytes.");
+        const std::string text = is_included ? read_whole_file(filename, most_bytes)
+                                             : read_whole_file_or_pipe(filename, most_bytes);
+        return text.substr(text.rfind(byte_order_mark, 0) == 0 ? byte_order_mark.size() : 0);
       }
-      if (in.bad())
-        throw InputError(filename + ": the parameter file cannot be read; is it a directory?");
-      if (text.rfind(byte_order_mark, 0) == 0)
-        text.erase(0, byte_order_mark.size());
-      return text;
+      catch (const std::runtime_error &reason)
+      {
+        throw InputError(filename + ": the parameter file cannot be read. " + reason.what());
+      }
     }
 
     /// The file that a line "include name" of another one names, beside which it lies.
@@ -224,11 +217,52 @@ namespace squeal
       if (names_and_texts.size() >= 2 * most_files)
         throw InputError(filename + ": more than " + std::to_string(most_files) +
                          " files are included.");
-      const std::string text = text_of_file(filename);
+      const std::string text = text_of_file(filename, !names_and_texts.empty());
       names_and_texts.insert(names_and_texts.end(), {filename, text});
       for (const std::string &name : included_names(text))
         read_with_included(included_file(name, filename), names_and_texts);
     }
+
+    /// Refuses files whose parts, each standing wherever it is included, are too much to parse:
+    /// each of thirty files may include the next one twice. What includes itself is refused when it
+    /// is parsed.
+    class Expansion
+    {
+    public:
+      explicit Expansion(const std::vector<std::string> &names_and_texts)
+      {
+        for (std::size_t i = 0; i < names_and_texts.size(); i += 2)
+          files[names_and_texts[i]] = {names_and_texts[i + 1].size(),
+                                       included_names(names_and_texts[i + 1])};
+      }
+
+      void add(const std::string &filename, std::vector<std::string> includers = {})
+      {
+        constexpr unsigned int most_files = 1000;
+        const File &file                  = files.at(filename);
+        ++n_files;
+        n_bytes += file.n_bytes;
+        if (n_files > most_files || n_bytes > most_bytes)
+          throw InputError(filename + ": it is included so often that there are more than " +
+                           std::to_string(most_files) + " files or " + std::to_string(most_bytes) +
+                           " bytes to read.");
+        includers.push_back(filename);
+        for (const std::string &name : file.includes)
+          if (const std::string included = included_file(name, filename);
+              std::count(includers.begin(), includers.end(), included) == 0)
+            add(included, includers);
+      }
+
+    private:
+      struct File
+      {
+        std::size_t n_bytes = 0;
+        std::vector<std::string> includes;
+      };
+      std::map<std::string, File> files;
+      unsigned int n_files = 0;
+      std::size_t n_bytes  = 0;
+    };
   } // namespace
 
   void ParameterFile::read(const std::string &filename, const std::vector<std::string> &overrides,
@@ -241,6 +275,7 @@ namespace squeal
       try
       {
         read_with_included(filename, names_and_texts);
+        Expansion(names_and_texts).add(filename);
       }
       catch (const InputError &e)
       {

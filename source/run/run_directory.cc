@@ -3,6 +3,7 @@
 #include <squeal/base/log.h>
 #include <squeal/base/state_file.h>
 #include <squeal/mesh/fields.h>
+#include <squeal/mesh_files/deck_lines.h>
 #include <squeal/run/matrix_export.h>
 #include <squeal/run/run_directory.h>
 
@@ -76,6 +77,8 @@ namespace squeal
       if (prm.scene == Scene::mesh)
       {
         all.push_back({"Mesh/File", prm.mesh.file});
+        for (const std::string &included : files_of_deck(prm.mesh.file))
+          all.push_back({"Mesh/File includes", included});
         for (const auto &element : prm.joints.list_of_superelements())
           for (const std::string ending : {"-K.mtx", "-M.mtx", "-D.mtx", "-nodes.csv"})
             if (ending != "-D.mtx" || fs::exists(element.files + ending))
@@ -413,8 +416,15 @@ namespace squeal
     std::set<std::string> own = manifest.names;
     for (const std::string &name : manifest.files)
       own.insert(name + ".part");
-    for (const std::string &name : {manifest_name, manifest_name + ".part", lock_name})
+    for (const std::string &name : {manifest_name, lock_name})
       own.insert(name);
+    // A kill leaves the beginning of a manifest.
+    const std::string unfinished = directory + "/" + manifest_name + ".part";
+    if (const std::string text =
+            is_there(unfinished) ? read_whole_file(unfinished, most_bytes) : "";
+        text.compare(0, first_line.size(), first_line, 0,
+                     std::min(text.size(), first_line.size())) == 0)
+      own.insert(manifest_name + ".part");
     const auto refuse_those_in = [&](const std::string &begin)
     {
       for (const auto &entry : fs::directory_iterator(directory + "/" + begin))
@@ -438,20 +448,26 @@ namespace squeal
   void RunDirectory::refuse_own_input(const ParameterFile &file, const std::string &used) const
   {
     std::vector<InputFile> inputs = input_files(file.parameters());
-    if (!file.name().empty() && file.original_text() != used)
-      inputs.push_back({"The parameter file", file.name()});
-    for (const auto &[name_of_key, name] : inputs)
+    for (const std::string &name : file.names_of_files())
+      if (name != file.name())
+        inputs.push_back({"The included file", name});
+      else if (file.original_text() != used)
+        inputs.push_back({"The parameter file", name});
+    const bool with_exports = exports(file.parameters().output);
+    const auto is_result    = [&](const fs::path &path)
     {
       std::error_code ignored;
-      const fs::path path(name);
       const fs::path parent = path.parent_path().empty() ? fs::path(".") : path.parent_path();
       const std::string own = path.filename().string();
-      if (fs::equivalent(parent, directory, ignored) &&
-          (manifest.has(own) || is_name_of_result(own, exports(file.parameters().output))))
+      return fs::equivalent(parent, directory, ignored) &&
+             (manifest.has(own) || is_name_of_result(own, with_exports));
+    };
+    for (const auto &[name_of_key, name] : inputs)
+      // A link may lie elsewhere, and what it leads to here.
+      if (const std::string place = place_of(name); is_result(name) || is_result(place))
         throw InputError(name_of_key + " = " + name +
                          ": this run would replace it by results of its own, since it lies in " +
                          key + ". Copy it to another place, or name another Output/Directory.");
-    }
   }
 
   bool RunDirectory::has_results(const Manifest &earlier) const

@@ -5,13 +5,15 @@
     python3 tests/fuzz/fuzz.py [--program build/asan/squeal] [--number 200] [--seed 1] [--jobs 2] [--keep DIR]
     python3 tests/fuzz/fuzz.py --case 17 --keep DIR         one case of the same seed again
     python3 tests/fuzz/fuzz.py --of deck second_order from_deck     only cases that start from these
+    python3 tests/fuzz/fuzz.py --new                        new models in place of mutated ones; results are compared
 
 Every case starts from a parameter file of prm/, made small, or from a mesh of mesh_files.py, and changes it: cases with
 an even number the form of the files (lines, words, bytes), those with an odd number the meaning (values, nodes, cells,
 groups); each tenth is a run that was killed, with changed states, tables or manifest. A case depends on the seed and its number only, so that 40 cases are the first 40 of 200.
 
 Allowed: the run ends well (status 0) with finite tables; the input is refused (2) or a solver gives up (3) with a message
-that a user can read. Everything else is listed with the command that repeats it: exit status 1 fails.
+that a user can read. Everything else is listed with the command that repeats it: exit status 1 fails. With --new models are
+made (compared.py), and where the run ends well its table is compared with an independent way: what differs is "wrong".
 """
 
 import argparse
@@ -35,13 +37,14 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import compared  # noqa: E402
 import element_files  # noqa: E402
 import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
 
 LARGEST_MEMORY = 3 * 2**30  # bytes; more is "too large": a mesh of mutated size must be refused before it is made
 ALLOWED = ("ran", "exit 2", "exit 3")
-CATEGORIES = (*ALLOWED, "exit 1", "bad message", "not finite", "crash", "sanitizer", "hang", "too large")
+CATEGORIES = (*ALLOWED, "wrong", "exit 1", "bad message", "not finite", "crash", "sanitizer", "hang", "too large")
 
 # ---- What is mutated: cases that run in a second or two
 
@@ -603,6 +606,7 @@ class Result:
     def __init__(self, number, case, directory, command):
         self.number, self.case, self.directory, self.command = number, case, directory, command
         self.category, self.detail, self.seconds, self.memory = "", "", 0, 0
+        self.compared = False  # with another way
 
 
 def make_case(number, seed, keys, interrupted, names):
@@ -704,14 +708,59 @@ def judge(status, out, err, directory):
     return "exit 1", f"exit {status}"
 
 
-def run_case(number, options, keys, top, interrupted):
-    case = make_case(number, options.seed, keys, interrupted, options.of)
-    directory = top / f"case-{number:03}"
+def write_case(case, directory, commands):
+    """Files and command.sh, which repeats the commands."""
     shutil.rmtree(directory, ignore_errors=True)
     for name, data in case.files.items():
         path = directory / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
+    (directory / "command.sh").write_text("\n".join(
+        [f"export {name}={shlex.quote(value)}" for name, value in environment().items()
+         if name not in os.environ or os.environ[name] != value] +
+        [f"cd {shlex.quote(str(directory))}", " && ".join(" ".join(map(shlex.quote, command)) for command in commands), ""]),
+        errors="surrogateescape")
+
+
+def run_new(number, options, top):
+    """A new model: the first run as any other; if it ends well, those beside it, and the comparison."""
+    model = compared.draw(random.Random(f"new-{options.seed}-{number}"), number)
+    directory = top / f"case-{number:03}"
+    commands = [[str(options.program), *arguments] for arguments in (model.first, *model.others)]
+    write_case(model, directory, commands)
+    result = Result(number, model, directory, commands[0])
+    start, said = time.monotonic(), []
+    for k, command in enumerate(commands):
+        status = supervise(command, directory, result, options)
+        out, err = ((directory / name).read_text(errors="replace") for name in ("stdout", "stderr"))
+        said.append(err.strip() or out.strip()[-600:])
+        if result.category:
+            result.detail = f"run {k + 1}, after {time.monotonic() - start:.0f} s, {result.memory / 2**20:.0f} MiB"
+        else:
+            result.category, result.detail = judge(status, out, err, directory)
+        if result.category != "ran":
+            if k > 0 and result.category in ALLOWED:  # nothing to compare with
+                result.category, result.detail = "ran", f"not compared: run {k + 1} ended with {result.category}"
+            break
+        if k + 1 < len(commands):
+            result.category = ""
+    else:
+        try:
+            result.detail = model.compare(directory)
+        except (OSError, KeyError, TypeError, ValueError) as error:
+            result.detail = f"tables cannot be compared: {error!r}"
+        result.compared = True
+        if result.detail:
+            result.category = "wrong"
+    result.seconds, result.message = time.monotonic() - start, said[-1]
+    return result
+
+
+def run_case(number, options, keys, top, interrupted):
+    if options.new:
+        return run_new(number, options, top)
+    case = make_case(number, options.seed, keys, interrupted, options.of)
+    directory = top / f"case-{number:03}"
     program = str(options.program)
     if case.name == "from_deck":
         small = [word for path, value in SMALL.items() for word in ("--set", f"{path}={value}")]
@@ -719,12 +768,8 @@ def run_case(number, options, keys, top, interrupted):
     else:
         prm = next(name for name in sorted(case.files) if name.endswith(".prm") and not name.startswith("output/"))
         commands = [[program, prm, *case.arguments]]
+    write_case(case, directory, commands)
     result = Result(number, case, directory, commands[0])
-    (directory / "command.sh").write_text("\n".join(
-        [f"export {name}={shlex.quote(value)}" for name, value in environment().items()
-         if name not in os.environ or os.environ[name] != value] +
-        [f"cd {shlex.quote(str(directory))}", " && ".join(" ".join(map(shlex.quote, command)) for command in commands), ""]),
-        errors="surrogateescape")
     start = time.monotonic()
     for command in commands:
         status = supervise(command, directory, result, options)
@@ -776,6 +821,7 @@ def main():
     parser.add_argument("--keep", type=pathlib.Path, help="directory in which the cases stay")
     parser.add_argument("--case", type=int, action="append", help="only this case; may be given several times")
     parser.add_argument("--of", nargs="+", metavar="NAME", help="only cases that start from these, and none that was interrupted")
+    parser.add_argument("--new", action="store_true", help="new models, whose results are compared")
     parser.add_argument("--timeout", type=float, default=90,
                         help="processor seconds for a case; longer is a hang (or ten times as long by the clock)")
     parser.add_argument("--verbose", action="store_true", help="print the message of every case")
@@ -786,7 +832,7 @@ def main():
     top = options.keep.resolve() if options.keep else pathlib.Path(tempfile.mkdtemp(prefix="squeal-fuzz-"))
     top.mkdir(parents=True, exist_ok=True)
     keys = keys_of(options.program)
-    interrupted = [] if options.of else interrupted_runs(options.program)
+    interrupted = [] if options.of or options.new else interrupted_runs(options.program)
     numbers = options.case if options.case is not None else range(options.number)
     start = time.monotonic()
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
@@ -796,17 +842,23 @@ def main():
             if options.verbose:
                 print(f"{result.number:4} {result.case.name:24} {result.category:12} {result.seconds:6.1f} s "
                       f"{result.memory / 2**20:6.0f} MiB  {result.detail}", flush=True)
-                if result.category != "ran":
+                if result.category not in ("ran", "wrong"):
                     print(shortened(result.message, 3), flush=True)
     counts = collections.Counter(result.category for result in results)
     print(f"\n{len(results)} cases, seed {options.seed}, {time.monotonic() - start:.0f} s, {options.program}")
     for category in CATEGORIES:
         mark = "" if category in ALLOWED or not counts[category] else "   not allowed"
         print(f"  {category:12} {counts[category]:5}{mark}")
+    if options.new:
+        print(f"  compared with another way: {sum(result.compared for result in results)}")
+        for kind in sorted({result.case.name for result in results}):
+            own = [result for result in results if result.case.name == kind]
+            print(f"    {kind:20} {sum(result.compared for result in own):4} of {len(own)}")
     bad = [result for result in results if result.category not in ALLOWED]
     for result in bad:
         print(f"\ncase {result.number} ({result.case.name}): {result.category}: {result.detail}")
-        print(f"    python3 tests/fuzz/fuzz.py --program {options.program} --seed {options.seed} --case {result.number} --keep DIR")
+        print(f"    python3 tests/fuzz/fuzz.py --program {options.program} --seed {options.seed} --case {result.number} --keep DIR" +
+              (" --new" if options.new else ""))
         print(shortened(result.message, 6))
     if options.keep:
         print(f"\nEach case is in {top}, to be repeated with  bash {top}/case-NNN/command.sh")

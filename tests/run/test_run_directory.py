@@ -14,6 +14,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import element_files  # noqa: E402
 import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
 
@@ -152,6 +153,40 @@ class RunDirectory(st.TestCase):
         self.resume()
         self.assertFalse((results / "run.lock").exists())
 
+    def test_foreign_lock(self):
+        """A file run.lock that no run wrote stays, also where the run is refused for another reason; an empty one may be
+        somebody's, too. What a killed run left, or the beginning of a manifest, is taken."""
+        results = self.directory / "output/b"
+        results.mkdir(parents=True)
+        lock, manifest = results / "run.lock", results / "run.manifest.part"
+        self.write("b.prm", {**BRAKE, "Stage": "elastic"})
+        for text, others in (("mine", ["modes.csv"]), ("process 12 on here, my notes\n", []), ("process 1 on here\nmine", [])):
+            lock.write_text(text)
+            for name in others:
+                (results / name).write_text("mine")
+            result = self.squeal("b.prm", "--overwrite")
+            self.assertEqual((result.returncode, lock.read_text()), (2, text), result.stdout)
+            self.assertIn("run.lock, which no run of squeal wrote", result.stderr)
+            for name in others:
+                (results / name).unlink()
+        lock.unlink()
+        aside = self.directory / "aside"
+        aside.write_text("mine")
+        lock.symlink_to(aside)
+        self.assertEqual((self.squeal("b.prm").returncode, aside.read_text()), (2, "mine"))
+        lock.unlink()
+        manifest.write_text("mine")
+        result = self.squeal("b.prm")
+        self.assertEqual((result.returncode, manifest.read_text()), (2, "mine"))
+        self.assertIn("run.manifest.part", result.stderr)
+        manifest.write_text("squeal mani")
+        lock.write_text("")
+        self.assertEqual(self.squeal("b.prm").returncode, 0)
+        self.assertEqual((lock.read_text(), manifest.exists()), ("", False))
+        lock.write_text("process 1 on elsewhere\n")
+        self.assertEqual(self.squeal("b.prm").returncode, 0)
+        self.assertFalse(lock.exists())
+
     # Point 3: a resumed map.
 
     @unittest.skipUnless(STRACE, "needs strace (scripts/install-dependencies.sh --tests), and the right to trace")
@@ -278,6 +313,37 @@ class RunDirectory(st.TestCase):
         copy.write_text(before)
         result = self.squeal(file.name, "--set", f"Refinement/Reference={copy}", "--overwrite")
         self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_included_files_among_the_results(self):
+        """A parameter file that includes the record of an earlier run, as it is named, or through a link, and a deck one of
+        whose files lies there: of a name that the run may need."""
+        self.write("b.prm", {**BRAKE, "Stage": "elastic"})
+        self.assertEqual(self.squeal("b.prm").returncode, 0)
+        record = self.directory / "output/b/parameters.prm"
+        before = record.read_text()
+        (self.directory / "link.prm").symlink_to(record)
+        for name in ("output/b/parameters.prm", "link.prm"):
+            (self.directory / "c.prm").write_text(f"include {name}\nsubsection Output\n  set Directory = output/b\nend\n")
+            result = self.squeal("c.prm", "--overwrite")
+            self.assertEqual((result.returncode, record.read_text()), (2, before), result.stdout)
+            self.assertIn("The included file = ", result.stderr)
+        result = self.squeal("c.prm", "--set", "Output/Directory=output/c")
+        self.assertEqual(result.returncode, 0, result.stderr)
+
+        deck, nodes = element_files.assembly(element_files.Elements(mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1)),
+                                                                    lambda name: 8), {"Disc": ["rotor"], "Up": ["upper"], "Low": ["lower"]},
+                                             include=True)
+        (self.directory / "output/d").mkdir()
+        (self.directory / "output/d/log.txt").write_text(nodes)
+        self.write("mesh.inp", deck.replace("nodes.txt", "output/d/log.txt"))
+        self.write("d.prm", {**BRAKE, **mesh_files.SCENE, "Mesh/File": "mesh.inp", "Mesh/Rotor": "DISC-1",
+                             "Mesh/Pads": "UP-1, LOW-1", "Eigenproblem/Solver": "none"})
+        result = self.squeal("d.prm")
+        self.assertEqual((result.returncode, (self.directory / "output/d/log.txt").read_text()), (2, nodes), result.stdout)
+        result = self.squeal("d.prm", "--set", "Output/Directory=output/e")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        # So that a run that is interrupted notices when it changes
+        self.assertIn("Mesh/File includes = output/d/log.txt", (self.directory / "output/e/run.manifest").read_text())
 
     # Point 6: foreign files, and the results of another run.
 
@@ -482,6 +548,32 @@ class RunDirectory(st.TestCase):
                                  input=st.parameter_file(BRAKE), cwd=self.directory, env=st.ENVIRONMENT, text=True,
                                  capture_output=True, timeout=120)
         self.assertEqual(process.returncode, 0, process.stderr)
+
+    def test_includes_without_bound(self):
+        """Each of thirty files includes the next one twice: 2^30 of the last."""
+        for ending, line, first in (("prm", "include {}", ""), ("inp", "*INCLUDE, INPUT={}", "*HEADING\n")):
+            for k in range(18):
+                (self.directory / f"{k}.{ending}").write_text(first + 2 * (line.format(f"{k + 1}.{ending}") + "\n"))
+            (self.directory / f"18.{ending}").write_text("")
+        for arguments in (("0.prm", "--check"), ("--from-deck", "0.inp")):
+            result = self.squeal(*arguments, timeout=60)
+            self.assertEqual(result.returncode, 2, result.stdout)
+            self.assertIn("more than 1000 files", result.stderr)
+
+    def test_pipes_that_nobody_writes_into(self):
+        """As the parameter file, as one that it includes, as a deck, in a deck; one with a writer who takes his time is read."""
+        os.mkfifo(self.directory / "pipe.prm")
+        os.mkfifo(self.directory / "pipe.inp")
+        (self.directory / "a.prm").write_text("include pipe.prm\n")
+        (self.directory / "a.inp").write_text("*INCLUDE, INPUT=pipe.inp\n")
+        for arguments in (("pipe.prm", "--check"), ("a.prm", "--check"), ("--from-deck", "pipe.inp"), ("--from-deck", "a.inp")):
+            result = self.squeal(*arguments, timeout=60)
+            self.assertEqual(result.returncode, 2, result.stdout)
+            self.assertRegex(result.stderr, "pipe.(prm|inp).*cannot be read")
+        writer = subprocess.Popen(["sh", "-c", "sleep 1; echo 'set Stage = elastic' > pipe.prm"], cwd=self.directory)
+        result = self.squeal("pipe.prm", "--check", timeout=60)
+        writer.wait()
+        self.assertEqual(result.returncode, 0, result.stderr)
 
     def test_full_disk_leaves_whole_lines(self):
         """A limit on the length of files stands for the full disk: what does not fit is not half there."""

@@ -18,9 +18,10 @@ namespace squeal
   class FileLock
   {
   public:
-    /// Throws Locked, or std::runtime_error if the file cannot be made.
+    /// Throws Locked, or std::runtime_error if the file cannot be made, or if there is one that
+    /// no lock has left: that is not touched.
     explicit FileLock(const std::string &filename);
-    /// Removes the file.
+    /// Removes the file. One that was there before, and empty, is left so.
     ~FileLock();
     FileLock(const FileLock &)            = delete;
     FileLock &operator=(const FileLock &) = delete;
@@ -28,8 +29,10 @@ namespace squeal
   private:
     /// False if the file that was opened has been removed meanwhile, by the holder before.
     bool take();
+    void release();
 
     const std::string filename;
     int descriptor = -1;
+    bool is_own    = false; ///< made by a lock: this one, or one that was killed
   };
 } // namespace squeal

@@ -36,6 +36,10 @@ namespace squeal
   /// read, is not a regular file (a pipe would wait for ever), or has more than @p most_bytes.
   std::string read_whole_file(const std::string &filename, std::size_t most_bytes);
 
+  /// Reads a regular file as read_whole_file() does, and a pipe or a terminal until it ends. Throws
+  /// also where nobody writes into a pipe for some seconds.
+  std::string read_whole_file_or_pipe(const std::string &filename, std::size_t most_bytes);
+
   /// What editors put in front of a text in UTF-8; it is no part of the text.
   inline const std::string byte_order_mark = "\xEF\xBB\xBF";
 

@@ -84,6 +84,12 @@ namespace squeal
       return {text, filename, number};
     }
 
+    /// The names of files in the order in which they were included.
+    const std::vector<std::string> &included_files() const
+    {
+      return included;
+    }
+
   private:
     struct Source
     {
@@ -101,7 +107,12 @@ namespace squeal
     const std::string deck;
     unsigned int n_own = 0;    ///< lines of the deck itself
     std::list<Source> sources; ///< the innermost last
+    std::vector<std::string> included;
     std::string text;
     bool has_keyword = false; ///< has read one
   };
+
+  /// Lists the files that a deck includes, each once; none for a file of another ending. Throws
+  /// InputError if one cannot be read.
+  std::vector<std::string> files_of_deck(const std::string &filename);
 } // namespace squeal

@@ -56,6 +56,14 @@ namespace squeal
     {
       return name_;
     }
+    /// The names of all files that were read: that one and those that it includes.
+    std::vector<std::string> names_of_files() const
+    {
+      std::vector<std::string> names;
+      for (const auto &[name, text] : texts)
+        names.push_back(name);
+      return names;
+    }
     /// The text of the file, byte for byte.
     const std::string &original_text() const
     {
