@@ -319,6 +319,11 @@ namespace squeal
   void Sampling::open(const bool resumed)
   {
     samples_csv = table("samples.csv", sample_fields(0, {}, {}), resumed);
+    // The uninterrupted run's basis had grown by the samples before.
+    if (resumed && is_projected)
+      log.line(
+          "The basis of the projection begins anew: the last digits of the samples that follow "
+          "differ from those of an uninterrupted run, within reduction_error_1_per_s.");
     log.line(text_of("\n", points.size(), " samples of ", varied.parameters.size(),
                      " uncertain numbers, ", frequencies.size(), " branches"));
   }

@@ -185,6 +185,7 @@ class Sampling(st.TestCase):
         self.assertTrue((results / "samples.state").exists(), "the run ended too early for this test")
         self.resume()
         self.assertFalse((results / "samples.state").exists())
+        self.assertIn("begins anew: the last digits of the samples that follow differ", (results / "log.txt").read_text())
         mine, expected = (self.table(place, "samples.csv") for place in (results, whole))
         self.assertEqual([row["sample"] for row in mine], list(range(1, 17)))
         for a, b in zip(mine, expected):
@@ -200,6 +201,7 @@ class Sampling(st.TestCase):
         self.resume()
         for name in ["samples.csv", "probability.csv"]:
             self.assertEqual((results / name).read_text(), (whole / name).read_text())
+        self.assertNotIn("last digits", (results / "log.txt").read_text())
 
     def test_refused(self):
         self.write("short.csv", f"{CIRCULATORY}, {VELOCITY}\n0.5\n")
