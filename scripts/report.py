@@ -344,7 +344,8 @@ class Report:
         elif self.samples:
             words += self.summary_of_samples()
         elif self.cycles:
-            words.append(f"No mode up to {number(self.parameters.get('Eigenproblem/Maximum frequency'))} Hz was found.")
+            words.append(f"No mode up to {number(self.parameters.get('Eigenproblem/Maximum frequency'))} Hz was found: "
+                         "nothing is said about squeal.")
         else:
             words.append("There are no modes yet.")
         turns = self.parameters.get("Stage") != "elastic" and self.parameters.get("Scene") != "matrices"
@@ -360,6 +361,8 @@ class Report:
         grow = unstable or any(row["verdict"] in UNSTABLE for row in self.sweep) or \
             any(float(row.get("unstable_modes") or 0) > 0 for row in self.map + self.samples)
         kind = "unstable" if grow or lacks_growing else "undecided" if undecided else ""
+        for warning in dict.fromkeys(line for line in log.splitlines() if line.startswith("Warning")):
+            self.body.append(f'<p class="summary undecided"><strong>{html.escape(warning)}</strong></p>')
         self.body.append(f'<p class="summary {kind}">{html.escape(" ".join(words))}</p>')
 
     def computed(self):

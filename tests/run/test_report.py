@@ -84,6 +84,15 @@ class Reports(st.TestCase):
             self.assertTrue(link.startswith("data:image/png;base64,"), link[:60])
         return page, " ".join(page.words)
 
+    def test_warnings_head_the_page(self):
+        """Each warning of the log once, before what was found."""
+        results = self.analyse(st.COARSE_STRIP)
+        with (results / "log.txt").open("a") as log:
+            log.write(2 * "Warning, size: as large as a house.\n")
+        _, text = self.page(results)
+        self.assertLess(text.index("Warning, size"), text.index("modes up to"))
+        self.assertEqual(text.split("modes up to")[0].count("as large as a house"), 1)
+
     def test_modes(self):
         results = self.analyse({**st.SMALL_BRAKE, **st.MORTAR, "Discretization/Degree": 1,
                                 "Eigenproblem/Maximum frequency": 2500})
