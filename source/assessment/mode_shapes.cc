@@ -51,19 +51,20 @@ namespace squeal
       std::array<Ring, n_rings> rings;
     };
 
-    /// A component of a column at all locally relevant nodes.
+    /// Fills @p field with a component of a column at all locally relevant nodes. In place: copies
+    /// of such vectors, as a container makes when it grows, have zeros for the nodes of other
+    /// ranks.
     template <int dim>
-    Vector nodal_values(const FiniteElementSpace<dim> &spaces, const double *column,
-                        const unsigned int component)
+    void find_nodal_values(const FiniteElementSpace<dim> &spaces, const double *column,
+                           const unsigned int component, Vector &field)
     {
-      Vector field(spaces.nodes.locally_owned_dofs(), spaces.relevant_nodes, spaces.comm);
+      field.reinit(spaces.nodes.locally_owned_dofs(), spaces.relevant_nodes, spaces.comm);
       for (const auto node : spaces.nodes.locally_owned_dofs())
         if (const unsigned int row = spaces.equation(node, component);
             row != FiniteElementSpace<dim>::none)
           field(node) = column[row - spaces.rows.begin];
       spaces.hanging.distribute(field);
       field.update_ghost_values();
-      return field;
     }
 
     /// Zeros of a function given in rings, complex with one phase; parts below a tenth of the
@@ -244,13 +245,12 @@ namespace squeal
     for (unsigned int first = 0; first < n_modes; first += most)
     {
       const unsigned int n_now = std::min(most, n_modes - first);
-      std::vector<Vector> fields; // Re and Im by component, mode by mode
-      for (unsigned int j = first; j < first + n_now; ++j)
-        for (unsigned int c = 0; c < dim; ++c)
-        {
-          fields.push_back(nodal_values(spaces, modes.right.re.column(j), c));
-          fields.push_back(nodal_values(spaces, modes.right.im.column(j), c));
-        }
+      std::vector<Vector> fields(2 * dim * n_now); // Re and Im by component, mode by mode
+      for (unsigned int k = 0; k < fields.size(); ++k)
+      {
+        const MultiVector &part = k % 2 == 0 ? modes.right.re : modes.right.im;
+        find_nodal_values(spaces, part.column(first + k / (2 * dim)), k / 2 % dim, fields[k]);
+      }
       for (const auto &cell : spaces.nodes.active_cell_iterators())
       {
         if (!cell->is_locally_owned())

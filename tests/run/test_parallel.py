@@ -1,6 +1,7 @@
 """The number of ranks changes nothing but the time. The longer tests with ranks are here, since ranks that wait for each other beside
 another test take several times as long: ctest runs this one alone."""
 
+import math
 import pathlib
 import sys
 import unittest
@@ -8,7 +9,18 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
 import error_statistics as es  # noqa: E402
+import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
+
+COST_OR_ROUNDING = ("backward_error", "rayleigh_defect", "reduction_error", "seconds", "memory", "solves", "mib")
+# A brake of 22 cells, and runs with tables of two kinds.
+FEW_CELLS = {**st.TINY_BRAKE, "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 4000,
+             "Contact/Steady pressure": "uniform"}
+KINDS = {
+    "single run": {"Discretization/Degree": 2, "Eigenproblem/Maximum frequency": 2500,
+                   "Contact/Steady pressure": "computed"},
+    "sweep": {"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.2, 0.5"},
+}
 
 
 class Parallel(st.TestCase):
@@ -48,6 +60,54 @@ class Parallel(st.TestCase):
             # Differences of the eigenvalues, which the solver knows to 1e-9 of their size at most, enter the bars.
             for key in ["frequency_error_hz", "growth_rate_error_1_per_s"]:
                 self.assertLessEqual(abs(a[key] - b[key]), 1e-6 * abs(a[key]) + 1e-12 * l, f"mode {a['mode']}: {key}")
+
+    def compare_tables(self, name, settings, others):
+        """Every column of every table; @p others are options of analyse(). What only tells the cost, or how far rounding has been
+        kept away, may differ. Numbers may by 1e-6 of the largest in their column: eigenvalues are known to 1e-9 of theirs."""
+        first = self.analyse(settings)
+        tables = sorted(path.name for path in first.glob("*.csv"))
+        self.assertTrue(any(st.read_table(first / table) for table in tables))
+        for options in others:
+            results = self.analyse(settings, **options)
+            self.assertEqual(tables, sorted(path.name for path in results.glob("*.csv")))
+            for table in tables:
+                a, b = (st.read_table(directory / table) for directory in (first, results))
+                self.assertEqual(len(a), len(b), f"{name}: {table}")
+                for column in [] if not a else a[0]:
+                    if any(part in column for part in COST_OR_ROUNDING):
+                        continue
+                    with self.subTest(kind=name, table=table, column=column, ranks=options.get("ranks", 1)):
+                        self.assertSameColumn([row[column] for row in a], [row[column] for row in b])
+
+    def assertSameColumn(self, a, b):
+        is_number = [isinstance(value, (int, float)) and math.isfinite(value) for value in a]
+        largest = max([abs(value) for value, number in zip(a, is_number) if number], default=0)
+        for row, (x, y) in enumerate(zip(a, b)):
+            if is_number[row]:
+                self.assertLessEqual(abs(x - y), 1e-6 * largest, f"row {row}: {x} and {y}")
+            else:
+                self.assertEqual(str(x), str(y), f"row {row}")
+
+    def test_every_column(self):
+        for name, settings in KINDS.items():
+            # Each further run costs seconds.
+            self.compare_tables(name, {**FEW_CELLS, **settings}, [{"ranks": n} for n in ([2, 3] if name == "single run" else [2])])
+
+    def test_every_column_with_joints(self):
+        """Pads on springs and dashpots, with a mass."""
+        self.write("brake.msh", mesh_files.msh2(mesh_files.brake(rotor_cells=(2, 9, 1), pad_cells=(1, 2, 1))))
+        foot = "{0} : ground : 1e8 1e8 1e8 1e4 1e4 1e4"
+        self.compare_tables("joints", {
+            **FEW_CELLS, **mesh_files.SCENE, "Mesh/File": "brake.msh", "Mesh/Guided": "",
+            "Joints/Points": "up : upper.high, down : lower.low", "Joints/Masses": "up : 0.1 1e-4 1e-4 1e-4",
+            "Joints/Springs": ", ".join(foot.format(point) for point in ("up", "down")),
+            "Joints/Dashpots": "up : down : 20 20 20"}, [{"ranks": 3}])
+
+    def test_every_column_with_another_blas(self):
+        """Kernels of OpenBLAS for two processors sum in different orders."""
+        self.compare_tables("kernels", {**FEW_CELLS, **KINDS["sweep"]},
+                            [{"environment": {**st.ENVIRONMENT, "OPENBLAS_CORETYPE": kernel}}
+                             for kernel in ["Haswell", "Nehalem"]])
 
     def test_modes_without_factors(self):
         """In a window of few modes."""
