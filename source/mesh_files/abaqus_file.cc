@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/mesh_files/deck_keywords.h>
 #include <squeal/mesh_files/deck_lines.h>
 #include <squeal/mesh_files/element_file.h>
 
@@ -152,8 +153,12 @@ namespace squeal
           begin_set(name == "*ELSET");
         else if (name == "*SURFACE")
           begin_surface();
+        else if (name == "*DLOAD")
+          begin_loads();
         else if (name == "*SOLID SECTION" && keyword.has("ELSET"))
           used.insert(full_name(element_sets, keyword.value("ELSET")));
+        else if (name == "*TRANSFORM" && keyword.has("NSET"))
+          used.insert(full_name(node_sets, keyword.value("NSET")));
         else if (name == "*BOUNDARY")
           take = [this](const std::vector<std::string> &fields)
           {
@@ -506,39 +511,64 @@ namespace squeal
               is_face && set.size() > 3 && set[0] == '_' &&
               set.substr(set.size() - 3) == "_" + side)
             internal.insert(full_name(element_sets, set));
-          for (const auto &[in, elements] : members(element_sets, fields[0]))
-          {
-            const Scope &here = scope(in);
-            const auto add    = [&](const long number)
-            {
-              const auto solid       = here.elements.find(number);
-              const auto shell       = here.faces.find(number);
-              const std::string text = "element " + std::to_string(number);
-              if (shell != here.faces.end() && !is_face)
-                file.surfaces[name].push_back(shell->second);
-              else if (solid == here.elements.end() || is_shell_side)
-                lines.fail(text + (is_shell_side ? " is no shell of this file."
-                                                 : " is no solid element of this file."));
-              else if (side.empty())
-                free_faces_of[name].push_back(solid->second);
-              else
-              {
-                const ElementFile::Element &of = file.elements[solid->second];
-                const unsigned int f = side[1] - '1', n = ElementFile::faces(of.shape).size();
-                if (f >= n)
-                  lines.fail(text + " has no face " + side + ", only S1 to S" + std::to_string(n) +
-                             ".");
-                file.surfaces[name].push_back(file.face(of, f));
-              }
-            };
-            for (const long element : elements.numbers)
-              add(element);
-            // The first that does not exist ends it.
-            for (const auto &[first, last, step] : elements.ranges)
-              for (long k = 0; k <= (last - first) / step; ++k)
-                add(first + k * step);
-          }
+          add_faces(name, fields[0], side);
         };
+      }
+
+      /// Loads on faces of elements, whose surfaces serve --from-deck.
+      void begin_loads()
+      {
+        take = [this](const std::vector<std::string> &fields)
+        {
+          const std::string side =
+              fields.size() > 1 ? deck_side_of_load(deck_label(fields[1])) : "";
+          if (side.empty())
+            return;
+          const std::string name = deck_load_surface(deck_label(fields[0]), side);
+          if (file.surfaces.count(name) == 0) // each step may say it anew
+            add_faces(name, fields[0], side);
+        };
+      }
+
+      /// Adds to a surface the faces S1 to S6 of elements, a number or a set; of shells SPOS or
+      /// SNEG; nothing: all their faces that are free.
+      void add_faces(const std::string &name, const std::string &of_elements,
+                     const std::string &side)
+      {
+        const bool is_shell_side = side == "SPOS" || side == "SNEG",
+                   is_face       = !side.empty() && !is_shell_side;
+        for (const auto &[in, elements] : members(element_sets, of_elements))
+        {
+          const Scope &here = scope(in);
+          const auto add    = [&](const long number)
+          {
+            const auto solid       = here.elements.find(number);
+            const auto shell       = here.faces.find(number);
+            const std::string text = "element " + std::to_string(number);
+            if (shell != here.faces.end() && !is_face)
+              file.surfaces[name].push_back(shell->second);
+            else if (solid == here.elements.end() || is_shell_side)
+              lines.fail(text + (is_shell_side ? " is no shell of this file."
+                                               : " is no solid element of this file."));
+            else if (side.empty())
+              free_faces_of[name].push_back(solid->second);
+            else
+            {
+              const ElementFile::Element &of = file.elements[solid->second];
+              const unsigned int f = side[1] - '1', n = ElementFile::faces(of.shape).size();
+              if (f >= n)
+                lines.fail(text + " has no face " + side + ", only S1 to S" + std::to_string(n) +
+                           ".");
+              file.surfaces[name].push_back(file.face(of, f));
+            }
+          };
+          for (const long element : elements.numbers)
+            add(element);
+          // The first that does not exist ends it.
+          for (const auto &[first, last, step] : elements.ranges)
+            for (long k = 0; k <= (last - first) / step; ++k)
+              add(first + k * step);
+        }
       }
 
       /// Surfaces that are all faces of some elements that no other element has.

@@ -1,16 +1,20 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/text.h>
+#include <squeal/mesh_files/deck_keywords.h>
 #include <squeal/mesh_files/deck_lines.h>
 #include <squeal/mesh_files/deck_model.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 // What a deck says beside its mesh: DeckModelReader goes over the blocks of a deck once. Each
 // keyword comes with all of its data lines (large ones of the mesh are skipped, another reader has
 // them); take() hands them to the function of that keyword, which fills the DeckModel: materials,
-// sections, orientations, surfaces, contact, supports, loads, lumped elements. Keywords that say
-// nothing about the model are passed over in silence, unknown ones are named in the model's list,
-// so that no part of a deck is dropped unseen.
+// sections, orientations, surfaces, contact, supports, loads, lumped elements. The last step
+// counts. What is not read and carries something by deck_keywords.h, or is unknown, is in
+// DeckModel::not_read; what carries nothing is passed over, so that no part of a deck is dropped
+// unseen.
 
 namespace squeal
 {
@@ -18,22 +22,6 @@ namespace squeal
 
   namespace
   {
-    /// Whether a keyword concerns the mesh or output only.
-    bool is_of_mesh_or_output(const std::string &name)
-    {
-      static const std::set<std::string> mesh = {
-          "*HEADING",        "*ELSET",           "*SURFACE",
-          "*ASSEMBLY",       "*END ASSEMBLY",    "*STEP",
-          "*END STEP",       "*END INSTANCE",    "*PREPRINT",
-          "*OUTPUT",         "*NODE OUTPUT",     "*EL FILE",
-          "*ELEMENT OUTPUT", "*NODE FILE",       "*CONTACT OUTPUT",
-          "*ENERGY OUTPUT",  "*NODE PRINT",      "*EL PRINT",
-          "*CONTACT FILE",   "*CONTACT PRINT",   "*RESTART",
-          "*MONITOR",        "*SYSTEM",          "*FILE FORMAT",
-          "*DISTRIBUTING",   "*SURFACE BEHAVIOR"};
-      return mesh.count(name) > 0;
-    }
-
     /// Keywords with their data, parts and instances included.
     class DeckModelReader
     {
@@ -54,6 +42,7 @@ namespace squeal
               data.push_back(fields);
           take();
         }
+        finish();
         return std::move(model);
       }
 
@@ -61,6 +50,12 @@ namespace squeal
       void pass_over(const std::string &why = "")
       {
         model.passed_over.push_back(where + ": " + keyword.name + (why.empty() ? "" : ", ") + why);
+      }
+
+      void not_read(const DeckMeaning meaning, const std::string &why = "")
+      {
+        model.not_read.emplace_back(meaning,
+                                    where + ": " + keyword.name + (why.empty() ? "" : ", ") + why);
       }
 
       /// Throws InputError with the place of the keyword.
@@ -86,82 +81,378 @@ namespace squeal
       void take()
       {
         const std::string &name = keyword.name;
-        if (is_of_mesh_or_output(name))
+        if (take_structure() || take_contact() || take_step())
           return;
-        if (name == "*PART")
-          scope = "part " + option("NAME");
-        else if (name == "*END PART")
-          scope.clear();
-        else if (name == "*INSTANCE")
-          for (DeckSection section : sections_of_part["part " + option("PART")])
-          {
-            section.volume = option("NAME") + "." + section.volume;
-            model.sections.push_back(section);
-          }
-        else if (name == "*SOLID SECTION")
-          (scope.empty() ? model.sections : sections_of_part[scope])
-              .push_back({option("ELSET"), option("MATERIAL"), keyword.value("ORIENTATION")});
-        else if (name == "*NODE" || name == "*NSET" || name == "*ELEMENT")
+        if (name == "*NODE" || name == "*NSET" || name == "*ELEMENT")
           take_mesh();
         else if (name == "*MATERIAL")
           material = &model.materials[option("NAME")];
         else if (name == "*ELASTIC" || name == "*DENSITY" || name == "*DAMPING")
           take_material();
+        else if (material && (name == "*HYPERELASTIC" || name == "*HYPERFOAM" ||
+                              name == "*VISCOELASTIC" || name == "*USER MATERIAL"))
+          material->unread.push_back(where + ": " + name);
+        else if (name == "*EXPANSION")
+          expands = true;
         else if (name == "*ORIENTATION")
           take_orientation();
-        else if (name == "*TIE")
-        {
-          for (const std::vector<std::string> &fields : data)
-            if (fields.size() > 1)
-              model.ties.emplace_back(deck_label(fields[0]), deck_label(fields[1]));
-        }
-        else if (name == "*CONTACT PAIR")
-        {
-          for (const std::vector<std::string> &fields : data)
-            if (fields.size() > 1)
-              model.contacts.push_back(
-                  {deck_label(fields[0]), deck_label(fields[1]), keyword.value("INTERACTION")});
-        }
-        else if (name == "*SURFACE INTERACTION")
-          interaction = option("NAME");
-        else if (name == "*FRICTION" && !data.empty())
-          model.friction[interaction] = number(0, 0);
+        else if (name == "*TRANSFORM")
+          take_transform();
         else if (name == "*BOUNDARY")
           take_supports();
-        else if (name == "*DSLOAD")
-        {
-          for (std::size_t row = 0; row < data.size(); ++row)
-            if (data[row].size() > 2 && deck_label(data[row][1]) == "P")
-              model.pressures.emplace_back(deck_label(data[row][0]), number(row, 2));
-            else
-              pass_over("load of another type than P");
-        }
         else if (name == "*SPRING" || name == "*DASHPOT" || name == "*MASS")
           take_lumped();
+        else if (const DeckMeaning meaning = deck_meaning(name); counts(meaning))
+          not_read(meaning);
+        else if (meaning != DeckMeaning::silent)
+          pass_over();
+      }
+
+      /// Parts, instances and sections. Returns whether the keyword is one of them.
+      bool take_structure()
+      {
+        const std::string &name = keyword.name;
+        if (name == "*PART")
+          scope = "part " + option("NAME");
+        else if (name == "*END PART")
+          scope.clear();
+        else if (name == "*INSTANCE")
+          take_instance();
+        else if (name == "*SOLID SECTION")
+        {
+          (scope.empty() ? model.sections : sections_of_part[scope])
+              .push_back({option("ELSET"), option("MATERIAL"), keyword.value("ORIENTATION")});
+        }
+        else
+          return false;
+        return true;
+      }
+
+      /// Sections of the instance's part. Orientations turn with the instance.
+      void take_instance()
+      {
+        const std::string part = "part " + option("PART"), instance = option("NAME");
+        for (DeckSection section : sections_of_part[part])
+        {
+          section.volume   = instance + "." + section.volume;
+          const auto found = model.orientations.find(part + "." + section.orientation);
+          if (!section.orientation.empty() && found != model.orientations.end())
+          {
+            DeckOrientation orientation = found->second;
+            section.orientation         = instance + "." + section.orientation;
+            if (data.size() > 1 && data[1].size() > 6)
+            {
+              Tensor<1, 3> along;
+              for (unsigned int d = 0; d < 3; ++d)
+                along[d] = number(1, 3 + d) - number(1, d);
+              const double angle = number(1, 6) * std::acos(-1.) / 180;
+              for (Tensor<1, 3> *direction : {&orientation.first, &orientation.in_plane})
+                *direction = turned(*direction, along, angle);
+            }
+            model.orientations[section.orientation] = orientation;
+          }
+          model.sections.push_back(section);
+        }
+      }
+
+      /// Turns a vector about an axis by an angle (Rodrigues).
+      static Tensor<1, 3> turned(const Tensor<1, 3> &x, Tensor<1, 3> along, const double angle)
+      {
+        along /= along.norm();
+        return std::cos(angle) * x + std::sin(angle) * cross_product_3d(along, x) +
+               (1 - std::cos(angle)) * (along * x) * along;
+      }
+
+      /// Ties, couplings, contact and friction. Returns whether the keyword is one of them.
+      bool take_contact()
+      {
+        const std::string &name = keyword.name;
+        const auto each_pair    = [&](const auto &add)
+        {
+          for (const std::vector<std::string> &fields : data)
+            if (fields.size() > 1)
+              add(deck_label(fields[0]), deck_label(fields[1]), fields);
+        };
+        if (name == "*TIE" || (name == "*CONTACT PAIR" && keyword.has("TIED")))
+          each_pair([&](const std::string &first, const std::string &second, const auto &)
+                    { model.ties.emplace_back(first, second); });
+        else if (name == "*CONTACT PAIR")
+          each_pair(
+              [&](const std::string &first, const std::string &second, const auto &) {
+                model.contacts.push_back({first, second, keyword.value("INTERACTION")});
+              });
+        else if (name == "*CONTACT")
+          general_contact = where;
+        else if (name == "*CONTACT INCLUSIONS")
+        {
+          if (keyword.has("ALL EXTERIOR"))
+            not_read(DeckMeaning::rubs, "ALL EXTERIOR: name the pairs, surface by surface");
+          each_pair(
+              [&](const std::string &first, const std::string &second, const auto &)
+              {
+                if (first.empty() || second.empty())
+                  not_read(DeckMeaning::rubs, "a surface with itself or with all");
+                else
+                  included.push_back({first, second, ""});
+              });
+        }
+        else if (name == "*CONTACT PROPERTY ASSIGNMENT")
+          each_pair(
+              [&](const std::string &first, const std::string &second, const auto &fields)
+              {
+                if (fields.size() > 2)
+                  assigned.push_back({first, second, deck_label(fields[2])});
+              });
+        else if (name == "*SURFACE INTERACTION")
+        {
+          interaction = option("NAME");
+          model.interactions[interaction];
+        }
+        else if (name == "*CHANGE FRICTION")
+          interaction = option("INTERACTION");
+        else if (name == "*FRICTION")
+          take_friction();
+        else if (name == "*SURFACE BEHAVIOR")
+          take_surface_behavior();
         else if (name == "*COUPLING")
           model.surface_of_node[keyword.value("REF NODE")] = option("SURFACE");
         else if (name == "*KINEMATIC")
-          pass_over("the coupling is taken as *DISTRIBUTING, the mean motion of the surface");
-        else if ((name == "*COMPLEX FREQUENCY" || name == "*FREQUENCY") && !data.empty())
-        {
-          const auto value = [&](const std::size_t column)
-          { return column < data[0].size() && !data[0][column].empty() ? number(0, column) : 0.; };
-          model.n_modes = value(0);
-          if (value(2) > 0)
-          {
-            model.frequency        = value(2);
-            model.lowest_frequency = value(1);
-          }
-        }
-        else if (name == "*MOTION" && keyword.has("ROTATION") && !data.empty())
-        {
-          model.speed         = number(0, 1);
-          model.speed_is_told = true;
-          for (std::size_t k = 2; k < std::min<std::size_t>(8, data[0].size()); ++k)
-            model.axis.push_back(number(0, k));
-        }
+          not_read(DeckMeaning::joins, "a rigid coupling; left out, it is taken as *DISTRIBUTING, "
+                                       "the mean motion of the surface");
         else
+          return false;
+        return true;
+      }
+
+      /// The last one of an interaction counts: steps change it.
+      void take_friction()
+      {
+        DeckInteraction &of = model.interactions[interaction];
+        of.table.clear();
+        of.problems.erase(std::remove_if(of.problems.begin(), of.problems.end(),
+                                         [](const std::string &text)
+                                         { return text.find("*FRICTION") != std::string::npos; }),
+                          of.problems.end());
+        const auto problem = [&](const std::string &why)
+        { of.problems.push_back(where + ": *FRICTION, " + why); };
+        for (const std::string option :
+             {"USER", "ANISOTROPIC", "TAUMAX", "TEST DATA", "DEPENDENCIES"})
+          if (keyword.has(option))
+            problem(option);
+        of.is_rough = keyword.has("ROUGH");
+        of.decays   = keyword.has("EXPONENTIAL DECAY");
+        for (std::size_t row = 0; row < data.size(); ++row)
+        {
+          const auto value = [&](const std::size_t column) {
+            return column < data[row].size() && !data[row][column].empty() ? number(row, column)
+                                                                           : 0.;
+          };
+          of.table.push_back({{value(0), value(1), value(2)}});
+          if (row > 0 && value(3) != number_or_zero(0, 3))
+            problem("by temperature");
+        }
+        if (of.decays && !of.table.empty())
+        {
+          of.at_speed = of.table[0][1];
+          of.decay    = of.table[0][2];
+          of.table.resize(1);
+        }
+      }
+
+      double number_or_zero(const std::size_t row, const std::size_t column) const
+      {
+        return row < data.size() && column < data[row].size() && !data[row][column].empty()
+                   ? number(row, column)
+                   : 0;
+      }
+
+      void take_surface_behavior()
+      {
+        DeckInteraction &of    = model.interactions[interaction];
+        const std::string kind = keyword.value("PRESSURE-OVERCLOSURE");
+        of.stiffness           = 0;
+        if (kind == "LINEAR" || (kind.empty() && keyword.has("PENALTY")))
+          of.stiffness = number_or_zero(0, 0);
+        else if (!kind.empty() && kind != "HARD")
+          of.problems.push_back(where + ": *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=" + kind +
+                                "; read are HARD and LINEAR");
+        if (keyword.has("NO SEPARATION"))
+          of.problems.push_back(where + ": *SURFACE BEHAVIOR, NO SEPARATION");
+      }
+
+      /// Steps with their loads and windows. Returns whether the keyword is one of them.
+      bool take_step()
+      {
+        const std::string &name = keyword.name;
+        if (name == "*STEP")
+        {
+          is_perturbation = keyword.has("PERTURBATION");
+          cleared.clear();
+          period = 1;
+        }
+        else if (name == "*STATIC")
+        {
+          period = number_or_zero(0, 1) > 0 ? number_or_zero(0, 1) : 1;
           pass_over();
+        }
+        else if (name == "*FREQUENCY" || name == "*COMPLEX FREQUENCY")
+        {
+          is_perturbation = true;
+          take_window();
+        }
+        else if (name == "*STEADY STATE DYNAMICS" || name == "*MODAL DYNAMIC" || name == "*BUCKLE")
+        {
+          is_perturbation = true;
+          pass_over();
+        }
+        else if (name == "*AMPLITUDE")
+          take_amplitude();
+        else if (name == "*DSLOAD" || name == "*DLOAD" || name == "*CLOAD")
+          take_loads();
+        else if (name == "*MOTION")
+          take_motion();
+        else if (name == "*TEMPERATURE")
+          heated = where + ": " + name;
+        else if (name == "*INITIAL CONDITIONS" &&
+                 (keyword.value("TYPE") == "TEMPERATURE" || keyword.value("TYPE") == "FIELD"))
+          pass_over();
+        else
+          return false;
+        return true;
+      }
+
+      void take_window()
+      {
+        if (data.empty())
+          return;
+        model.n_modes = number_or_zero(0, 0);
+        if (number_or_zero(0, 2) > 0)
+        {
+          model.frequency        = number_or_zero(0, 2);
+          model.lowest_frequency = number_or_zero(0, 1);
+        }
+      }
+
+      /// Pairs of time and factor.
+      void take_amplitude()
+      {
+        std::vector<double> &table = amplitudes[option("NAME")];
+        for (std::size_t row = 0; row < data.size(); ++row)
+          for (std::size_t k = 0; k < data[row].size(); ++k)
+            if (!data[row][k].empty())
+              table.push_back(number(row, k));
+        const std::string kind = keyword.value("DEFINITION");
+        if ((!kind.empty() && kind != "TABULAR" && kind != "SMOOTH STEP") ||
+            keyword.value("VALUE") == "ABSOLUTE" || keyword.value("TIME") == "TOTAL TIME" ||
+            table.size() % 2 != 0)
+          table.clear(); // one that is not followed
+      }
+
+      /// The factor at the end of the step, or nothing where it is not known.
+      std::optional<double> amplitude_at_end() const
+      {
+        const auto found = amplitudes.find(keyword.value("AMPLITUDE"));
+        if (keyword.value("AMPLITUDE").empty())
+          return 1;
+        if (found == amplitudes.end() || found->second.empty())
+          return {};
+        const std::vector<double> &t = found->second;
+        if (period >= t[t.size() - 2])
+          return t.back();
+        for (std::size_t k = 0; k + 3 < t.size(); k += 2)
+          if (period <= t[k + 2])
+            return period <= t[k]
+                       ? t[k + 1]
+                       : t[k + 1] + (t[k + 3] - t[k + 1]) * (period - t[k]) / (t[k + 2] - t[k]);
+        return {};
+      }
+
+      /// Whether OP=NEW takes away what was said before this step; once in a step.
+      bool replaces_all()
+      {
+        return keyword.value("OP") == "NEW" && cleared.insert(keyword.name).second;
+      }
+
+      /// The last step's loads count. A load that is said again has its new value.
+      void take_loads()
+      {
+        if (is_perturbation)
+          return pass_over("a load of a perturbation, which the static state does not have");
+        if (replaces_all())
+          for (auto load = loads.begin(); load != loads.end();)
+            load = load->first[0] == keyword.name ? loads.erase(load) : std::next(load);
+        const std::optional<double> factor = amplitude_at_end();
+        for (std::size_t row = 0; row < data.size(); ++row)
+        {
+          if (data[row].size() < 2)
+            continue;
+          const std::string on = deck_label(data[row][0]), type = deck_label(data[row][1]),
+                            side = keyword.name == "*DLOAD" ? deck_side_of_load(type) : "";
+          const bool is_pressure = !side.empty() || (keyword.name == "*DSLOAD" && type == "P");
+          const bool is_known    = is_pressure && factor && data[row].size() > 2;
+          Load load;
+          load.pressure = {side.empty() ? on : deck_load_surface(on, side),
+                           is_known ? *factor * number(row, 2) : 0, where};
+          if (!is_known)
+            load.problem =
+                where + ": " + keyword.name + ", " + on + ", " + type +
+                (is_pressure ? ": the amplitude " + keyword.value("AMPLITUDE") + " is not followed"
+                             : ": read are pressures P of *DSLOAD, P1 to P6 of *DLOAD");
+          loads[{{keyword.name, on, type}}] = load;
+        }
+      }
+
+      void take_motion()
+      {
+        if (is_perturbation)
+          return pass_over("of a perturbation");
+        if (!keyword.has("ROTATION"))
+          return not_read(DeckMeaning::turns, "which is no ROTATION");
+        const std::optional<double> factor = amplitude_at_end();
+        if (!factor)
+          return not_read(DeckMeaning::turns, "its amplitude is not followed");
+        for (std::size_t row = 0; row < data.size(); ++row)
+        {
+          std::vector<double> &motion = motions[deck_label(data[row][0])];
+          motion                      = {*factor * number(row, 1)};
+          for (std::size_t k = 2; k < std::min<std::size_t>(8, data[row].size()); ++k)
+            motion.push_back(number(row, k));
+        }
+      }
+
+      /// What the last step says, when all steps are read.
+      void finish()
+      {
+        for (const auto &[key, load] : loads)
+          if (!load.problem.empty())
+            model.not_read.emplace_back(DeckMeaning::load, load.problem);
+          else if (load.pressure.value != 0)
+            model.pressures.push_back(load.pressure);
+        if (expands && !heated.empty())
+          model.not_read.emplace_back(DeckMeaning::load, heated);
+        for (const auto &[set, motion] : motions)
+        {
+          if (model.speed_is_told && motion[0] != 0 && model.speed != 0 && motion[0] != model.speed)
+            model.not_read.emplace_back(DeckMeaning::turns,
+                                        "*MOTION of " + set + ": sets turn at different speeds");
+          if (!model.speed_is_told || motion[0] != 0)
+          {
+            model.speed = motion[0];
+            model.axis.assign(motion.begin() + 1, motion.end());
+          }
+          model.speed_is_told = true;
+        }
+        if (!general_contact.empty() && included.empty())
+          model.not_read.emplace_back(DeckMeaning::rubs,
+                                      general_contact + ": *CONTACT, without pairs of surfaces");
+        for (DeckContact &contact : included)
+        {
+          for (const DeckContact &of : assigned)
+            if (of.first.empty() || (of.first == contact.first && of.second == contact.second) ||
+                (of.second == contact.first && of.first == contact.second))
+              contact.interaction = of.interaction;
+          model.contacts.push_back(contact);
+        }
       }
 
       /// Nodes, sets of one node and elements that are no solids, outside of parts.
@@ -253,19 +544,48 @@ namespace squeal
       void take_orientation()
       {
         if ((!keyword.value("SYSTEM").empty() && keyword.value("SYSTEM") != "RECTANGULAR") ||
+            (keyword.has("DEFINITION") && keyword.value("DEFINITION") != "COORDINATES") ||
             data.empty() || data[0].size() < 6)
         {
           pass_over("only SYSTEM=RECTANGULAR by coordinates");
           return;
         }
-        DeckOrientation &orientation = model.orientations[option("NAME")];
+        DeckOrientation &orientation =
+            model.orientations[scope.empty() ? option("NAME") : scope + "." + option("NAME")];
         for (unsigned int d = 0; d < 3; ++d)
         {
           orientation.first[d]    = number(0, d);
           orientation.in_plane[d] = number(0, 3 + d);
         }
-        if (data.size() > 1)
-          pass_over("a further rotation of " + option("NAME"));
+        if (data.size() > 1 && number_or_zero(1, 1) != 0)
+        {
+          const Tensor<1, 3> z = cross_product_3d(orientation.first, orientation.in_plane);
+          const std::array<Tensor<1, 3>, 3> axes = {
+              {orientation.first, cross_product_3d(z, orientation.first), z}};
+          const unsigned int about = std::clamp(number_or_zero(1, 0), 1., 3.) - 1;
+          const double angle       = number(1, 1) * std::acos(-1.) / 180;
+          for (Tensor<1, 3> *direction : {&orientation.first, &orientation.in_plane})
+            *direction = turned(*direction, axes[about], angle);
+        }
+      }
+
+      void take_transform()
+      {
+        DeckTransform transform;
+        const std::string type = keyword.value("TYPE");
+        if ((!type.empty() && type != "R" && type != "C") || data.empty() || data[0].size() < 6)
+          return not_read(DeckMeaning::holds, "only TYPE=R and TYPE=C with six numbers");
+        transform.nodes          = option("NSET");
+        transform.is_cylindrical = type == "C";
+        transform.where          = where;
+        for (unsigned int d = 0; d < 3; ++d)
+        {
+          transform.first[d]    = number(0, d);
+          transform.in_plane[d] = number(0, 3 + d);
+        }
+        if (transform.is_cylindrical) // two points of the axis
+          transform.first = transform.in_plane - transform.first;
+        model.transforms.push_back(transform);
       }
 
       void take_supports()
@@ -276,6 +596,8 @@ namespace squeal
             {"XSYMM", {0}},
             {"YSYMM", {1}},
             {"ZSYMM", {2}}};
+        if (replaces_all())
+          model.supports.clear();
         for (std::size_t row = 0; row < data.size(); ++row)
         {
           const std::vector<std::string> &fields = data[row];
@@ -295,7 +617,7 @@ namespace squeal
               support.components.insert(d - 1);
             if (fields.size() > 3 && !fields[3].empty() && number(row, 3) != 0)
             {
-              pass_over("a prescribed displacement of " + support.nodes);
+              not_read(DeckMeaning::holds, "a prescribed displacement of " + support.nodes);
               continue;
             }
           }
@@ -310,6 +632,19 @@ namespace squeal
       std::string where, scope, interaction;
       SupportBlocks blocks_of_supports;
       DeckMaterial *material = nullptr;
+
+      struct Load
+      {
+        DeckPressure pressure;
+        std::string problem; ///< why it is not read
+      };
+      bool is_perturbation = false, expands = false;
+      double period = 1;                                ///< of the step
+      std::set<std::string> cleared;                    ///< by OP=NEW in the step
+      std::map<std::array<std::string, 3>, Load> loads; ///< by keyword, set, type
+      std::map<std::string, std::vector<double>> amplitudes, motions;
+      std::string general_contact, heated; ///< where
+      std::vector<DeckContact> included, assigned;
       std::map<std::string, std::vector<DeckSection>> sections_of_part;
       DeckModel model;
     };

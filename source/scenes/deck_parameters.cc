@@ -69,26 +69,36 @@ namespace squeal
              axis_is_told ? "" : "as the contact surfaces say");
         line("Origin", digits(origin[0]) + ", " + digits(origin[1]) + ", " + digits(origin[2]),
              "a point of the axis, units of the file");
+        take_unread();
+        mark(DeckMeaning::unknown);
         write_bodies();
+        mark(DeckMeaning::body);
         write_supports();
+        mark(DeckMeaning::holds);
+        write_pressures();
+        mark(DeckMeaning::load);
+        write_parts();
         out << "end\n";
         write_materials();
         write_joints();
+        mark(DeckMeaning::joins);
         write_operation();
+        mark(DeckMeaning::turns);
         write_friction();
+        mark(DeckMeaning::rubs);
         section("Discretization", {{"Degree", "2"}});
         write_window();
         if (!unread.empty() && !options.partial)
         {
           std::string list;
-          for (const std::string &what : unread)
-            list += "\n  " + what;
-          fail(
-              "what follows carries load, holds or joins, and cannot be read. With --partial it is "
-              "left out, and listed in the file:" +
-              list);
+          for (const auto &[meaning, what] : unread)
+            list += "\n  " + what + " (" + name_of(meaning) + ")";
+          fail("what follows carries load, holds, joins, turns or is not known, and cannot be "
+               "read. With --partial it is left out, and listed in the file:" +
+               list);
         }
-        deck.passed_over.insert(deck.passed_over.end(), unread.begin(), unread.end());
+        for (const auto &[meaning, what] : unread)
+          deck.passed_over.push_back(what);
         if (!deck.passed_over.empty())
           out << "\n# Passed over:\n";
         for (const std::string &what : deck.passed_over)
@@ -102,10 +112,60 @@ namespace squeal
         throw InputError("--from-deck " + mesh.name + ": " + message);
       }
 
-      /// Notes what carries load, holds or joins and cannot be read.
-      void leave_out(const std::string &what)
+      /// Notes what carries something and cannot be read.
+      void leave_out(const DeckMeaning meaning, const std::string &what)
       {
-        unread.push_back(what);
+        unread.emplace_back(meaning, what);
+      }
+
+      /// Says at its place in the file what of a meaning is left out.
+      void mark(const DeckMeaning meaning)
+      {
+        for (const auto &[carries, what] : unread)
+          if (carries == meaning)
+            out << "  # Left out: " << what << "\n";
+      }
+
+      /// What the reader of the deck did not read, and elements that no keyword read.
+      void take_unread()
+      {
+        unread = deck.not_read;
+        std::set<std::string> seen;
+        for (const DeckSection &of : deck.sections)
+          if (seen.insert(of.material).second)
+            for (const std::string &what : deck.materials.at(of.material).unread)
+              leave_out(DeckMeaning::body, what);
+        static const std::set<std::string> lumped = {"MASS",     "SPRINGA",  "SPRING1", "SPRING2",
+                                                     "DASHPOTA", "DASHPOT1", "DASHPOT2"};
+        for (const auto &[type, n] : mesh.passed_over)
+          if (lumped.count(type) == 0)
+            leave_out(DeckMeaning::joins, std::to_string(n) + " elements of type " + type);
+        seen.clear();
+        const auto look = [&](const DeckContact &contact, const bool slides)
+        {
+          const auto found          = deck.interactions.find(contact.interaction);
+          const std::string between = " between " + contact.first + " and " + contact.second;
+          if (found == deck.interactions.end())
+            return leave_out(DeckMeaning::rubs, "there is no *SURFACE INTERACTION '" +
+                                                    contact.interaction + "'" + between);
+          const DeckInteraction &of = found->second;
+          for (const std::string &problem : of.problems)
+            leave_out(DeckMeaning::rubs, problem + between);
+          if (slides && of.is_rough)
+            leave_out(DeckMeaning::rubs, "*FRICTION, ROUGH" + between + ", which slide");
+          if (slides ? of.stiffness != interaction_of(pairs[0]).stiffness : of.stiffness > 0)
+            leave_out(DeckMeaning::rubs,
+                      "*SURFACE BEHAVIOR: the stiffness " + digits(of.stiffness) + between +
+                          (slides ? ", since the first pair has another one"
+                                  : ", which do not slide: these contacts are hard"));
+          if (!slides && (of.table.size() > 1 || of.decays))
+            leave_out(DeckMeaning::rubs,
+                      "*FRICTION that varies" + between + ", which do not slide");
+        };
+        for (const DeckContact &contact : pairs)
+          look(contact, true);
+        for (const DeckContact &contact : joints)
+          look(contact, false);
       }
 
       /// The deck's name as a value of a parameter file.
@@ -306,10 +366,17 @@ namespace squeal
         return area;
       }
 
+      const DeckInteraction &interaction_of(const DeckContact &contact) const
+      {
+        static const DeckInteraction none;
+        const auto found = deck.interactions.find(contact.interaction);
+        return found == deck.interactions.end() ? none : found->second;
+      }
+
       double friction_of(const DeckContact &contact) const
       {
-        const auto value = deck.friction.find(contact.interaction);
-        return value == deck.friction.end() ? 0 : value->second;
+        const DeckInteraction &of = interaction_of(contact);
+        return of.table.empty() ? 0 : of.table[0][0];
       }
 
       /// What slides on the rotor is a pad; other contacts are joints.
@@ -462,6 +529,9 @@ namespace squeal
         if (!(direction[axis] > 0.999 * direction.norm()))
           fail("the rotor's axis is along none of x, y, z: contact surfaces and *MOTION must be "
                "across a coordinate. Turn the assembly.");
+        // Given from its other end, it turns the other way.
+        if (axis_is_told && deck.axis[3 + axis] < deck.axis[axis])
+          deck.speed = -deck.speed;
         if (axis_is_told || rotor.empty())
           return;
         // Of the origin of the file where that is about in the middle, which of a coarse mesh no
@@ -586,8 +656,8 @@ namespace squeal
                 nodes.insert(node);
           if (nodes.empty() && mesh.surfaces.count(support.nodes) == 0)
           {
-            leave_out(support.where + ": *BOUNDARY, " + support.nodes +
-                      " holds no nodes of solid elements");
+            leave_out(DeckMeaning::holds, support.where + ": *BOUNDARY, " + support.nodes +
+                                              " holds no nodes of solid elements");
             continue;
           }
           const std::set<unsigned int> inside = nodes_of_elements_in(nodes);
@@ -596,7 +666,8 @@ namespace squeal
               if (held[d].count(node) == 0 && inside.count(node) == 0)
                 missing.insert(node);
           if (!missing.empty())
-            leave_out(text_of(support.where, ": *BOUNDARY, ", support.nodes, ": ", missing.size(),
+            leave_out(DeckMeaning::holds,
+                      text_of(support.where, ": *BOUNDARY, ", support.nodes, ": ", missing.size(),
                               " of ", nodes.size(), " nodes, among them that at (",
                               mesh.nodes[*missing.begin()],
                               "), are on no face all of whose corners are held. Edges and single "
@@ -604,8 +675,82 @@ namespace squeal
         }
       }
 
+      /// The deck's components of those that are held in another system; nothing: they are along no
+      /// axes of the deck.
+      std::optional<std::set<unsigned int>> along_axes(const DeckTransform &transform,
+                                                       const std::set<unsigned int> &held) const
+      {
+        if (held.size() == 3)
+          return held;
+        const auto coordinate = [](const Tensor<1, 3> &v) -> std::optional<unsigned int>
+        {
+          for (unsigned int d = 0; d < 3; ++d)
+            if (std::abs(v[d]) > (1 - 1e-10) * v.norm())
+              return d;
+          return {};
+        };
+        std::set<unsigned int> result;
+        const Tensor<1, 3> z = cross_product_3d(transform.first, transform.in_plane);
+        if (transform.is_cylindrical)
+        {
+          // Along the circle and its radius only together, and about an axis of the deck
+          const auto along = coordinate(transform.first);
+          if (!along || held.count(0) != held.count(1))
+            return {};
+          for (unsigned int d = 0; d < 3; ++d)
+            if (held.count(d == *along ? 2 : 0) > 0)
+              result.insert(d);
+          return result;
+        }
+        const std::array<Tensor<1, 3>, 3> directions = {
+            {transform.first, cross_product_3d(z, transform.first), z}};
+        for (const unsigned int d : held)
+          if (const auto along = coordinate(directions[d]))
+            result.insert(*along);
+          else
+            return {};
+        return result;
+      }
+
+      /// Supports of nodes that have a system of their own are turned into the deck's.
+      void apply_transforms()
+      {
+        for (const DeckTransform &transform : deck.transforms)
+        {
+          const auto turned = mesh.node_sets.find(transform.nodes);
+          if (turned == mesh.node_sets.end())
+          {
+            leave_out(DeckMeaning::holds, transform.where + ": *TRANSFORM, of nodes " +
+                                              transform.nodes + ", which are none of the mesh");
+            continue;
+          }
+          const std::set<unsigned int> nodes(turned->second.begin(), turned->second.end());
+          for (DeckSupport &support : deck.supports)
+          {
+            const auto set = mesh.node_sets.find(support.nodes);
+            if (set == mesh.node_sets.end())
+              continue;
+            const std::size_t n =
+                std::count_if(set->second.begin(), set->second.end(),
+                              [&](const unsigned int node) { return nodes.count(node) > 0; });
+            const auto components = along_axes(transform, support.components);
+            if (n == 0 || (components && *components == support.components))
+              continue;
+            if (components && n == set->second.size())
+              support.components = *components;
+            else
+              leave_out(DeckMeaning::holds, support.where + ": *BOUNDARY, " + support.nodes +
+                                                ", in the directions of *TRANSFORM (" +
+                                                transform.where +
+                                                "), which are not those of the axes" +
+                                                (components ? " of all of its nodes" : ""));
+          }
+        }
+      }
+
       void write_supports()
       {
+        apply_transforms();
         check_supports();
         std::map<std::string, std::set<unsigned int>> components;
         for (const DeckSupport &support : deck.supports)
@@ -623,21 +768,31 @@ namespace squeal
               names[std::string("Fixed in ") + "xyz"[d]].insert(surface);
         for (const auto &[key, surfaces] : names)
           line(key, list_of(surfaces));
+      }
+
+      /// The parameter file has one pressure, that of the first load.
+      void write_pressures()
+      {
         std::set<std::string> loaded;
-        for (const auto &[surface, value] : deck.pressures)
+        for (const DeckPressure &of : deck.pressures)
         {
-          faces_of(surface);
-          if (pressure != 0 && value != pressure)
-            deck.passed_over.push_back(
-                text_of("*DSLOAD: the pressure ", value, " on ", surface, ", since another has ",
-                        pressure, ": Pads/Pressure profile can tell them apart by place"));
-          else
-          {
-            pressure = value;
-            loaded.insert(surface);
-          }
+          faces_of(of.surface);
+          if (pressure == 0)
+            pressure = of.value;
+          if (of.value != pressure || of.value < 0)
+            leave_out(DeckMeaning::load,
+                      text_of(of.where, ": the pressure ", of.value, " on ", of.surface,
+                              ", since the pads have ", pressure,
+                              ": Pads/Pressure profile can tell them apart by place"));
+          else if (!loaded.insert(of.surface).second)
+            leave_out(DeckMeaning::load,
+                      of.where + ": a second load on the faces of " + of.surface);
         }
         line("Pressure on", list_of(loaded));
+      }
+
+      void write_parts()
+      {
         for (const auto &[part, volumes_of, body] : parts)
           out << "  subsection " << part << "\n    set Volumes = " << volumes_of
               << "\n    set Body = " << body << "\n    subsection Material\n"
@@ -765,7 +920,8 @@ namespace squeal
           append(contacts,
                  contact.first + " : " + contact.second +
                      (friction_of(contact) > 0 ? " : stick " + digits(friction_of(contact))
-                                               : " : frictionless"));
+                      : interaction_of(contact).is_rough ? " : stick"
+                                                         : " : frictionless"));
         for (const DeckLumped &lumped : deck.lumped)
           add_lumped(lumped);
         std::string points;
@@ -817,7 +973,7 @@ namespace squeal
       void add_lumped(const DeckLumped &lumped)
       {
         const auto pass_over = [&](const std::string &why)
-        { deck.passed_over.push_back(lumped.where + ": " + lumped.kind + ", " + why); };
+        { leave_out(DeckMeaning::joins, lumped.where + ": " + lumped.kind + ", " + why); };
         const std::vector<std::vector<double>> &rows = lumped.rows;
         const auto elements                          = deck.lumped_elements.find(lumped.elements);
         if (elements == deck.lumped_elements.end())
@@ -876,17 +1032,97 @@ namespace squeal
         }
       }
 
+      /// The function that is linear between points (x, y) and constant outside, by absolute
+      /// values, which need no commas: c + sum of half the changes of slope times |x - x_i|.
+      static std::string piecewise_linear(const std::string &variable, const std::vector<double> &x,
+                                          const std::vector<double> &y)
+      {
+        std::string sum;
+        double constant = y[0], slope = 0;
+        for (std::size_t i = 0; i < x.size(); ++i)
+        {
+          const double next = i + 1 < x.size() ? (y[i + 1] - y[i]) / (x[i + 1] - x[i]) : 0,
+                       half = (next - slope) / 2;
+          slope             = next;
+          constant -= half * (x[i] - x[0]);
+          if (half != 0)
+            sum += "+(" + digits(half) + ")*abs(" + variable + "-" + digits(x[i]) + ")";
+        }
+        return "(" + digits(constant) + sum + ")";
+      }
+
+      /// A table by slip rate and pressure, linear between its values: sum over the pressures p_j
+      /// of mu_j(v) times the function of p that is 1 at p_j and 0 at the others.
+      std::string table_of_friction(const std::vector<std::array<double, 3>> &table) const
+      {
+        std::map<double, std::map<double, double>> by_pressure;
+        for (const auto &[mu, v, p] : table)
+          by_pressure[p / (length * length)][v * length] = mu;
+        std::vector<double> pressures;
+        for (const auto &entry : by_pressure)
+          pressures.push_back(entry.first);
+        std::string sum;
+        for (std::size_t j = 0; j < pressures.size(); ++j)
+        {
+          std::vector<double> speeds, values, unit(pressures.size());
+          for (const auto &[v, mu] : by_pressure.at(pressures[j]))
+          {
+            speeds.push_back(v);
+            values.push_back(mu);
+          }
+          unit[j] = 1;
+          sum += (sum.empty() ? "" : "+") + piecewise_linear("v", speeds, values);
+          if (pressures.size() > 1)
+            sum += "*" + piecewise_linear("p", pressures, unit);
+        }
+        return sum;
+      }
+
+      /// Keys and values of a pair's friction law.
+      std::vector<std::pair<std::string, std::string>> friction_law(const DeckContact &pair) const
+      {
+        const DeckInteraction &of = interaction_of(pair);
+        if (of.table.size() > 1)
+          return {{"Law", "expression"}, {"Expression", table_of_friction(of.table)}};
+        if (of.decays && of.decay > 0)
+          return {{"Law", "falling"},
+                  {"Coefficient", digits(friction_of(pair))},
+                  {"Coefficient at speed", digits(of.at_speed)},
+                  {"Decay speed", digits(length / of.decay)}};
+        return {{"Law", "constant"}, {"Coefficient", digits(friction_of(pair))}};
+      }
+
+      void friction_line(const std::string &key, const std::string &value)
+      {
+        if (!value.empty())
+          out << "    set " << key << " = " << value << "\n";
+      }
+
       void write_friction()
       {
         if (pairs.empty())
           return;
+        const auto law = friction_law(pairs[0]);
         std::string of_pads;
         for (const DeckContact &pair : pairs)
-          if (friction_of(pair) != friction_of(pairs[0]))
-            append(of_pads, pair.first + " : Coefficient " + digits(friction_of(pair)));
-        out << "\nsubsection Contact\n  subsection Friction\n    set Coefficient = "
-            << digits(friction_of(pairs[0])) << "\n"
-            << (of_pads.empty() ? "" : "    set Of pads = " + of_pads + "\n") << "  end\nend\n";
+          if (const auto other = friction_law(pair); other != law)
+          {
+            append(of_pads, pair.first + " :");
+            for (std::size_t k = 0; k < other.size(); ++k)
+              of_pads += (k > 0 ? "; " : " ") + other[k].first + " " + other[k].second;
+          }
+        out << "\nsubsection Contact\n";
+        if (const double stiffness = interaction_of(pairs[0]).stiffness; stiffness > 0)
+        {
+          line("Formulation", "penalty");
+          line("Penalty stiffness", digits(stiffness / (length * length * length)));
+        }
+        out << "  subsection Friction\n";
+        for (const auto &[key, value] : law)
+          if (key != "Law" || value != "constant")
+            friction_line(key, value);
+        friction_line("Of pads", of_pads);
+        out << "  end\nend\n";
       }
 
       struct PartLines
@@ -897,7 +1133,8 @@ namespace squeal
       const ElementFile &mesh;
       DeckModel deck;
       const DeckOptions options;
-      std::vector<std::string> unread; ///< what carries load, holds or joins
+      /// What carries something and is left out.
+      std::vector<std::pair<DeckMeaning, std::string>> unread;
       std::map<std::string, std::vector<ElementFile::Face>> parts_of_surfaces; ///< by planes
       std::map<ElementFile::Face, unsigned int> element_of_face;
       double length = 1;                 ///< metres of the deck's unit

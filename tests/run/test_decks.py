@@ -72,6 +72,88 @@ class Decks(st.TestCase):
         self.assertEqual(status, 0, said)
         return lines
 
+    def test_last_step_counts(self):
+        """Loads said again, OP=NEW, friction changed by interaction, motion with its axis from the other end."""
+        deck = self.mesh + MODEL.replace("*END STEP\n*STEP\n*COMPLEX", """*END STEP
+*STEP
+*STATIC
+*BOUNDARY, OP=NEW
+rotor.inner, 1, 3
+upper.high, 1, 3
+lower.low, 1, 2
+*DSLOAD
+upper.high, P, 2e6
+lower.low, P, 2e6
+*CHANGE FRICTION, INTERACTION=I
+*FRICTION
+0.5
+*MOTION, ROTATION
+ALL, 30., 0., 0., 1., 0., 0., 0.
+*END STEP
+*STEP
+*COMPLEX""", 1)
+        lines = self.written(deck, "--partial")
+        for line in ("set Pressure = 2000000", "set Coefficient = 0.5", "set Angular velocity = -30",
+                     "set Guided = LOWER.LOW", "set Clamped = ROTOR.INNER, UPPER.HIGH"):
+            self.assertIn(line, lines)
+
+    def test_pressures(self):
+        """Faces of elements have a pressure; several pressures are refused."""
+        status, said, _ = self.from_deck(self.mesh + MODEL.replace("lower.low, P, 1e6", "lower.low, P, 3e6"))
+        self.assertEqual(status, 2, said)
+        self.assertIn("the pressure", said)
+        lines = self.written(self.mesh + MODEL.replace("*DSLOAD\nupper.high, P, 1e6\n", "*DLOAD\nupper, P2, 1e6\n*DSLOAD\n"))
+        self.assertIn("set Pressure on = DLOAD_UPPER_P2, LOWER.LOW", lines)
+
+    def test_friction_and_stiffness(self):
+        falling = MODEL.replace("*FRICTION\n0.4", "*FRICTION, EXPONENTIAL DECAY\n0.5, 0.3, 0.4")
+        lines = self.written(self.mesh + falling)
+        for line in ("set Law = falling", "set Coefficient = 0.5", "set Coefficient at speed = 0.3", "set Decay speed = 2.5"):
+            self.assertIn(line, lines)
+        lines = self.written(self.mesh + MODEL.replace("*FRICTION\n0.4", "*FRICTION\n0.4, 0.\n0.2, 2."))
+        self.assertIn("set Expression = (0.3+(-0.05)*abs(v-0)+(0.05)*abs(v-2))", lines)
+        lines = self.written(self.mesh + MODEL.replace(
+            "*FRICTION", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n1e12\n*FRICTION"))
+        self.assertIn("set Penalty stiffness = 1000000000000", lines)
+
+    def test_directions(self):
+        """A cylinder's radius and circle together are the plane; one of them alone is no component."""
+        turned = MODEL.replace("*BOUNDARY\n", "*TRANSFORM, NSET=upper.high, TYPE=C\n0, 0, 0, 0, 0, 1\n*BOUNDARY\n")
+        deck = self.mesh + turned
+        nodes = sorted({v for face in mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1)).surfaces["upper.high"]
+                        for v in face})
+        held = "*NSET, NSET=HELD\n" + "".join(f"{v + 1},\n" for v in nodes)
+        deck = deck.replace("*TRANSFORM, NSET=upper.high", held + "*TRANSFORM, NSET=HELD").replace(
+            "upper.high, 1, 2", "HELD, 1, 2")
+        self.assertIn("set Guided = HELD, LOWER.LOW", self.written(deck))
+        status, said, _ = self.from_deck(deck.replace("HELD, 1, 2", "HELD, 1, 1"))
+        self.assertEqual(status, 2, said)
+        self.assertIn("*TRANSFORM", said)
+
+    def test_refuses_what_carries(self):
+        """What carries load, holds, joins, turns or is unknown is refused by its line; --partial says it at its place."""
+        for what, added, word in [
+                ("general contact", "*CONTACT\n*CONTACT INCLUSIONS, ALL EXTERIOR\n", "ALL EXTERIOR"),
+                ("multi-point constraints", "*MPC\nTIE, 1, 2\n", "*MPC"),
+                ("equations", "*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n", "*EQUATION"),
+                ("rigid bodies", "*RIGID BODY, REF NODE=1, ELSET=UPPER\n", "*RIGID BODY"),
+                ("bolts", "*PRE-TENSION SECTION, SURFACE=upper.high, NODE=1\n", "*PRE-TENSION SECTION"),
+                ("rigid couplings", "*COUPLING, CONSTRAINT NAME=C, REF NODE=1, SURFACE=upper.high\n*KINEMATIC\n1, 3\n",
+                 "*KINEMATIC"),
+                ("forces", "*STEP\n*STATIC\n*CLOAD\n1, 3, 5.\n*END STEP\n", "*CLOAD"),
+                ("gravity", "*STEP\n*STATIC\n*DLOAD\nUPPER, GRAV, 9.81, 0., 0., -1.\n*END STEP\n", "GRAV"),
+                ("removed elements", "*STEP\n*STATIC\n*MODEL CHANGE, REMOVE\nUPPER\n*END STEP\n", "*MODEL CHANGE"),
+                ("shells", "*SHELL SECTION, ELSET=UPPER, MATERIAL=IRON\n1.\n", "*SHELL SECTION"),
+                ("unknown keywords", "*WONDER\n1.\n", "*WONDER")]:
+            with self.subTest(what):
+                deck = self.mesh + MODEL.replace("*STEP\n", added + "*STEP\n", 1)
+                status, said, _ = self.from_deck(deck)
+                self.assertEqual(status, 2, said)
+                self.assertIn(word, said)
+                self.assertIn("brake.inp, line", said)
+                lines = self.written(deck, "--partial")
+                self.assertTrue([line for line in lines if line.startswith("# Left out:") and word in line], lines)
+
     def test_spellings(self):
         """What the field writes in other ways is the same parameter file."""
         deck = self.mesh + MODEL

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <squeal/mesh_files/deck_keywords.h>
+
 #include <deal.II/base/point.h>
 
+#include <array>
 #include <istream>
 #include <map>
 #include <set>
@@ -15,7 +18,8 @@ namespace squeal
   {
     std::vector<double> elastic; ///< E, nu or the nine engineering constants
     double density = 0, mass_damping = 0, stiffness_damping = 0, loss_factor = 0;
-    std::string problem; ///< why it cannot be used; matters where a section has it
+    std::string problem;             ///< why it cannot be used; matters where a section has it
+    std::vector<std::string> unread; ///< other laws than *ELASTIC
   };
 
   struct DeckSection
@@ -27,6 +31,33 @@ namespace squeal
   struct DeckOrientation
   {
     dealii::Tensor<1, 3> first, in_plane;
+  };
+
+  /// The system in which components of a set's nodes are given: X and Y, or of a cylinder.
+  struct DeckTransform
+  {
+    std::string nodes;
+    bool is_cylindrical = false;
+    dealii::Tensor<1, 3> first, in_plane; ///< cylindrical: the axis, unused
+    std::string where;
+  };
+
+  /// Friction and stiffness of surfaces that touch.
+  struct DeckInteraction
+  {
+    std::vector<std::array<double, 3>> table; ///< coefficient, slip rate, pressure
+    bool decays     = false; ///< from the coefficient to another one, exp(-decay v)
+    double at_speed = 0, decay = 0;
+    double stiffness = 0; ///< force over volume; 0: hard
+    bool is_rough    = false;
+    std::vector<std::string> problems; ///< why it is not read; matter where a contact has it
+  };
+
+  struct DeckPressure
+  {
+    std::string surface;
+    double value;
+    std::string where;
   };
 
   struct DeckContact
@@ -65,9 +96,10 @@ namespace squeal
     std::map<std::string, DeckOrientation> orientations;
     std::vector<std::pair<std::string, std::string>> ties;
     std::vector<DeckContact> contacts;
-    std::map<std::string, double> friction; ///< by interaction
+    std::map<std::string, DeckInteraction> interactions;
+    std::vector<DeckTransform> transforms;
     std::vector<DeckSupport> supports;
-    std::vector<std::pair<std::string, double>> pressures;
+    std::vector<DeckPressure> pressures;
     std::map<std::string, std::vector<DeckLumpedElement>> lumped_elements; ///< by set
     std::vector<DeckLumped> lumped;
     std::map<std::string, std::string> surface_of_node; ///< couplings: reference node, surface
@@ -78,6 +110,8 @@ namespace squeal
     double n_modes     = 0;   ///< that are asked for; 0: no number is
     std::vector<double> axis; ///< two points
     std::vector<std::string> passed_over;
+    /// What carries something and is not read, and what it carries.
+    std::vector<std::pair<DeckMeaning, std::string>> not_read;
   };
 
   /// Reads keywords with their data, parts, instances and included files as well. Throws InputError
