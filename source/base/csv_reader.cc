@@ -14,6 +14,9 @@ namespace squeal
   {
     if (!in.is_open() || !next())
       throw InputError(what + ": the file cannot be read, is empty, or is not a regular file.");
+    for (const std::string &name : fields)
+      if (!name.empty() && std::count(fields.begin(), fields.end(), name) > 1)
+        fail("the column '" + name + "' is there twice.");
     names = std::move(fields);
   }
 
@@ -34,6 +37,8 @@ namespace squeal
       ++line_number;
     } while (line.find_first_not_of(blanks) == std::string::npos);
     place_ = what + ", line " + std::to_string(line_number) + ": ";
+    if (line.find('\0') != std::string::npos)
+      fail("there is a NUL, as no text has.");
     for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1)
     {
       end               = line.find(',', begin);

@@ -1,5 +1,6 @@
 #include <squeal/base/csv_reader.h>
 #include <squeal/base/errors.h>
+#include <squeal/base/files.h>
 #include <squeal/linalg/factorization.h>
 #include <squeal/mesh/nearest_point.h>
 #include <squeal/mesh_files/joined_surfaces.h>
@@ -27,6 +28,25 @@ namespace squeal
 
   namespace
   {
+    /// Refuses names of nodes that are numbers from 0 or 1 on in another order than that of the
+    /// matrices: a table that was sorted by something else.
+    void check_order(const CsvReader &reader, const std::vector<std::string> &names)
+    {
+      for (const unsigned int first : {0, 1})
+      {
+        std::set<std::string> numbers;
+        bool in_order = true;
+        for (unsigned int k = 0; k < names.size(); ++k)
+        {
+          numbers.insert(std::to_string(first + k));
+          in_order = in_order && names[k] == std::to_string(first + k);
+        }
+        if (!in_order && numbers == std::set<std::string>(names.begin(), names.end()))
+          reader.fail("the nodes are numbered from " + std::to_string(first) +
+                      " on, but do not stand in this order, that of the rows of the matrices.");
+      }
+    }
+
     /// The table of nodes: a line "node,x_m,y_m,z_m", then one for each.
     std::vector<Point<3>> read_nodes(const std::string &filename)
     {
@@ -34,17 +54,20 @@ namespace squeal
       if (reader.columns() != std::vector<std::string>{"node", "x_m", "y_m", "z_m"})
         reader.fail("expected 'node,x_m,y_m,z_m', found other names of columns.");
       std::vector<Point<3>> nodes;
-      std::set<std::string> names;
+      std::set<std::string> known;
+      std::vector<std::string> names;
       while (reader.next())
       {
-        if (!names.insert(reader.field(0)).second)
-          reader.fail("the node '" + reader.field(0) + "' is there twice.");
+        names.push_back(reader.field(0));
+        if (!known.insert(names.back()).second)
+          reader.fail("the node '" + names.back() + "' is there twice.");
         const Point<3> x(reader.number(1), reader.number(2), reader.number(3));
         check_distance(filename, x, x);
         nodes.push_back(x);
       }
       if (nodes.empty())
         reader.fail("there are no nodes.");
+      check_order(reader, names);
       return nodes;
     }
 
@@ -112,6 +135,81 @@ namespace squeal
       return diagonal;
     }
 
+    /// Refuses a table with another number of nodes than this program wrote into the comment of
+    /// the matrix, or where the rows behind those of the table are coupled with them by threes, as
+    /// displacements of further nodes are, and others behind these are not: a table that was cut.
+    void check_number_of_nodes(const std::string &where, const std::string &files,
+                               const MatrixMarketFile &stiffness, const unsigned int n)
+    {
+      const std::string table = files + "-nodes.csv";
+      std::ifstream in        = open_regular_file(files + "-K.mtx");
+      const std::string mark  = "three displacements of each of the ";
+      std::string line;
+      std::getline(in, line);
+      std::getline(in, line);
+      if (const std::size_t at = line.find(mark); line[0] == '%' && at != std::string::npos)
+      {
+        const std::string written =
+            line.substr(at + mark.size(), line.find(' ', at + mark.size()) - at - mark.size());
+        if (written != std::to_string(n))
+          throw InputError(where + "the table " + table + " has " + std::to_string(n) +
+                           " nodes, the matrix was written for " + written + ".");
+        return;
+      }
+      constexpr double rounding = 1e-9; // of the largest entry
+      double largest            = 0;
+      for (const double value : stiffness.values)
+        largest = std::max(largest, std::abs(value));
+      std::vector<char> is_coupled(stiffness.n_rows);
+      for (std::size_t k = 0; k < stiffness.values.size(); ++k)
+        if (stiffness.rows[k] != stiffness.columns[k] &&
+            std::abs(stiffness.values[k]) > rounding * largest)
+          is_coupled[stiffness.rows[k]] = true;
+      unsigned int end = 3 * n; // of the rows that are coupled
+      while (end < is_coupled.size() && is_coupled[end])
+        ++end;
+      const bool others_are_alone =
+          std::count(is_coupled.begin() + end, is_coupled.end(), true) == 0;
+      if (end > 3 * n && end % 3 == 0 && end < is_coupled.size() && others_are_alone)
+        throw InputError(where + "the table " + table + " has " + std::to_string(n) +
+                         " nodes, but the stiffness matrix couples its first " +
+                         std::to_string(end) + " rows, three displacements of each of " +
+                         std::to_string(end / 3) + " nodes, and none behind them.");
+    }
+
+    /// Refuses a stiffness that lets the nodes move as one along all axes, but not turn as one: the
+    /// nodes of the table are not where those of the matrix are. Places are in units of the size.
+    void check_turning(const std::string &where, const Superelement &element)
+    {
+      const unsigned int n = element.nodes.size();
+      Point<3> middle;
+      for (const Point<3> &x : element.nodes)
+        middle += x / double(n);
+      double size = 0;
+      for (const Point<3> &x : element.nodes)
+        size = std::max(size, middle.distance(x));
+      if (!(size > 0))
+        return;
+      std::vector<Point<3>> places;
+      for (const Point<3> &x : element.nodes)
+        places.push_back(Point<3>((x - middle) / size));
+      const DenseMatrix energy = rigid_stiffness(element, places);
+      double largest = 0, moving = 0, turning = 0;
+      for (const double value : diagonal_of(element.matrices->stiffness))
+        largest = std::max(largest, value);
+      for (unsigned int c = 0; c < 3; ++c)
+      {
+        moving  = std::max(moving, std::abs(energy(c, c)));
+        turning = std::max(turning, std::abs(energy(3 + c, 3 + c)));
+      }
+      constexpr double nothing = 1e-6, much = 1e-3; // places enter the energy by their squares
+      if (moving <= nothing * largest && turning > much * largest)
+        throw InputError(where +
+                         "its stiffness is that of a free part, which may move along all axes, but "
+                         "holds it against turning: the nodes of the table are not those of the "
+                         "matrices, or stand in another order.");
+    }
+
     /// The number of eigenvalues below @p limit of the rows and columns from @p first on of a
     /// symmetric matrix, scaled to a diagonal of one. A negative diagonal counts, and an entry
     /// beside a zero of the diagonal.
@@ -160,6 +258,7 @@ namespace squeal
         throw InputError(where + "the stiffness matrix has " + std::to_string(size) +
                          " rows, but the table " + entry.files + "-nodes.csv has " +
                          std::to_string(n) + " nodes with three displacements each.");
+      check_number_of_nodes(where, entry.files, matrices.stiffness, n);
       matrices.mass = read_symmetric(entry.files + "-M.mtx", size);
       if (const std::string file = entry.files + "-D.mtx"; std::filesystem::exists(file))
         matrices.damping = read_symmetric(file, size);
@@ -284,6 +383,7 @@ namespace squeal
     element.nodes           = read_nodes(entry.files + "-nodes.csv");
     element.matrices =
         std::make_shared<const Superelement::Matrices>(read_matrices(entry, element.nodes.size()));
+    check_turning(where, element);
     const std::vector<double> distance = hold_nodes(where, surfaces, tolerance, result);
     check_free_coordinates(where, element, distance);
     result.report = describe(result, surfaces, distance);

@@ -104,7 +104,7 @@ namespace squeal
       : geometry(geometry), comm(comm), log(log), timer(timer),
         spaces_(this->geometry, parameters.discretization.degree, parameters.contact.mortar(),
                 comm),
-        load_pressure(parameters.pads.pressure)
+        load_pressure(pressure_of_loads(parameters.pads.pressure))
   {
     steady.parameters = parameters;
   }
@@ -317,7 +317,7 @@ namespace squeal
         terms.push_back(std::move(term));
     }
     assemble_joints();
-    for (Term &term : joint_terms(ties_, points_, superelements_))
+    for (Term &term : joint_terms(ties_, points_, superelements_, prm.terms().material_damping))
       if (with_motion || term.order == 0)
         terms.push_back(std::move(term));
     return terms;
@@ -362,14 +362,15 @@ namespace squeal
 
   template <int dim>
   std::vector<Term> BrakeModel<dim>::joint_terms(const Ties &ties, const Points &points,
-                                                 const Superelements &superelements)
+                                                 const Superelements &superelements,
+                                                 const bool has_damping)
   {
     std::vector<Term> terms;
     if (ties.matrix)
       terms.push_back({Origin::joint, 0, 1., ties.matrix});
     if (points.stiffness)
       terms.push_back({Origin::joint, 0, 1., points.stiffness});
-    if (points.damping)
+    if (points.damping && has_damping)
       terms.push_back({Origin::joint, 1, 1., points.damping});
     if (points.mass)
       terms.push_back({Origin::inertia, 2, 1., points.mass});
@@ -377,7 +378,7 @@ namespace squeal
       terms.push_back({Origin::joint, 0, 1., superelements.holding});
     if (superelements.stiffness)
       terms.push_back({Origin::elasticity, 0, 1., superelements.stiffness});
-    if (superelements.damping)
+    if (superelements.damping && has_damping)
       terms.push_back({Origin::material_damping, 1, 1., superelements.damping});
     if (superelements.mass)
       terms.push_back({Origin::inertia, 2, 1., superelements.mass});
@@ -388,7 +389,8 @@ namespace squeal
   std::vector<Term> BrakeModel<dim>::joint_terms(const FiniteElementSpace<dim> &spaces) const
   {
     return joint_terms(assemble_ties_as(ties_, spaces), assemble_points(spaces, joint_stiffness),
-                       assemble_superelements(spaces, joint_stiffness));
+                       assemble_superelements(spaces, joint_stiffness),
+                       parameters().terms().material_damping);
   }
 
   /// With a computed pressure the static equilibrium also decides where the pads touch, in every
@@ -451,8 +453,7 @@ namespace squeal
                                            const FiniteElementSpace<dim> &spaces) const
   {
     MultiVector load = assemble_pressure_load(spaces);
-    if (load_pressure != 0)
-      load *= parameters.pads.pressure / load_pressure;
+    load *= parameters.pads.pressure / load_pressure;
     if (parameters.prestress.centrifugal_load)
       load += centrifugal_load(parameters, spaces);
     return load;
@@ -580,7 +581,7 @@ namespace squeal
       if (!materials[m].of_rotor && !geometry.bodies_of(m).empty())
         for (auto &[coefficient, matrix] : bodies[m].stiffness_of(materials[m].material))
           terms.push_back({Origin::elasticity, 0, coefficient, std::move(matrix)});
-    for (Term &term : joint_terms(ties_, points_, superelements_))
+    for (Term &term : joint_terms(ties_, points_, superelements_, false)) // at rest
       terms.push_back(std::move(term));
     std::vector<char> is_rotor(spaces_.rows.size);
     const auto &[names, body_of_row] = bodies_of_rows();

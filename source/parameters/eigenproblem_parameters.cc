@@ -83,8 +83,9 @@ namespace squeal
         if (given)
           throw InputError("Eigenproblem/Solver = block_davidson: " + why);
       };
-      refuse(scene == Scene::matrices || sweep.active() || stage == Stage::ladder,
-             "Scene = matrices, sweeps and Stage = ladder need block_krylov, krylov or dense.");
+      refuse(scene == Scene::matrices || varies_parameters() || stage == Stage::ladder,
+             "Scene = matrices, sweeps, samples and Stage = ladder need block_krylov, krylov or "
+             "dense.");
       refuse(discretization.degree < 2,
              "it begins with one degree less; allowed for Discretization/Degree are 2 and more.");
       refuse(eigenproblem.minimum_frequency > 0,

@@ -23,6 +23,9 @@ namespace squeal::Parameters
 
   std::optional<double> to_number(const std::string &word)
   {
+    // Hexadecimal numbers and what is behind a NUL are known there, too.
+    if (word.find_first_not_of("0123456789+-.eE") != std::string::npos)
+      return std::nullopt;
     try
     {
       const double value = dealii::Utilities::string_to_double(word);

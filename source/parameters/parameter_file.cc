@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <sstream>
 
 // From a file to Parameters::All and back. declare() lists the keys with what a reader is told of
@@ -520,8 +521,16 @@ namespace squeal
 
   double ParameterFile::value_of(const std::string &path) const
   {
-    const Entry &entry     = entry_of(path, "Sweep/Parameter");
-    const std::string text = prm->get(entry.section, entry.key);
+    // Expressions of the position or the speed; a number is one.
+    const std::set<std::string> expressions = {"Pads/Pressure profile", "Contact/Initial gap",
+                                               "Contact/Friction/Expression"};
+    const Entry &entry                      = entry_of(path, "Sweep/Parameter");
+    const std::string text                  = prm->get(entry.section, entry.key);
+    if (entry.pattern.rfind("[Double", 0) != 0 && entry.pattern.rfind("[Integer", 0) != 0 &&
+        expressions.count(path) == 0)
+      throw InputError("Sweep/Parameter = " + path +
+                       ": its value is not a number but a choice, a "
+                       "name or a list; only numbers can be varied.");
     try
     {
       return dealii::Utilities::string_to_double(text);
@@ -545,7 +554,7 @@ namespace squeal
     try
     {
       set_all(values);
-      all->check();
+      check_all();
     }
     catch (const InputError &)
     {
@@ -558,7 +567,14 @@ namespace squeal
   void ParameterFile::choose(const std::string &path, const std::string &value)
   {
     set(path, value, path);
+    check_all();
+  }
+
+  void ParameterFile::check_all()
+  {
     all->check();
+    for (const auto &check : checks)
+      check(*all);
   }
 
   void ParameterFile::print_used(std::ostream &out) const

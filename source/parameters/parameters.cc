@@ -462,7 +462,8 @@ namespace squeal
 
     bool All::is_used(const BodyMaterial &body) const
     {
-      return body.of_rotor || n_pads() > 0 || joints.active();
+      return body.of_rotor || n_pads() > 0 || joints.active() ||
+             (scene == Scene::mesh && !body.volumes.empty()); // a part alone
     }
 
     void All::fit_modulus_tables()
@@ -671,6 +672,11 @@ namespace squeal
       {
         contact.check(stage, operation.angular_velocity);
         check_friction_of_pads();
+        if (n_pads() > 0 && contact.steady_pressure == SteadyPressure::uniform &&
+            to_number(pads.profile) != 1.)
+          throw InputError("Pads/Pressure profile = " + pads.profile +
+                           ": Contact/Steady pressure = uniform takes Pads/Pressure itself for the "
+                           "contact pressure; allowed is computed, or the profile 1.");
       }
       if (prestress.needs_state() && has_contact() &&
           contact.steady_pressure != SteadyPressure::computed)

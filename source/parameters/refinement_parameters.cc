@@ -67,7 +67,7 @@ namespace squeal
                                 "contact inside of a cell; Contact/Formulation = mortar has them.");
       refuse(contact.steady_pressure != SteadyPressure::computed,
              "no static equilibrium says where the pads touch.");
-      refuse(sweep.active(), "the edge moves in a sweep.");
+      refuse(varies_parameters(), "the edge moves in a sweep and between samples.");
     }
 
     std::vector<std::complex<double>> Refinement::reference_eigenvalues() const

@@ -33,10 +33,13 @@ namespace squeal
 
     bool Sweep::keeps_mesh(const std::string &parameter)
     {
-      const std::vector<std::string> starts = {"Operation/",      "Contact/",       "Pads/Pressure",
-                                               "Rotor/Material/", "Pads/Material/", "Mesh/Part",
-                                               "Matrices/",       "Modal damping/"};
-      return std::any_of(starts.begin(), starts.end(),
+      // A load's profile is made with the mesh.
+      const std::vector<std::string> starts = {"Operation/",     "Contact/",  "Rotor/Material/",
+                                               "Pads/Material/", "Matrices/", "Modal damping/"};
+      const bool is_of_part                 = parameter.rfind("Mesh/Part ", 0) == 0 &&
+                              parameter.find("/Material/") != std::string::npos;
+      return parameter == "Pads/Pressure" || is_of_part ||
+             std::any_of(starts.begin(), starts.end(),
                          [&](const std::string &start) { return parameter.rfind(start, 0) == 0; });
     }
 

@@ -15,6 +15,7 @@
 #include <squeal/run/run_directory.h>
 #include <squeal/run/superelement_export.h>
 #include <squeal/run/wanted.h>
+#include <squeal/scenes/imported_bodies.h>
 #include <squeal/scenes/make_scene.h>
 #include <squeal/studies/frequency_response.h>
 #include <squeal/studies/sampling.h>
@@ -199,6 +200,7 @@ namespace squeal
           throw InputError("Eigenproblem/Solver = block_davidson: a body that is free to move as a "
                            "rigid body has no static equilibrium without factors. Hold it, or take "
                            "block_krylov.");
+        check_scene_at_speeds(file);
         report.log.print(geometry.report);
         if (!geometry.report.empty())
           write_text(directory + "/mesh.csv", geometry.report_table, comm);
@@ -226,6 +228,23 @@ namespace squeal
       }
 
     private:
+      /// Where a study lets a rotor turn that rests in the file, the scene is made once more and
+      /// refuses what it does of rotors that turn. Nothing else of what a scene checks depends on
+      /// numbers that keep the mesh.
+      void check_scene_at_speeds(ParameterFile &file) const
+      {
+        if (prm.scene != Scene::mesh || needs_revolution(prm))
+          return;
+        file.also_check(
+            [is_known = false](const Parameters::All &parameters) mutable
+            {
+              if (is_known || !needs_revolution(parameters))
+                return;
+              make_scene<dim>(parameters);
+              is_known = true;
+            });
+      }
+
       void make_mesh(const unsigned int cycle)
       {
         meshes.make(cycle);

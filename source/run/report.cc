@@ -96,10 +96,15 @@ namespace squeal
         describe_joint(r, computed);
         continue;
       }
-      log.line(formatted("Pad %s: normal force %.6g N, friction force %.6g N, torque %.6g N m, "
-                         "area in contact %.6g m^2, pressure %.4g to %.4g Pa",
-                         r.name.c_str(), r.normal_force, slides ? r.friction_force : 0.,
-                         slides ? r.friction_torque : 0., r.area, r.min_pressure, r.max_pressure));
+      const double force = slides ? r.friction_force : 0, torque = slides ? r.friction_torque : 0;
+      log.line(prm.scene == Scene::strip // of one metre of its depth
+                   ? formatted("Block: normal force %.6g N/m, friction force %.6g N/m, length in "
+                               "contact %.6g m, pressure %.4g to %.4g Pa",
+                               r.normal_force, force, r.area, r.min_pressure, r.max_pressure)
+                   : formatted("Pad %s: normal force %.6g N, friction force %.6g N, torque %.6g N "
+                               "m, area in contact %.6g m^2, pressure %.4g to %.4g Pa",
+                               r.name.c_str(), r.normal_force, force, torque, r.area,
+                               r.min_pressure, r.max_pressure));
       if (r.min_pressure < 0)
         log.line("  Negative pressure: contacts open at the nodes of the pressure; between nodes, "
                  "beside the edge of the contact zone, its polynomial may dip below zero. A finer "
@@ -398,7 +403,8 @@ namespace squeal
                                                         : " (" + prm.contact.friction_of_pads + ")")
                << ", steady pressure " << name_of(prm.contact.steady_pressure);
       }
-      text << ", " << prm.operation.angular_velocity << " rad/s";
+      text << ", " << prm.operation.angular_velocity
+           << (prm.scene == Scene::strip ? " m/s" : " rad/s");
       if (prm.turns() && prm.rotor.transport == Transport::none)
         text << "\nRotor/Transport = none: friction slides with Omega, but the rotor's deformation "
                 "is not carried along. Neglected are the\ngyroscopic and centrifugal terms (a mode "

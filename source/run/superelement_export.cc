@@ -185,8 +185,8 @@ namespace squeal
       const MatrixMarketFile file = file_of(matrix);
       write_matrix_market(directory + "/superelement-" + letter + ".mtx", file,
                           {letter + " of the superelement of '" + name +
-                           "': three displacements of each node of superelement-nodes.csv, then "
-                           "amplitudes of modes"},
+                           text_of("': three displacements of each of the ", nodes.size(),
+                                   " nodes of superelement-nodes.csv, then amplitudes of modes")},
                           rows.comm);
     };
     write("K", reduced.K);

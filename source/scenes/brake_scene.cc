@@ -200,7 +200,7 @@ namespace squeal
       else if (pads.back_face == BackFace::fixed)
         geometry.supports.push_back({back_id, {{true, true, true}}});
       const auto profile    = position_expression<3>(pads.profile, "Pads/Pressure profile");
-      const double pressure = pads.pressure;
+      const double pressure = pressure_of_loads(pads.pressure);
       geometry.loads.push_back({back_id, [=](const Point<3> &x) { return pressure * profile(x); }});
       geometry.interfaces.push_back({upper ? "upper" : "lower", body, contact_id,
                                      geometry.boundaries[upper ? "rotor.top" : "rotor.bottom"]});

@@ -139,9 +139,6 @@ namespace squeal
 
   bool needs_revolution(const Parameters::All &prm)
   {
-    const std::string speed = "Operation/Angular velocity";
-    return prm.terms().transport && !prm.mesh.rotor.empty() &&
-           (prm.operation.angular_velocity != 0 || prm.sweep.parameter == speed ||
-            prm.sweep.second_parameter == speed);
+    return prm.terms().transport && !prm.mesh.rotor.empty() && prm.operation.angular_velocity != 0;
   }
 } // namespace squeal

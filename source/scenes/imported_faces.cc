@@ -62,7 +62,7 @@ namespace squeal
           if (use.is_loaded)
           {
             const auto profile = position_expression<3>(prm.pads.profile, "Pads/Pressure profile");
-            const double pressure = prm.pads.pressure;
+            const double pressure = pressure_of_loads(prm.pads.pressure);
             geometry.loads.push_back(
                 {id->second, [=](const Point<3> &x) { return pressure * profile(x); }});
           }

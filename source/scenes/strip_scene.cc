@@ -64,7 +64,7 @@ namespace squeal
       geometry.supports.push_back({6, {{true, true}}});
     geometry.may_move_rigidly = pads.back_face == BackFace::free;
     const auto profile        = position_expression<2>(pads.profile, "Pads/Pressure profile");
-    const double pressure     = pads.pressure;
+    const double pressure     = pressure_of_loads(pads.pressure);
     geometry.loads.push_back({6, [=](const Point<2> &x) { return pressure * profile(x); }});
     geometry.interfaces.push_back({"block", upper_pad_body, 5, 3});
     return geometry;

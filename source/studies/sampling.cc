@@ -65,16 +65,7 @@ namespace squeal
       Parameters::Sweep::need_mesh_kept(parameter, "Sampling/File = " + settings.file + ": ",
                                         "samples keep");
     make_points();
-    // A sample that is not allowed is refused before anything is computed.
-    for (unsigned int k = 0; k < points.size(); ++k)
-      try
-      {
-        varied.parameters_at(points[k]);
-      }
-      catch (const InputError &error)
-      {
-        throw InputError("Sample " + std::to_string(k + 1) + " is not allowed: " + error.what());
-      }
+    varied.check(points, "Sample");
     middle = centre();
     varied.parameters_at(middle);
   }

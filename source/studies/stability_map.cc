@@ -27,6 +27,11 @@ namespace squeal
       Parameters::Sweep::need_mesh_kept(
           varied.parameters[k],
           k == 0 ? "Sweep/Parameter = " : "Sweep/Second parameter = ", "a stability map keeps");
+    std::vector<std::vector<double>> points;
+    for (const double second : values[1])
+      for (const double first : values[0])
+        points.push_back({first, second});
+    varied.check(points, "Point");
   }
 
   // Positions.

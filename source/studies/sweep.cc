@@ -42,11 +42,10 @@ namespace squeal
             { write(critical, bar); },
             [this](const Course::Stop &stop) { write(stop); })
   {
-    // A value that is not allowed is refused before anything is computed.
-    const double now = file.value_of(parameter);
+    std::vector<std::vector<double>> points;
     for (const double value : values)
-      varied.parameters_at({value});
-    varied.parameters_at({now});
+      points.push_back({value});
+    varied.check(points, "Value");
   }
 
   std::string Sweep::take_up()

@@ -155,6 +155,17 @@ mkdir -p output/$name; touch "output/$name/$TABLE\""""})
         for word in ["case.prm", "0.123", "mortar", "output/case"]:
             self.assertIn(word, text)
 
+    def test_units_of_the_strip(self):
+        """A belt has a speed in m/s, and forces are those of one metre of its depth."""
+        strip = {"Scene": "strip", "Discretization/Degree": 1, "Discretization/Rotor cells": "1, 8, 1",
+                 "Discretization/Pad cells": "1, 2, 1", "Eigenproblem/Solver": "none", "Operation/Angular velocity": 3}
+        self.write("strip.prm", strip)
+        self.assertIn(", 3 m/s", self.assertPrints("--check", "strip.prm"))
+        log = (self.analyse(strip) / "log.txt").read_text()
+        # 1e6 Pa on a block of 0.05 m
+        self.assertRegex(log, r"Block: normal force 50000 N/m, friction force \S+ N/m, length in contact 0.05 m, ")
+        self.assertNotRegex(log, "rad/s|torque")
+
     def test_runs_without_a_directory_for_temporary_files(self):
         """Many runs that start and end at the same time once shared one, and took it from each other."""
         version = re.search(r"Open MPI v?(\d+)", st.run("--version").stdout)

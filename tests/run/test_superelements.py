@@ -202,6 +202,9 @@ class Superelements(st.TestCase):
 
         inner = 3 * (len(moved) - 1) + 1
         small = "%%MatrixMarket matrix coordinate real general\n3 3 3\n1 1 1\n2 2 1\n3 3 1\n"
+        by_place = "\n".join([moved[0], *sorted(moved[1:], key=lambda line: float(line.split(",")[2]))]) + "\n"
+        cut = "\n".join(moved[:4]) + "\n"
+        plain = "\n".join([entries[0], *entries[size:]]) + "\n"
         for files, changed, words in [
                 ({"superelement-K.mtx": with_line(first, "1 2 1e6")}, {}, "is not symmetric"),
                 ({"superelement-K.mtx": small}, {}, "has 6 nodes with three displacements each"),
@@ -217,6 +220,9 @@ class Superelements(st.TestCase):
                 ({"superelement-nodes.csv": far}, {}, "no node is within"),
                 ({"superelement-nodes.csv": nodes.replace("node,", "number,")}, {}, "expected 'node,x_m,y_m,z_m'"),
                 ({"superelement-nodes.csv": nodes + moved[1] + "\n"}, {}, "is there twice"),
+                ({"superelement-nodes.csv": by_place}, {}, "do not stand in this order"),
+                ({"superelement-nodes.csv": cut}, {}, "has 3 nodes, the matrix was written for 6"),
+                ({"superelement-nodes.csv": cut, "superelement-K.mtx": plain}, {}, "couples its first 18 rows"),
                 ({"superelement-nodes.csv": nodes.replace(moved[1], moved[1] + "x")}, {}, "superelement-nodes.csv"),
                 ({}, {"Joints/Superelements": "bracket : superelement"}, "is not name : files : surface"),
                 ({}, {"Joints/Superelements": "bracket : superelement : nothing"}, "there is no surface group 'nothing'"),
@@ -249,6 +255,15 @@ class Superelements(st.TestCase):
                 self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
                 self.assertIn(words, result.stderr)
 
+    def test_stages_without_damping(self):
+        """Neither a superelement's D nor a dashpot damps the stage elastic."""
+        self.superelement()
+        damped = {**IN, "Joints/Points": "p : upper.high", "Joints/Dashpots": "p : ground : 1e3 1e3 1e3"}
+        for stage, most in [("elastic", -1e-6), ("full", -1)]:
+            modes = eigenvalues(self.modes({**damped, "Stage": stage, "Contact/Friction/Coefficient": 0}))
+            least = min(l.real for l in modes)
+            self.assertTrue(least > most if stage == "elastic" else least < most, least)
+
     def test_free_and_mechanism(self):
         """Nodes off the surface are free and held by K; a superelement that does not hold its pad is named."""
         self.write_mesh(self.mesh())
@@ -258,6 +273,13 @@ class Superelements(st.TestCase):
         for name in FILES:
             shutil.copy(results / name, self.directory)
         self.write_mesh(self.mesh(bracket=False))
+        # Two nodes that change their names and places: a free part would resist turning.
+        nodes = (self.directory / FILES[-1]).read_text()
+        lines = [line.split(",", 1) for line in nodes.splitlines()]
+        lines[1], lines[-1] = ["a", lines[-1][1]], ["b", lines[1][1]]
+        self.write(FILES[-1], "\n".join(map(",".join, lines)) + "\n")
+        self.assertSettingsRefused(IN, "holds it against turning")
+        self.write(FILES[-1], nodes)
         self.write("free.prm", st.parameter_file(IN))
         result = st.run("free.prm", directory=self.directory)
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)

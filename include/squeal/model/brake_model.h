@@ -199,9 +199,10 @@ namespace squeal
     {
       return points_;
     }
-    /// The terms of joints, of all orders; none that are zero.
+    /// The terms of joints, of all orders; none that are zero. Damping is that of the stages that
+    /// have damping.
     static std::vector<Term> joint_terms(const Ties &ties, const Points &points,
-                                         const Superelements &superelements);
+                                         const Superelements &superelements, bool has_damping);
     /// The joints' terms on another space of the mesh. Collective.
     std::vector<Term> joint_terms(const FiniteElementSpace<dim> &spaces) const;
 
@@ -243,7 +244,7 @@ namespace squeal
     Log &log;
     PhaseTimer &timer;
     FiniteElementSpace<dim> spaces_;
-    const double load_pressure;        ///< Pads/Pressure of the geometry's loads, Pa
+    const double load_pressure;        ///< of the geometry's loads, Pa
     std::vector<AssembledBody> bodies; ///< by material
     Ties ties_;                        ///< without matrix before it is needed
     Points points_;                    ///< likewise

@@ -14,6 +14,13 @@ namespace squeal
   std::function<double(const dealii::Point<dim> &)> position_expression(const std::string &text,
                                                                         const std::string &key);
 
+  /// Pads/Pressure for which the loads of a scene are made, Pa: models scale them to their own, and
+  /// loads of zero could not be scaled.
+  inline double pressure_of_loads(const double pressure)
+  {
+    return pressure > 0 ? pressure : 1;
+  }
+
   /// The number that an expression without variables is, such as 2*pi*3; nothing for any other
   /// text, a comma (it is no decimal point), or if it is not finite.
   std::optional<double> constant_expression(const std::string &text);

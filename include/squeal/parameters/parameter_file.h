@@ -6,6 +6,7 @@
 
 #include <mpi.h>
 
+#include <functional>
 #include <iosfwd>
 #include <map>
 #include <memory>
@@ -45,11 +46,19 @@ namespace squeal
     /// of that path or if it is not a number.
     double value_of(const std::string &path) const;
     /// Sets numbers, all of them before the rules are checked; parameters() then refers to the new
-    /// values. Throws InputError, with the old values again.
+    /// values. Passes the checks of a run of its own: Parameters::All::check() and those of
+    /// also_check(). Throws InputError, with the old values again.
     void vary(const std::vector<std::string> &paths, const std::vector<double> &values);
 
-    /// Sets any key and checks all rules. Throws InputError.
+    /// Sets any key and checks as vary() does. Throws InputError.
     void choose(const std::string &path, const std::string &value);
+
+    /// Adds a check of what a study makes of the parameters. It throws InputError for what a run of
+    /// its own would refuse beside the rules across keys.
+    void also_check(std::function<void(const Parameters::All &)> check)
+    {
+      checks.push_back(std::move(check));
+    }
 
     /// The name of the file that was read.
     const std::string &name() const
@@ -102,11 +111,14 @@ namespace squeal
     /// A file whose text was read, included by others.
     void parse_text(const std::string &filename, std::vector<std::string> includers);
     void set(const std::string &path, const std::string &value, const std::string &where);
+    /// Checks as a run of its own does. Throws InputError.
+    void check_all();
 
     std::map<std::string, std::string> texts; ///< of the files read, by name
     std::unique_ptr<Parameters::All> all;
     std::unique_ptr<dealii::ParameterHandler> prm; ///< whose entries are members of all
     std::vector<Entry> entries;
+    std::vector<std::function<void(const Parameters::All &)>> checks; ///< of also_check()
     std::string name_, original;
   };
 } // namespace squeal

@@ -44,7 +44,6 @@ namespace squeal
     const ImportedMesh &mesh;
   };
 
-  /// Whether material flows through the rotor's mesh in any of a run's values, so that it must be a
-  /// body of revolution.
+  /// Whether material flows through the rotor's mesh, so that it must be a body of revolution.
   bool needs_revolution(const Parameters::All &prm);
 } // namespace squeal
