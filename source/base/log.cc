@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <iostream>
 #include <stdexcept>
@@ -33,10 +34,29 @@ namespace squeal
     so_far.clear();
   }
 
+  void Log::keep_warnings(const std::string &text)
+  {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+      if (line.rfind("Warning", 0) == 0 &&
+          std::find(warnings.begin(), warnings.end(), line) == warnings.end())
+        warnings.push_back(line);
+  }
+
+  void Log::repeat_warnings()
+  {
+    std::string text;
+    for (const std::string &warning : warnings)
+      text += warning + "\n";
+    if (!text.empty())
+      print("\n" + text);
+  }
+
   void Log::print(const std::string &text)
   {
     if (!speaks)
       return;
+    keep_warnings(text);
     if (progress_shown)
       std::cout << "\r\033[K";
     progress_shown = false;

@@ -4,6 +4,7 @@
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/model/brake_model.h>
 #include <squeal/model/measured_damping.h>
+#include <squeal/model/plausible_load.h>
 #include <squeal/parameters/expressions.h>
 
 #include <algorithm>
@@ -446,6 +447,8 @@ namespace squeal
     if (!is_matrix_free)
       state.iterative.reset();
     state.pressure = state.equilibrium->pressure;
+    if (has_pads && prm.terms().friction)
+      need_load(prm, squeal::resultants(*state.contact, state.pressure, &state.equilibrium->state));
   }
 
   template <int dim>

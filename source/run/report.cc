@@ -1,5 +1,7 @@
 #include <squeal/bars/locking.h>
 #include <squeal/base/memory.h>
+#include <squeal/model/plausible_load.h>
+#include <squeal/parameters/plausibility.h>
 #include <squeal/run/report.h>
 #include <squeal/statics/static_report.h>
 
@@ -28,6 +30,14 @@ namespace squeal
       const std::string maximum = number(prm.maximum_frequency) + " Hz";
       return prm.minimum_frequency > 0 ? "from " + number(prm.minimum_frequency) + " to " + maximum
                                        : "up to " + maximum;
+    }
+
+    /// What a table without a line means.
+    std::string no_modes(const Parameters::Eigenproblem &prm)
+    {
+      return "Warning, no modes: there is none " + window_of(prm) +
+             ". That says nothing about squeal: is the window (Hz) that of the brake, and are the "
+             "units of moduli (Pa), densities (kg/m^3) and lengths (m) right?";
     }
 
     std::string banner(const MPI_Comm comm)
@@ -110,6 +120,8 @@ namespace squeal
                  "beside the edge of the contact zone, its polynomial may dip below zero. A finer "
                  "mesh or Refinement/Contact edge levels makes the dip smaller.");
     }
+    for (const std::string &doubt : doubts_about_load(prm, resultants))
+      log.line(doubt);
     if (!locking)
       return;
     log.line("Friction amplifies contact pressure with the gain " + number(locking->gain, 4) +
@@ -181,8 +193,12 @@ namespace squeal
       n_unstable += row.is_unstable();
       n_undecided += row.verdict == Verdict::undecided;
     }
-    log.line(text_of("\n", table.rows.size(), " modes ", window_of(prm.eigenproblem), ", ",
-                     n_unstable, " unstable (marked >), ", n_undecided, " undecided."));
+    log.line(text_of("\n", table.rows.size(), " modes ", window_of(prm.eigenproblem),
+                     table.rows.empty() ? " and no verdict."
+                                        : text_of(", ", n_unstable, " unstable (marked >), ",
+                                                  n_undecided, " undecided.")));
+    if (table.rows.empty())
+      log.line(no_modes(prm.eigenproblem));
     if (n_unstable == 0 && n_undecided > 0)
       log.line("Squeal cannot be excluded: the error bars of undecided growth rates reach across "
                "zero.");
@@ -300,7 +316,7 @@ namespace squeal
         std::count_if(modes.lambda.begin(), modes.lambda.end(),
                       [](const std::complex<double> &l) { return l.real() > 0; });
     if (n_growing > 0)
-      log.line(text_of("  Warning: ", n_growing, n_growing == 1 ? " mode grows" : " modes grow",
+      log.line(text_of("Warning: ", n_growing, n_growing == 1 ? " mode grows" : " modes grow",
                        ": the steady state does not last. The response is the part of the motion "
                        "that goes with the force, beside what grows."));
   }
@@ -381,6 +397,7 @@ namespace squeal
 
   void Report::end()
   {
+    log.repeat_warnings();
     log.line("\nResults: " + directory);
   }
 
@@ -434,6 +451,8 @@ namespace squeal
     /// Parameters with which results are worse than they might be.
     void warn(const Parameters::All &prm, std::ostream &text)
     {
+      for (const std::string &doubt : doubts(prm))
+        text << doubt << "\n";
       if (prm.scene != Scene::matrices)
         for (const Parameters::BodyMaterial &body : prm.materials())
           if (may_lock(body.material, prm.discretization.degree))

@@ -1,6 +1,7 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/text.h>
 #include <squeal/mesh/coarse_mesh.h>
+#include <squeal/parameters/plausibility.h>
 #include <squeal/scenes/mesh_report.h>
 
 #include <deal.II/base/quadrature_lib.h>
@@ -189,6 +190,34 @@ namespace squeal
                      " m. Mesh/Scale gives the file's unit of length in metres: 1e-3 for mm.\n");
     }
 
+    /// Lines about bodies whose cells are too long for waves at the window's upper end, by the mean
+    /// of the cells' longest edges.
+    std::string describe_waves(const Parameters::All &prm, const Geometry<3> &geometry)
+    {
+      const std::vector<Parameters::BodyMaterial> materials = prm.materials();
+      std::vector<double> sums(materials.size());
+      std::vector<unsigned int> counts(materials.size());
+      for (const CoarseCell<3> &cell : geometry.cells)
+      {
+        double longest = 0;
+        for (unsigned int v = 0; v < 8; ++v)
+          for (unsigned int d = 0; d < 3; ++d)
+            if (const unsigned int w = v | (1u << d); w != v)
+              longest = std::max(longest, geometry.vertices[cell.vertices[v]].distance(
+                                              geometry.vertices[cell.vertices[w]]));
+        const unsigned int m = geometry.parts[cell.material_id].material;
+        sums[m] += longest;
+        counts[m] += 1;
+      }
+      std::string text;
+      for (unsigned int m = 0; m < materials.size(); ++m)
+        if (counts[m] > 0)
+          if (const std::string doubt = doubt_about_window(prm, materials[m], sums[m] / counts[m]);
+              !doubt.empty())
+            text += doubt + "\n";
+      return text;
+    }
+
     void add_cell(Row &row, const Geometry<3> &geometry, const unsigned int c,
                   const CellMeasures &cell, const double density)
     {
@@ -366,6 +395,7 @@ namespace squeal
              ? ", " + std::to_string(facts.n_turned) + " cells numbered inside out have been turned"
              : "") +
         "\n" + describe_division(prm, facts, geometry, measures) +
-        describe_flat_cells(prm, geometry) + describe_rows(rows) + describe_size(rows[0]) + joints;
+        describe_flat_cells(prm, geometry) + describe_rows(rows) + describe_size(rows[0]) +
+        describe_waves(prm, geometry) + joints;
   }
 } // namespace squeal

@@ -42,6 +42,13 @@ namespace squeal
     iterative_statics_failed
   };
 
+  /// The input makes a steady state in which friction has nothing to act on: no run can go on from
+  /// it, a study leaves the value out.
+  struct NoLoad : InputError
+  {
+    using InputError::InputError;
+  };
+
   /// A solver failed: exit status 3. The message says which and how far it came.
   struct SolverError : std::runtime_error
   {

@@ -14,7 +14,8 @@ namespace squeal
   /// Whether this is the rank that speaks and writes tables.
   bool is_rank_zero(MPI_Comm comm);
 
-  /// What the screen shows, and the same in log.txt. Only rank 0 speaks.
+  /// What the screen shows, and the same in log.txt. Only rank 0 speaks. Lines that begin with
+  /// "Warning" are kept and stand again at the end of a run.
   class Log
   {
   public:
@@ -30,13 +31,19 @@ namespace squeal
       print(text + "\n");
     }
 
+    /// Prints each warning so far again, once.
+    void repeat_warnings();
+
     /// A line that the next one overwrites; shown on terminals only. Ends the run if a signal has
     /// come: throws Interrupted.
     void progress(const std::string &text);
 
   private:
+    void keep_warnings(const std::string &text);
+
     const bool speaks, terminal;
     bool progress_shown = false;
+    std::vector<std::string> warnings; ///< lines, none of them twice
     std::ofstream file;
     std::string so_far;
   };

@@ -1,0 +1,74 @@
+#include <squeal/base/errors.h>
+#include <squeal/base/text.h>
+#include <squeal/model/plausible_load.h>
+
+#include <algorithm>
+
+namespace squeal
+{
+  namespace
+  {
+    std::string reason_for_no_load(const Parameters::All &prm)
+    {
+      if (prm.pads.pressure == 0)
+        return "Pads/Pressure = 0.";
+      if (prm.scene == Scene::mesh && prm.mesh.pressure_on.empty())
+        return "Mesh/Pressure on is empty: Pads/Pressure acts on no surface.";
+      if (prm.scene == Scene::mesh)
+        return "Pads/Pressure acts on Mesh/Pressure on = " + prm.mesh.pressure_on +
+               ": these surfaces are held (Mesh/Clamped, Guided, Fixed), or are not of this pad, "
+               "or "
+               "Pads/Pressure profile is zero there.";
+      return "What Pads/Pressure acts on is held (Pads/Back face), or Pads/Pressure profile is "
+             "zero "
+             "there.";
+    }
+  } // namespace
+
+  void need_load(const Parameters::All &prm, const std::vector<ContactResultants> &pads)
+  {
+    constexpr double rounding = 1e-14; // of a modulus, as a pressure
+    double modulus            = 0;
+    for (const Parameters::BodyMaterial &body : prm.materials())
+      if (prm.is_used(body))
+        modulus = std::max(modulus, body.material.young_modulus);
+    if (prm.terms().friction)
+      for (const ContactResultants &pad : pads)
+        if (pad.kind == ContactKind::sliding && !(pad.normal_force > rounding * modulus * pad.area))
+          throw NoLoad("The pad '" + pad.name + "' carries no force in the static state (" +
+                       number(pad.normal_force, 3) +
+                       " N): friction has nothing to act on, and no verdict is given. " +
+                       reason_for_no_load(prm) + " Stage = elastic and transport need no load.");
+  }
+
+  std::vector<std::string> doubts_about_load(const Parameters::All &prm,
+                                             const std::vector<ContactResultants> &pads)
+  {
+    constexpr double low = 1e3, high = 1e8; // Pa
+    std::vector<std::string> all;
+    if (!prm.terms().friction)
+      return all;
+    const ContactResultants *least = nullptr, *most = nullptr;
+    for (const ContactResultants &pad : pads)
+    {
+      if (pad.kind != ContactKind::sliding)
+        continue;
+      if (!least || pad.normal_force < least->normal_force)
+        least = &pad;
+      if (!most || pad.normal_force > most->normal_force)
+        most = &pad;
+      const double mean = pad.area > 0 ? pad.normal_force / pad.area : 0;
+      if (mean < low || mean > high)
+        all.push_back(text_of("Warning, pressure: the mean pressure of the pad ", pad.name, " is ",
+                              number(mean, 4),
+                              " Pa; usual are 1e3 to 1e8 Pa. Pads/Pressure is in Pa: 1 MPa is "
+                              "1e6."));
+    }
+    // Both pads of a floating caliper carry the same force.
+    if (least && least->normal_force < 2. / 3 * most->normal_force)
+      all.push_back(text_of("Warning, uneven load: the pad ", least->name, " is pressed with ",
+                            number(least->normal_force, 4), " N, the pad ", most->name, " with ",
+                            number(most->normal_force, 4), " N."));
+    return all;
+  }
+} // namespace squeal

@@ -1,0 +1,167 @@
+#include <squeal/base/text.h>
+#include <squeal/parameters/plausibility.h>
+
+#include <cmath>
+
+namespace squeal
+{
+  namespace
+  {
+    struct Range
+    {
+      double low, high;
+      bool holds(const double value) const
+      {
+        return value >= low && value <= high;
+      }
+    };
+    struct Unit
+    {
+      const char *name;
+      double factor; ///< in SI units
+    };
+    constexpr Range usual_modulus  = {1e5, 1.3e12}, // Pa: foam to diamond
+        usual_density              = {500, 25000},  // kg/m^3: wood to platinum
+        usual_wave                 = {20, 13000},   // m/s, sqrt(E/rho): rubber to beryllium
+        wave_of_rotor              = {1000, 12000}, // m/s
+        usual_pressure             = {1e3, 1e8};    // Pa
+    constexpr double fastest       = 300;           // rad/s: 320 km/h on wheels of 0.3 m
+    constexpr double lowest_squeal = 100;           // Hz
+
+    /// The unit in which a value that is out of its range would be in it, as a hint.
+    std::string meant_modulus(const double modulus)
+    {
+      for (const auto &[unit, factor] : {Unit{"MPa", 1e6}, Unit{"GPa", 1e9}})
+        if (modulus < usual_modulus.low * 100 &&
+            Range{1e8, usual_modulus.high}.holds(modulus * factor))
+          return text_of("; in ", unit, " it would be ", number(modulus * factor, 4), " Pa");
+      return "";
+    }
+
+    std::string meant_density(const double density)
+    {
+      for (const auto &[unit, factor] :
+           {Unit{"g/cm^3", 1e3}, Unit{"kg/mm^3", 1e9}, Unit{"t/mm^3", 1e12}})
+        if (usual_density.holds(density * factor))
+          return text_of("; in ", unit, " it would be ", number(density * factor, 4), " kg/m^3");
+      return "";
+    }
+
+    /// One line for a material, whatever is unusual about it.
+    std::string doubt_about_material(const Parameters::BodyMaterial &body, const bool is_disc)
+    {
+      const double modulus = body.material.young_modulus, density = body.material.density,
+                   wave = std::sqrt(modulus / density);
+      const Range waves = is_disc ? wave_of_rotor : usual_wave;
+      std::string what;
+      if (!usual_modulus.holds(modulus))
+        what += text_of("; Young modulus = ", number(modulus), " Pa (usual are ", usual_modulus.low,
+                        " to ", usual_modulus.high, ")", meant_modulus(modulus));
+      if (!usual_density.holds(density))
+        what += text_of("; Density = ", number(density), " kg/m^3 (usual are ", usual_density.low,
+                        " to ", usual_density.high, ")", meant_density(density));
+      if (!waves.holds(wave))
+        what += text_of("; waves run with sqrt(E/rho) = ", number(wave, 3), " m/s (usual are ",
+                        waves.low, " to ", waves.high, is_disc ? " in a rotor)" : ")"),
+                        what.empty() ? meant_modulus(modulus) : "");
+      return what.empty() ? ""
+                          : text_of("Warning, units: ", body.section, "/Material: ", what.substr(2),
+                                    ". Units are Pa and kg/m^3.");
+    }
+
+    void add(std::vector<std::string> &all, const std::string &doubt)
+    {
+      if (!doubt.empty())
+        all.push_back(doubt);
+    }
+
+    void add_doubts_about_load(const Parameters::All &prm, std::vector<std::string> &all)
+    {
+      const bool varies = prm.sweep.parameter == "Pads/Pressure" ||
+                          prm.sweep.second_parameter == "Pads/Pressure" || prm.sampling.active();
+      if (prm.n_pads() == 0 || !prm.terms().friction || varies)
+        return;
+      const double pressure = prm.pads.pressure;
+      if (pressure != 0 && !usual_pressure.holds(std::abs(pressure)))
+        all.push_back(text_of("Warning, pressure: Pads/Pressure = ", number(pressure),
+                              " Pa. Usual are 1e3 to 1e8 Pa; 1 MPa is 1e6."));
+      if (pressure == 0 || (prm.scene == Scene::mesh && prm.mesh.pressure_on.empty() &&
+                            prm.contact.steady_pressure == SteadyPressure::computed))
+        all.push_back(text_of(
+            "Warning, no load: ", pressure == 0 ? "Pads/Pressure = 0" : "Mesh/Pressure on is empty",
+            ". Pads that nothing presses have no friction."));
+    }
+
+    void add_doubts_about_motion(const Parameters::All &prm, std::vector<std::string> &all)
+    {
+      const double speed = std::abs(prm.operation.angular_velocity);
+      if (prm.scene != Scene::strip && speed > fastest)
+        all.push_back(text_of(
+            "Warning, speed: Operation/Angular velocity = ", number(prm.operation.angular_velocity),
+            " rad/s are ", number(speed * 30 / M_PI, 4),
+            " revolutions a minute, more than wheels make (", fastest, " rad/s); ",
+            number(speed, 6), " revolutions a minute would be ", number(speed * M_PI / 30, 4),
+            " rad/s. Beyond the rotor's critical speed the centrifugal stress is missing unless "
+            "Prestress/Stress stiffness = true."));
+    }
+
+    /// Of the scene brake, whose cells the parameters give.
+    void add_doubts_about_cells(const Parameters::All &prm, std::vector<std::string> &all)
+    {
+      if (prm.scene != Scene::brake)
+        return;
+      const Parameters::Discretization &d = prm.discretization;
+      const auto longest = [](const double inner, const double outer, const double angle,
+                              const std::array<unsigned int, 3> &cells)
+      { return std::max((outer - inner) / cells[0], angle * (inner + outer) / 2 / cells[1]); };
+      for (const Parameters::BodyMaterial &body : prm.materials())
+        if (body.of_rotor || prm.n_pads() > 0)
+          add(all, doubt_about_window(
+                       prm, body,
+                       body.of_rotor ? longest(prm.rotor.inner_radius, prm.rotor.outer_radius,
+                                               2 * M_PI, d.rotor_cells)
+                                     : longest(prm.pads.inner_radius, prm.pads.outer_radius,
+                                               prm.pads.sector_angle * M_PI / 180, d.pad_cells)));
+    }
+  } // namespace
+
+  // Shear waves of the frequency f are sqrt(G/rho) / f long.
+  std::string doubt_about_window(const Parameters::All &prm, const Parameters::BodyMaterial &body,
+                                 const double cell_size)
+  {
+    constexpr double fewest = 4; // nodes in a wavelength
+    if (!prm.eigenproblem.is_solved() || prm.refinement.strategy == Strategy::adaptive)
+      return "";
+    const double size = cell_size * std::pow(0.5, prm.refinement.n_cycles() - 1.),
+                 wave = std::sqrt(body.material.shear_modulus() / body.material.density) /
+                        prm.eigenproblem.maximum_frequency,
+                 nodes = wave * prm.discretization.degree / size;
+    if (nodes >= fewest)
+      return "";
+    return text_of("Warning, coarse mesh: shear waves of Eigenproblem/Maximum frequency = ",
+                   number(prm.eigenproblem.maximum_frequency), " Hz in ", body.section, " are ",
+                   number(1e3 * wave, 3), " mm long, cells ", number(1e3 * size, 3),
+                   " mm of degree ", prm.discretization.degree, ": ", number(nodes, 2),
+                   " nodes in a wavelength, ", fewest,
+                   " are needed. Take a finer mesh, a higher degree or a lower window.");
+  }
+
+  std::vector<std::string> doubts(const Parameters::All &prm)
+  {
+    std::vector<std::string> all;
+    if (prm.scene == Scene::matrices)
+      return all;
+    for (const Parameters::BodyMaterial &body : prm.materials())
+      if (prm.is_used(body))
+        add(all, doubt_about_material(body, body.section == "Rotor" && prm.scene != Scene::strip));
+    add_doubts_about_load(prm, all);
+    add_doubts_about_motion(prm, all);
+    if (prm.eigenproblem.is_solved() && prm.scene != Scene::strip &&
+        prm.eigenproblem.maximum_frequency < lowest_squeal)
+      all.push_back(text_of("Warning, window: Eigenproblem/Maximum frequency = ",
+                            number(prm.eigenproblem.maximum_frequency), " Hz. Brakes squeal above ",
+                            lowest_squeal, " Hz; 4 kHz are 4000."));
+    add_doubts_about_cells(prm, all);
+    return all;
+  }
+} // namespace squeal
