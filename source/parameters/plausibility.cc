@@ -62,7 +62,7 @@ namespace squeal
                         " to ", usual_density.high, ")", meant_density(density));
       if (!waves.holds(wave))
         what += text_of("; waves run with sqrt(E/rho) = ", number(wave, 3), " m/s (usual are ",
-                        waves.low, " to ", waves.high, is_disc ? " in a rotor)" : ")"),
+                        waves.low, " to ", waves.high, is_disc ? " in a rotor)" : ")",
                         what.empty() ? meant_modulus(modulus) : "");
       return what.empty() ? ""
                           : text_of("Warning, units: ", body.section, "/Material: ", what.substr(2),

@@ -1,3 +1,5 @@
+#include <squeal/base/errors.h>
+#include <squeal/base/text.h>
 #include <squeal/studies/study.h>
 
 namespace squeal
@@ -22,7 +24,18 @@ namespace squeal
     while (n_done < n_points())
     {
       tell_progress();
-      solve(n_done);
+      try
+      {
+        solve(n_done);
+      }
+      catch (const NoLoad &error)
+      {
+        if (!can_leave_out(n_done))
+          throw;
+        ++n_done;
+        log.line(text_of("Warning, left out: ", names.point, " ", n_done, ". ", error.what()));
+        continue; // the state stays that of the point before
+      }
       ++n_done;
       if (can_be_saved() && (!has_saved || is_state_older_than(interval)))
         save();

@@ -68,6 +68,7 @@ namespace squeal
     if (path.keeps_mesh())
       tracker.keep_apart(varying_terms);
     last.reuse = {};
+    has_begun  = true;
     return "";
   }
 
@@ -106,8 +107,9 @@ namespace squeal
   void Sweep::advance(const unsigned int point)
   {
     BranchPoint next = solve_value(values[point]);
-    if (point == 0)
+    if (!has_begun)
     {
+      has_begun = true;
       Path::begin_branches(next);
       course.begin(next, critical_csv && values.size() > 1
                              ? search.at(next, nullptr, values[1] - values[0])

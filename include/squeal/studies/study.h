@@ -57,6 +57,11 @@ namespace squeal
     {
       return true;
     }
+    /// Whether the study goes on without a point whose state carries no load.
+    virtual bool can_leave_out(unsigned int /*point*/) const
+    {
+      return false;
+    }
     virtual void conclude() {}
 
     void save();

@@ -39,6 +39,10 @@ namespace squeal
     std::string take_up() override;
     void open(bool resumed) override;
     void solve(unsigned int point) override;
+    bool can_leave_out(const unsigned int point) const override
+    {
+      return has_begun || point + 1 < values.size();
+    }
     bool can_be_saved() const override
     {
       return tracker.is_whole(last.modes);
@@ -74,6 +78,7 @@ namespace squeal
     CriticalSearch search;
     Course course;
     std::unique_ptr<Table> sweep_csv, critical_csv;
+    bool has_begun = false;                    ///< at a value that carries a load
     BranchPoint last;                          ///< the last value
     std::vector<double> varying_terms;         ///< of the last expansion point
     unsigned int n_constraints_of_effects = 0; ///< that held where bars were estimated last
