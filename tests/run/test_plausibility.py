@@ -23,7 +23,7 @@ CHECKED = {
     "base": ({}, ""),
     "mu0": ({"Contact/Friction/Coefficient": 0}, ""),
     "backward": ({"Operation/Angular velocity": -20}, ""),
-    "still": ({"Operation/Angular velocity": 0}, ""),
+    "still": ({"Operation/Angular velocity": 0, "Stage": "friction"}, ""),
     "mpa": (MPA, "Warning, units: Rotor/Material: waves run with sqrt(E/rho) = 4 m/s"),
     "gigantic": ({"Rotor/Material/Young modulus": 1.15e14}, "Warning, units: Rotor/Material: Young modulus = 1.15e+14 Pa"),
     "mmdens": (TONNES, "in t/mm^3 it would be 7200 kg/m^3"),
@@ -43,10 +43,10 @@ RUN = {
     "pmpa": ({"Pads/Pressure": 1}, 0, "Warning, pressure: the mean pressure of the pad upper"),
     "nopress": ({"Mesh/Pressure on": ""}, 2, "carries no force in the static state"),
     "clamppad": ({"Mesh/Clamped": "rotor.inner, upper.high, lower.low"}, 2, "carries no force"),
-    "onesided": ({"Mesh/Pressure on": "upper.high"}, 2, "The pad 'lower'"),
+    "onesided": ({"Mesh/Pressure on": "upper.high"}, 2, "The pad 'lower.high'"),
     "elastic": ({"Pads/Pressure": 0, "Stage": "elastic"}, 0, "modes up to 4000 Hz"),
     "khz": ({"Eigenproblem/Maximum frequency": 4}, 0, "Warning, no modes: there is none up to 4 Hz"),
-    "window": ({"Eigenproblem/Solver": "none", "Eigenproblem/Maximum frequency": 60000}, 0, "modes"),
+    "window": ({"Eigenproblem/Solver": "none", "Eigenproblem/Maximum frequency": 60000}, 0, "Static equilibrium"),
 }
 
 
@@ -97,7 +97,7 @@ class Mistakes(st.TestCase):
         status, text = self.say({**settings, "Sweep/Values": "0, 5e5, 1e6"})
         self.assertEqual(status, 0, text)
         self.assertIn("Warning, left out: ", text)
-        values = {row["value"] for row in st.read_table(self.directory / "output/it/sweep.csv")}
+        values = {row["parameter"] for row in st.read_table(self.directory / "output/it/sweep.csv")}
         self.assertEqual(values, {5e5, 1e6})
 
 
