@@ -118,10 +118,9 @@ namespace squeal
                                 ".",
                             {Failure::too_large_for_dense});
         const double radius = search_radius(options.max_imaginary);
+        // A body on springs of nearly nothing has zeros as a free one has.
         const unsigned int n_rigid =
-            problem.may_move_rigidly
-                ? count_reference_modes(problem, rigid_body_limit(options.max_imaginary))
-                : 0;
+            count_reference_modes(problem, rigid_body_limit(options.max_imaginary));
         const double shift = real_shift(options, n_rigid > 0);
         options.progress("  dense: " + std::to_string(problem.rows.size) + " unknowns");
         const auto is_listed = [&](const Complex &l)
@@ -149,6 +148,18 @@ namespace squeal
           if (error > options.tolerance)
             throw SolverError(text_of("The dense solver's backward error is ", error, "."),
                               {Failure::dense_inaccurate});
+        const auto n_in_disc = [&](const bool overdamped)
+        {
+          return std::count_if(modes.lambda.begin(), modes.lambda.end(),
+                               [&](const Complex &l)
+                               {
+                                 return std::abs(l) <= radius && is_overdamped(l) == overdamped &&
+                                        (overdamped || l.imag() > 0);
+                               });
+        };
+        if (const unsigned int n_found = n_in_disc(false);
+            n_found + n_rigid != count_reference_modes(problem, radius))
+          check_difference(problem, options, {0, radius}, n_found, n_in_disc(true));
         solution.proof.n_rigid_body_modes = n_rigid;
         solution.proof.completeness =
             text_of("all eigenvalues were computed; listed are those with |lambda| <= 2 pi ",

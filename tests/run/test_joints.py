@@ -214,6 +214,22 @@ class Parts(st.TestCase):
         distance = [max(min(abs(l - m) for m in modes) for l in limit[:3]) for modes in found]
         self.assertLess(distance[1], 0.02 * distance[0])
 
+    def test_springs_of_nearly_nothing(self):
+        """Plates on 1e-4 N/m, or as heavy as a mountain, move at nearly no frequency; all other modes are found beside that."""
+        self.write_brake(n_around=(2, 3))
+        foot = "{0} : ground : 1e-4 1e-4 1e-4 1e-4 1e-4 1e-4"
+        cases = {"soft": {"Joints/Springs": ", ".join(foot.format(point) for point in ("up", "down")), "Mesh/Guided": "",
+                          "Contact/Steady pressure": "uniform"},
+                 "heavy": {"Joints/Masses": "up : 1e18"}}
+        for name, joints in cases.items():
+            with self.subTest(name):
+                case = self.settings(**{
+                    "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 5000,
+                    "Joints/Points": "up : upper.plate.high, down : lower.plate.low", **joints})
+                expected = eigenvalues(self.modes({**case, "Eigenproblem/Solver": "dense"}))
+                self.assertGreater(len(expected), 3)
+                self.assertSameModes(eigenvalues(self.modes(case)), expected, 1e-7)
+
     def test_exported_matrices(self):
         """M, P, Q with the tie's rows, a line of unknowns.csv for each, and eigenvectors that they belong to."""
         self.write_brake(n_around=(2, 3))

@@ -58,10 +58,14 @@ namespace squeal
     }
 
   private:
+    /// Searches with a shift beside zero if there are reference modes at zero. They are looked for
+    /// if @p may_be_soft.
     EigenSolution solve_in(const SearchRegion &region, const QuadraticEigenproblem &problem,
-                           const EigensolverOptions &options, const Counting &counting) const;
-    /// Searches twice if the inertia does not confirm the number found.
-    /// @p start becomes what spans the vectors found, to be refined if need be.
+                           const EigensolverOptions &options, const Counting &counting,
+                           bool may_be_soft) const;
+    /// Searches twice if the inertia does not confirm the number found. @p start becomes what spans
+    /// the vectors found, to be refined if need be. Throws SolverError if the numbers differ by more
+    /// than friction and damping explain.
     EigenSolution search_all(const Task &task, MultiVector &start) const;
 
     /// Adds modes of the window that grow outside of the disc, and tells what is known of them.
