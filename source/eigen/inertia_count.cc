@@ -99,22 +99,20 @@ namespace squeal
     const double factor = is_disc ? 2 : 1.1, upper = region.upper(), lower = region.lower();
     // Zero eigenvalues of a disc are left out where modes are missed; friction may move them.
     const std::vector<double> omegas =
-        is_disc ? std::vector<double>{rigid_body_limit(options.max_imaginary), upper / factor,
-                                      upper * factor}
-                : std::vector<double>{lower * factor, upper / factor, lower / factor,
-                                      upper * factor};
+        is_disc
+            ? std::vector<double>{rigid_body_limit(options.max_imaginary), upper / factor,
+                                  upper * factor}
+            : std::vector<double>{lower * factor, upper / factor, lower / factor, upper * factor};
     const std::vector<unsigned int> n =
         count_reference_modes(problem, omegas, problem.shifted_reference(omegas.front()));
-    const unsigned int least = n[1] > n[0] ? n[1] - n[0] : 0,
-                       most  = is_disc ? n[2] : n[3] - n[2];
+    const unsigned int least = n[1] > n[0] ? n[1] - n[0] : 0, most = is_disc ? n[2] : n[3] - n[2];
     if (n_found + n_overdamped >= least && n_found <= most)
       return;
     std::ostringstream message;
     message << n_found << " modes and " << n_overdamped << " overdamped ones were found up to "
             << upper / (2 * M_PI) << " Hz; the reference problem has " << least << " up to "
             << upper / factor / (2 * M_PI) << " Hz and " << most << " up to "
-            << upper * factor / (2 * M_PI)
-            << " Hz: more than friction and damping explain.";
+            << upper * factor / (2 * M_PI) << " Hz: more than friction and damping explain.";
     throw SolverError(message.str(), {Failure::modes_missing});
   }
 

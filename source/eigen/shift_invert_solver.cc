@@ -114,9 +114,9 @@ namespace squeal
                               " modes, the reference problem has " + std::to_string(n_expected) +
                               ": modes are missing.",
                           {Failure::modes_missing});
-      const unsigned int n_real = std::count_if(
-          found.proof.eigenvalues.begin(), found.proof.eigenvalues.end(),
-          [&](const Complex &l) { return task.in_region(l) && is_overdamped(l); });
+      const unsigned int n_real =
+          std::count_if(found.proof.eigenvalues.begin(), found.proof.eigenvalues.end(),
+                        [&](const Complex &l) { return task.in_region(l) && is_overdamped(l); });
       check_difference(task.problem, task.options, task.region, n_found, n_real);
       if (const MultiVector more = span_of(again); more.n_columns() > 0)
         start.append(more);
@@ -152,8 +152,7 @@ namespace squeal
   EigenSolution ShiftInvertSolver::solve_in(const SearchRegion &region,
                                             const QuadraticEigenproblem &problem,
                                             const EigensolverOptions &options,
-                                            const Counting &counting,
-                                            const bool may_be_soft) const
+                                            const Counting &counting, const bool may_be_soft) const
   {
     Stopwatch watch;
     EigenSolution::Cost::Seconds seconds;

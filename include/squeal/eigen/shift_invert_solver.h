@@ -64,8 +64,8 @@ namespace squeal
                            const EigensolverOptions &options, const Counting &counting,
                            bool may_be_soft) const;
     /// Searches twice if the inertia does not confirm the number found. @p start becomes what spans
-    /// the vectors found, to be refined if need be. Throws SolverError if the numbers differ by more
-    /// than friction and damping explain.
+    /// the vectors found, to be refined if need be. Throws SolverError if the numbers differ by
+    /// more than friction and damping explain.
     EigenSolution search_all(const Task &task, MultiVector &start) const;
 
     /// Adds modes of the window that grow outside of the disc, and tells what is known of them.
