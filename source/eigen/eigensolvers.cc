@@ -148,18 +148,17 @@ namespace squeal
           if (error > options.tolerance)
             throw SolverError(text_of("The dense solver's backward error is ", error, "."),
                               {Failure::dense_inaccurate});
-        const auto n_in_disc = [&](const bool overdamped)
+        const auto n_in_disc = [&](const auto &is_one)
         {
           return std::count_if(modes.lambda.begin(), modes.lambda.end(),
                                [&](const Complex &l)
-                               {
-                                 return std::abs(l) <= radius && is_overdamped(l) == overdamped &&
-                                        (overdamped || l.imag() > 0);
-                               });
+                               { return std::abs(l) <= radius && is_one(l); });
         };
-        if (const unsigned int n_found = n_in_disc(false);
-            n_found + n_rigid != count_reference_modes(problem, radius))
-          check_difference(problem, options, {0, radius}, n_found, n_in_disc(true));
+        const unsigned int n_overdamped = n_in_disc(is_overdamped),
+                           n_found      = n_in_disc([](const Complex &l)
+                                               { return l.imag() > 0 && !is_overdamped(l); });
+        if (n_found + n_rigid != count_reference_modes(problem, radius))
+          check_for_missing(problem, {0, radius}, n_found + n_overdamped, n_rigid);
         solution.proof.n_rigid_body_modes = n_rigid;
         solution.proof.completeness =
             text_of("all eigenvalues were computed; listed are those with |lambda| <= 2 pi ",

@@ -1,3 +1,4 @@
+#include <squeal/base/text.h>
 #include <squeal/eigen/inertia_count.h>
 #include <squeal/linalg/compressed_rows.h>
 #include <squeal/linalg/dense.h>
@@ -6,7 +7,6 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <utility>
 
@@ -91,29 +91,24 @@ namespace squeal
     return numbers;
   }
 
-  void check_difference(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
-                        const SearchRegion &region, const unsigned int n_found,
-                        const unsigned int n_overdamped)
+  void check_for_missing(const QuadraticEigenproblem &problem, const SearchRegion &region,
+                         const unsigned int n_found, const unsigned int n_zero)
   {
     const bool is_disc  = region.is_disc();
-    const double factor = is_disc ? 2 : 1.1, upper = region.upper(), lower = region.lower();
-    // Zero eigenvalues of a disc are left out where modes are missed; friction may move them.
-    const std::vector<double> omegas =
-        is_disc
-            ? std::vector<double>{rigid_body_limit(options.max_imaginary), upper / factor,
-                                  upper * factor}
-            : std::vector<double>{lower * factor, upper / factor, lower / factor, upper * factor};
+    const double factor = is_disc ? 2 : 1.1, upper = region.upper(), inside = upper / factor;
+    const std::vector<double> omegas = is_disc
+                                           ? std::vector<double>{inside}
+                                           : std::vector<double>{region.lower() * factor, inside};
     const std::vector<unsigned int> n =
         count_reference_modes(problem, omegas, problem.shifted_reference(omegas.front()));
-    const unsigned int least = n[1] > n[0] ? n[1] - n[0] : 0, most = is_disc ? n[2] : n[3] - n[2];
-    if (n_found + n_overdamped >= least && n_found <= most)
+    const unsigned int n_below = is_disc ? n_zero : n.front();
+    if (n_found + n_below >= n.back())
       return;
-    std::ostringstream message;
-    message << n_found << " modes and " << n_overdamped << " overdamped ones were found up to "
-            << upper / (2 * M_PI) << " Hz; the reference problem has " << least << " up to "
-            << upper / factor / (2 * M_PI) << " Hz and " << most << " up to "
-            << upper * factor / (2 * M_PI) << " Hz: more than friction and damping explain.";
-    throw SolverError(message.str(), {Failure::modes_missing});
+    throw SolverError(text_of(n_found, " modes, overdamped ones included, were found up to ",
+                              upper / (2 * M_PI), " Hz; the reference problem has ",
+                              n.back() - n_below, " up to ", inside / (2 * M_PI),
+                              " Hz: more are missing than friction and damping explain."),
+                      {Failure::modes_missing});
   }
 
   std::vector<unsigned int> RememberedCounts::operator()(const QuadraticEigenproblem &problem,

@@ -60,11 +60,6 @@ namespace squeal
     {
     };
 
-    bool has_soft_modes(const QuadraticEigenproblem &problem, const EigensolverOptions &options)
-    {
-      return count_reference_modes(problem, rigid_body_limit(options.max_imaginary)) > 0;
-    }
-
     [[noreturn]] void throw_inaccurate(const std::vector<double> &backward_errors)
     {
       std::ostringstream message;
@@ -103,7 +98,10 @@ namespace squeal
       text << ": none is missing";
     else
     {
-      if (task.region.is_disc() && task.shift == 0 && has_soft_modes(task.problem, task.options))
+      unsigned int n_zero = task.n_rigid;
+      if (task.region.is_disc() && n_zero == 0)
+        n_zero = count_reference_modes(task.problem, rigid_body_limit(task.options.max_imaginary));
+      if (task.region.is_disc() && task.shift == 0 && n_zero > 0)
         throw SoftModes();
       const EigenSolution again  = search(task, 1);
       const unsigned int n_again = count_in_region(again);
@@ -117,7 +115,7 @@ namespace squeal
       const unsigned int n_real =
           std::count_if(found.proof.eigenvalues.begin(), found.proof.eigenvalues.end(),
                         [&](const Complex &l) { return task.in_region(l) && is_overdamped(l); });
-      check_difference(task.problem, task.options, task.region, n_found, n_real);
+      check_for_missing(task.problem, task.region, n_found + n_real, n_zero);
       if (const MultiVector more = span_of(again); more.n_columns() > 0)
         start.append(more);
       found.cost.n_solves += again.cost.n_solves;

@@ -3,7 +3,6 @@
 #include <squeal/equations/eigenproblem.h>
 #include <squeal/equations/term_list.h>
 #include <squeal/linalg/factorization.h>
-#include <squeal/projection/eigensolver_options.h>
 #include <squeal/projection/search_region.h>
 
 #include <map>
@@ -36,13 +35,13 @@ namespace squeal
                                                   const std::vector<double> &omegas,
                                                   Matrix shifted);
 
-  /// Checks a number of modes in a region that is not the reference problem's. Friction and damping
-  /// move modes across the rim: taken to change |l| by at most a factor of two, of a tenth at the
-  /// ends of a window. @p n_overdamped reference modes have become real eigenvalues. Throws
-  /// SolverError if modes must be missing or there are too many. Collective.
-  void check_difference(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
-                        const SearchRegion &region, unsigned int n_found,
-                        unsigned int n_overdamped);
+  /// Throws SolverError if modes of a region must be missing: there are fewer, overdamped ones
+  /// included, than the reference problem has well inside, beside @p n_zero at zero frequency.
+  /// Friction and damping are taken to change |l| by at most a factor of two, of a tenth at the
+  /// ends of a window. More modes than those of the reference may come in: strong damping makes the
+  /// highest ones slow. Collective.
+  void check_for_missing(const QuadraticEigenproblem &problem, const SearchRegion &region,
+                         unsigned int n_found, unsigned int n_zero);
 
   /// count_reference_modes() with a memory: counts again only if the reference problem is another
   /// one, which the products with a fixed vector tell.
