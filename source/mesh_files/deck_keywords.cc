@@ -1,7 +1,5 @@
+#include <squeal/base/names.h>
 #include <squeal/mesh_files/deck_keywords.h>
-
-#include <map>
-#include <sstream>
 
 namespace squeal
 {
@@ -61,21 +59,23 @@ namespace squeal
         {DeckMeaning::turns, "MOTION, TRANSPORT VELOCITY, SYMMETRIC RESULTS TRANSFER"}};
   } // namespace
 
-  DeckMeaning deck_meaning(const std::string &keyword)
+  const std::map<std::string, DeckMeaning> &deck_keywords()
   {
     static const std::map<std::string, DeckMeaning> meanings = []
     {
       std::map<std::string, DeckMeaning> result;
       for (const auto &[meaning, list] : keywords)
-      {
-        std::istringstream names(list);
-        for (std::string name; std::getline(names >> std::ws, name, ',');)
+        for (const std::string &name : split_names(list))
           result["*" + name] = meaning;
-      }
       return result;
     }();
-    const auto found = meanings.find(keyword);
-    return found == meanings.end() ? DeckMeaning::unknown : found->second;
+    return meanings;
+  }
+
+  DeckMeaning deck_meaning(const std::string &keyword)
+  {
+    const auto found = deck_keywords().find(keyword);
+    return found == deck_keywords().end() ? DeckMeaning::unknown : found->second;
   }
 
   bool counts(const DeckMeaning meaning)

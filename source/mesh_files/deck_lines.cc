@@ -1,6 +1,6 @@
 #include <squeal/base/files.h>
-#include <squeal/base/names.h>
 #include <squeal/base/text.h>
+#include <squeal/mesh_files/deck_keywords.h>
 #include <squeal/mesh_files/deck_lines.h>
 
 #include <algorithm>
@@ -53,33 +53,11 @@ namespace squeal
 
   std::string deck_keyword(const std::string &line)
   {
-    // Of more than one word, as far as this program asks for them by name.
     static const std::map<std::string, std::string> known = []
     {
       std::map<std::string, std::string> result;
-      for (
-          const std::string &name : split_names(
-              "END PART, END ASSEMBLY, END INSTANCE, END STEP, SOLID SECTION, SHELL SECTION, "
-              "MEMBRANE SECTION, SURFACE SECTION, BEAM SECTION, BEAM GENERAL SECTION, "
-              "CONNECTOR SECTION, COHESIVE SECTION, GASKET SECTION, SURFACE INTERACTION, "
-              "SURFACE BEHAVIOR, CONTACT PAIR, CONTACT INCLUSIONS, CONTACT EXCLUSIONS, "
-              "CONTACT PROPERTY ASSIGNMENT, CONTACT DAMPING, CONTACT CONTROLS, "
-              "CONTACT INTERFERENCE, CONTACT INITIALIZATION DATA, "
-              "CONTACT INITIALIZATION ASSIGNMENT, CHANGE FRICTION, CHANGE MATERIAL, "
-              "CHANGE SURFACE BEHAVIOR, CHANGE CONTACT TYPE, CHANGE PLASTIC, CHANGE SOLID SECTION, "
-              "MODEL CHANGE, COMPLEX FREQUENCY, STEADY STATE DYNAMICS, MODAL DYNAMIC, "
-              "MODAL DAMPING, INITIAL CONDITIONS, TIME POINTS, RIGID BODY, PRE-TENSION SECTION, "
-              "PRESSURE PENETRATION, CYCLIC SYMMETRY MODEL, SELECT CYCLIC SYMMETRY MODES, "
-              "DISTRIBUTING COUPLING, SHELL TO SOLID COUPLING, EMBEDDED ELEMENT, "
-              "MULTIPOINT CONSTRAINT, PHYSICAL CONSTANTS, NODE OUTPUT, NODE FILE, NODE PRINT, "
-              "EL FILE, EL PRINT, ELEMENT OUTPUT, CONTACT OUTPUT, CONTACT FILE, CONTACT PRINT, "
-              "ENERGY OUTPUT, FILE FORMAT, SECTION PRINT, FACE PRINT, USER MATERIAL, USER ELEMENT, "
-              "SUBSTRUCTURE GENERATE, SPECIFIC HEAT, SURFACE SMOOTHING, SOLUTION TECHNIQUE, "
-              "NODAL THICKNESS, DESIGN VARIABLES, UNCOUPLED TEMPERATURE-DISPLACEMENT, "
-              "COUPLED TEMPERATURE-DISPLACEMENT, HEAT TRANSFER, CONNECTOR BEHAVIOR, "
-              "CONNECTOR ELASTICITY, CONNECTOR DAMPING, ROTARY INERTIA, NONSTRUCTURAL MASS, "
-              "EXTREME VALUE, CYCLIC HARDENING, GAP CONDUCTANCE, GAP HEAT GENERATION, NO ANALYSIS"))
-        result["*" + without_blanks(name)] = "*" + name;
+      for (const auto &[name, meaning] : deck_keywords())
+        result[without_blanks(name)] = name;
       return result;
     }();
     const std::string name = capitals(without_blanks(line.substr(0, line.find(','))));

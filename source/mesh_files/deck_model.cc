@@ -243,12 +243,9 @@ namespace squeal
         of.decays   = keyword.has("EXPONENTIAL DECAY");
         for (std::size_t row = 0; row < data.size(); ++row)
         {
-          const auto value = [&](const std::size_t column) {
-            return column < data[row].size() && !data[row][column].empty() ? number(row, column)
-                                                                           : 0.;
-          };
-          of.table.push_back({{value(0), value(1), value(2)}});
-          if (row > 0 && value(3) != number_or_zero(0, 3))
+          of.table.push_back(
+              {{number_or_zero(row, 0), number_or_zero(row, 1), number_or_zero(row, 2)}});
+          if (row > 0 && number_or_zero(row, 3) != number_or_zero(0, 3))
             problem("by temperature");
         }
         if (of.decays && !of.table.empty())

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 
 namespace squeal
@@ -17,6 +18,10 @@ namespace squeal
     turns,
     unknown
   };
+
+  /// Returns the keywords that are known, each with its star and one blank between its words, and
+  /// what they carry.
+  const std::map<std::string, DeckMeaning> &deck_keywords();
 
   /// Returns what a keyword (deck_keyword()) carries, whether or not it is read.
   DeckMeaning deck_meaning(const std::string &keyword);
