@@ -1,6 +1,7 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/text.h>
 #include <squeal/model/plausible_load.h>
+#include <squeal/parameters/plausibility.h>
 
 #include <algorithm>
 
@@ -17,11 +18,9 @@ namespace squeal
       if (prm.scene == Scene::mesh)
         return "Pads/Pressure acts on Mesh/Pressure on = " + prm.mesh.pressure_on +
                ": these surfaces are held (Mesh/Clamped, Guided, Fixed), or are not of this pad, "
-               "or "
-               "Pads/Pressure profile is zero there.";
+               "or Pads/Pressure profile is zero there.";
       return "What Pads/Pressure acts on is held (Pads/Back face), or Pads/Pressure profile is "
-             "zero "
-             "there.";
+             "zero there.";
     }
   } // namespace
 
@@ -44,7 +43,6 @@ namespace squeal
   std::vector<std::string> doubts_about_load(const Parameters::All &prm,
                                              const std::vector<ContactResultants> &pads)
   {
-    constexpr double low = 1e3, high = 1e8; // Pa
     std::vector<std::string> all;
     if (!prm.terms().friction)
       return all;
@@ -58,7 +56,7 @@ namespace squeal
       if (!most || pad.normal_force > most->normal_force)
         most = &pad;
       const double mean = pad.area > 0 ? pad.normal_force / pad.area : 0;
-      if (mean < low || mean > high)
+      if (!usual_pressure.holds(mean))
         all.push_back(text_of("Warning, pressure: the mean pressure of the pad ", pad.name, " is ",
                               number(mean, 4),
                               " Pa; usual are 1e3 to 1e8 Pa. Pads/Pressure is in Pa: 1 MPa is "

@@ -148,7 +148,7 @@ namespace squeal
       return last;
     }
 
-    /// Of one file, and of all that are parsed when a file stands wherever it is included.
+    /// Limits one file, and all text that is parsed where each file stands wherever it is included.
     constexpr std::size_t most_bytes = 1 << 24;
 
     /// The content of a parameter file. Throws InputError.

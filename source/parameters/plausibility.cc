@@ -7,14 +7,6 @@ namespace squeal
 {
   namespace
   {
-    struct Range
-    {
-      double low, high;
-      bool holds(const double value) const
-      {
-        return value >= low && value <= high;
-      }
-    };
     struct Unit
     {
       const char *name;
@@ -23,8 +15,7 @@ namespace squeal
     constexpr Range usual_modulus  = {1e5, 1.3e12}, // Pa: foam to diamond
         usual_density              = {500, 25000},  // kg/m^3: wood to platinum
         usual_wave                 = {20, 13000},   // m/s, sqrt(E/rho): rubber to beryllium
-        wave_of_rotor              = {1000, 12000}, // m/s
-        usual_pressure             = {1e3, 1e8};    // Pa
+        wave_of_rotor              = {1000, 12000}; // m/s
     constexpr double fastest       = 300;           // rad/s: 320 km/h on wheels of 0.3 m
     constexpr double lowest_squeal = 100;           // Hz
 
@@ -105,7 +96,7 @@ namespace squeal
             "Prestress/Stress stiffness = true."));
     }
 
-    /// Of the scene brake, whose cells the parameters give.
+    /// Adds doubts about the cells of the scene brake, which the parameters give.
     void add_doubts_about_cells(const Parameters::All &prm, std::vector<std::string> &all)
     {
       if (prm.scene != Scene::brake)

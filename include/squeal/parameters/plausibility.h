@@ -9,6 +9,16 @@
 /// line that begins with "Warning" and says what is there, what is usual, and what may be meant.
 namespace squeal
 {
+  struct Range
+  {
+    double low, high;
+    bool holds(const double value) const
+    {
+      return value >= low && value <= high;
+    }
+  };
+  constexpr Range usual_pressure = {1e3, 1e8}; ///< of pads, Pa
+
   /// Doubts that need no computing, of the parameters of a run or of one value of a study.
   std::vector<std::string> doubts(const Parameters::All &parameters);
 
