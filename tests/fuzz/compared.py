@@ -18,9 +18,7 @@ import squeal_testing as st
 
 FRICTION, SPEED = "Contact/Friction/Coefficient", "Operation/Angular velocity"
 TOLERANCE = 1e-10
-BRAKE = {"Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1", "Discretization/Pad cells": "1, 2, 1",
-         "Discretization/Clamp layers": 0, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Error bars": "false",
-         "Eigenproblem/Tolerance": TOLERANCE, "Output/Fields": "none"}
+BRAKE = {**st.DENSE_BRAKE, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Tolerance": TOLERANCE}
 MESH = {**BRAKE, **mesh_files.SCENE, "Mesh/File": "mesh.msh"}
 ROOM = 1e4  # times condition number and tolerance: static states and projections are not exact either
 
@@ -49,17 +47,7 @@ def modes_of(directory):
 
 def settings_of(directory):
     """Keys of parameters.prm."""
-    values, sections = {}, []
-    for line in (directory / "parameters.prm").read_text().splitlines():
-        words = line.split("#")[0].split(None, 1)
-        if words[:1] == ["subsection"]:
-            sections.append(words[1].strip())
-        elif words[:1] == ["end"] and sections:
-            sections.pop()
-        elif words[:1] == ["set"]:
-            key, value = words[1].split("=", 1)
-            values["/".join([*sections, key.strip()])] = value.strip()
-    return values
+    return {path: value for _, path, value in st.settings_in((directory / "parameters.prm").read_text())}
 
 
 def different(found, expected, room, window):

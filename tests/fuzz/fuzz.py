@@ -64,17 +64,10 @@ class Case:
 
 def with_settings(text, settings):
     """A parameter file with other values: in their line where they are set already, else at the end."""
-    lines, sections, missing = text.split("\n"), [], dict(settings)
-    for i, line in enumerate(lines):
-        words = line.split("#")[0].split(None, 1)
-        if words[:1] == ["subsection"]:
-            sections.append(words[1].strip())
-        elif words[:1] == ["end"] and sections:
-            sections.pop()
-        elif words[:1] == ["set"]:
-            path = "/".join([*sections, words[1].split("=")[0].strip()])
-            if path in missing:
-                lines[i] = f"{line[:line.index('=') + 1]} {missing.pop(path)}"
+    lines, missing = text.split("\n"), dict(settings)
+    for i, path, _ in st.settings_in(text):
+        if path in missing:
+            lines[i] = f"{lines[i][:lines[i].index('=') + 1]} {missing.pop(path)}"
     return "\n".join(lines) + "\n" + st.parameter_file(missing)
 
 

@@ -56,6 +56,10 @@ TINY_BRAKE = {
     "Output/Fields": "none",
 }
 
+# 156 unknowns: LAPACK takes a moment for all eigenvalues, which others are compared with.
+DENSE_BRAKE = {**TINY_BRAKE, "Discretization/Degree": 1, "Discretization/Rotor cells": "2, 8, 1",
+               "Eigenproblem/Maximum frequency": 3000, "Eigenproblem/Error bars": "false", "Eigenproblem/Tolerance": 1e-10}
+
 # 44 unknowns, of which one or two modes lie in the window.
 COARSE_STRIP = {"Scene": "strip", "Operation/Angular velocity": 2, "Discretization/Rotor cells": "1, 12, 1",
                 "Discretization/Degree": 1, "Discretization/Pad cells": "1, 4, 1", "Contact/Friction/Law": "falling",
@@ -78,6 +82,20 @@ def processor_seconds():
     """What this process and all that it started and waited for have taken."""
     return sum(usage.ru_utime + usage.ru_stime
                for usage in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+
+
+def settings_in(text):
+    """(number of the line from 0, path, value) of each line of a parameter file that sets a key."""
+    sections = []
+    for number, line in enumerate(text.split("\n")):
+        words = line.split("#")[0].split(None, 1)
+        if words[:1] == ["subsection"]:
+            sections.append(words[1].strip())
+        elif words[:1] == ["end"] and sections:
+            sections.pop()
+        elif words[:1] == ["set"]:
+            key, _, value = words[1].partition("=")
+            yield number, "/".join([*sections, key.strip()]), value.strip()
 
 
 def parameter_file(settings):

@@ -15,16 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
 
-BRAKE = {
-    "Discretization/Degree": 1,
-    "Discretization/Rotor cells": "2, 8, 1",
-    "Discretization/Pad cells": "1, 2, 1",
-    "Discretization/Clamp layers": 0,
-    "Eigenproblem/Maximum frequency": 3000,
-    "Eigenproblem/Error bars": "false",
-    "Eigenproblem/Tolerance": 1e-10,
-    "Output/Fields": "none",
-}
+BRAKE = st.DENSE_BRAKE
 # Values away from which every number has an effect
 VARIED = {
     "Operation/Angular velocity": 20,

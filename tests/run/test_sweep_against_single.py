@@ -15,18 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
 import squeal_testing as st  # noqa: E402
 
-# 156 unknowns
-BRAKE = {
-    "Discretization/Degree": 1,
-    "Discretization/Rotor cells": "2, 8, 1",
-    "Discretization/Pad cells": "1, 2, 1",
-    "Discretization/Clamp layers": 0,
-    "Contact/Steady pressure": "uniform",
-    "Eigenproblem/Maximum frequency": 3000,
-    "Eigenproblem/Error bars": "false",
-    "Eigenproblem/Tolerance": 1e-10,
-    "Output/Fields": "none",
-}
+BRAKE = {**st.DENSE_BRAKE, "Contact/Steady pressure": "uniform"}
 # Falls so steeply that pads grow by 1e5 1/s without oscillating.
 STEEP = {"Pads/Pressure": 1e7, "Contact/Friction/Law": "falling", "Contact/Friction/Coefficient at speed": 0.1,
          "Contact/Friction/Decay speed": 0.5}
