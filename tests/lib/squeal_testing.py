@@ -4,12 +4,17 @@ The program under test is named by the environment variable SQUEAL (ctest sets i
 Only Python's standard library is needed, so that a fresh machine can run the tests.
 """
 
+import array
+import atexit
 import csv
 import math
 import os
 import pathlib
 import resource
 import shutil
+import signal
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -78,10 +83,78 @@ PENALTY = {"Contact/Formulation": "penalty", "Contact/Penalty stiffness": 1e12}
 MORTAR = {"Contact/Formulation": "mortar"}
 
 
+class ForkServer:
+    """Starts the program by forks of one process that has loaded its libraries: fork_server.cc. What is left of a start is
+    what the program itself does, a fifth of the processor seconds."""
+
+    LIBRARY = SQUEAL.parent / "tests/libfork_server.so"  # built with everything, not with squeal alone
+    _running = None
+
+    @classmethod
+    def running(cls):
+        """The one of this process; None where the library was not built."""
+        if cls._running is None and cls.LIBRARY.exists():
+            cls._running = cls()
+        return cls._running
+
+    def __init__(self):
+        self.socket, others = socket.socketpair()
+        with others:
+            environment = {**ENVIRONMENT, "LD_PRELOAD": str(self.LIBRARY), "FORK_SERVER": str(others.fileno())}
+            # Not the test's own output, which must end with the test.
+            nothing = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
+            self.process = subprocess.Popen([str(SQUEAL)], env=environment, pass_fds=[others.fileno()], **nothing)
+        self.seconds = 0.  # of processors, of all that it started
+        atexit.register(self.close)
+
+    def close(self):
+        """Ends the server, so that its processor seconds count as those of this process's children."""
+        self.socket.close()
+        self.process.wait()
+        self.seconds = 0.
+
+    def receive(self, layout):
+        data = b""
+        while len(data) < struct.calcsize(layout):
+            part = self.socket.recv(struct.calcsize(layout) - len(data))
+            if not part:
+                raise AssertionError("The server that starts the program has ended.")
+            data += part
+        return struct.unpack(layout, data)
+
+    def run(self, command, directory, timeout):
+        """As subprocess.run() with text captured; raises TimeoutExpired once the program was told to end and did."""
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            fields = [str(directory or os.getcwd()), str(len(command)), *command, *map("=".join, ENVIRONMENT.items())]
+            text = b"".join(os.fsencode(field) + b"\0" for field in fields)
+            files = array.array("i", [out.fileno(), err.fileno()])
+            self.socket.sendmsg([struct.pack("I", len(text))], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, files)])
+            self.socket.sendall(text)
+            [pid] = self.receive("i")
+            self.socket.settimeout(timeout)
+            try:
+                status, _, seconds = self.receive("iid")
+            except socket.timeout:
+                os.kill(pid, signal.SIGTERM)
+                self.socket.settimeout(None)
+                status, _, seconds = self.receive("iid")
+                timeout = None
+            self.socket.settimeout(None)
+            self.seconds += seconds
+            texts = []
+            for file in (out, err):
+                file.seek(0)
+                texts.append(file.read().decode())
+        if timeout is None:
+            raise subprocess.TimeoutExpired(command, timeout, *texts)
+        return subprocess.CompletedProcess(command, os.waitstatus_to_exitcode(status), *texts)
+
+
 def processor_seconds():
     """What this process and all that it started and waited for have taken."""
     return sum(usage.ru_utime + usage.ru_stime
-               for usage in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+               for usage in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))) + (
+                   ForkServer._running.seconds if ForkServer._running else 0)
 
 
 def settings_in(text):
@@ -127,9 +200,15 @@ def eigenvalue(row):
     return complex(row["growth_rate_1_per_s"], 2 * math.pi * row["frequency_hz"])
 
 
-def run(*arguments, ranks=1, directory=None, timeout=300, executable=SQUEAL, environment=ENVIRONMENT):
-    """Runs the program; returns subprocess.CompletedProcess with text. A hang fails the test."""
+def run(*arguments, ranks=1, directory=None, timeout=300, executable=SQUEAL, environment=ENVIRONMENT, fork=True):
+    """Runs the program; returns subprocess.CompletedProcess with text. A hang fails the test. Without `fork` it is started
+    as users start it: the memory that libraries take is seen then."""
     command = [str(executable), *(str(argument) for argument in arguments)]
+    if fork and ranks == 1 and executable == SQUEAL and environment == ENVIRONMENT and ForkServer.running():
+        try:
+            return ForkServer.running().run(command, directory, timeout)
+        except subprocess.TimeoutExpired as late:
+            raise AssertionError(f"{' '.join(command)} did not end within {timeout} s.\n{late.output}{late.stderr}") from None
     if ranks > 1:
         command = ["mpirun", "-np", str(ranks), *command]
     process = subprocess.Popen(command, cwd=directory, env=environment, stdin=subprocess.DEVNULL,
@@ -169,12 +248,11 @@ class TestCase(unittest.TestCase):
         for word in words:
             self.assertIn(word, result.stderr)
 
-    def analyse(self, settings, ranks=1, executable=SQUEAL, timeout=300, environment=ENVIRONMENT):
-        """Runs an analysis that must succeed; returns the directory of its results."""
+    def analyse(self, settings, **options):
+        """Runs an analysis that must succeed, by run() with these options; returns the directory of its results."""
         n_runs = len(list(self.directory.glob("run*.prm")))
         file = self.write(f"run{n_runs}.prm", settings)
-        result = run(file.name, ranks=ranks, directory=self.directory, executable=executable, timeout=timeout,
-                     environment=environment)
+        result = run(file.name, directory=self.directory, **options)
         self.assertEqual(result.returncode, 0, f"{settings}\n{result.stdout}{result.stderr}")
         return self.directory / "output" / file.stem
 

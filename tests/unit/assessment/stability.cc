@@ -93,7 +93,8 @@ namespace squeal::tests::stability_tests
     CHECK_FALSE(std::signbit(row.damping_ratio()));
   }
 
-  TEST_CASE("stability: Rayleigh coefficients reproduce the eigenvalues")
+  TEST_CASE("stability: Rayleigh coefficients reproduce the eigenvalues" *
+            doctest::test_suite("one rank"))
   {
     // u^H M u = 1: l^2 + (d + i g) l + (k + i n) = 0, exactly one of the two roots (31).
     for (const std::string solver : {"block_krylov", "krylov", "dense"})

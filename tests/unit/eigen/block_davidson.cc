@@ -167,11 +167,12 @@ namespace squeal::tests::block_davidson_tests
   }
 
   TEST_CASE("block_davidson: modes without factors are those of the assembled equations" *
-            doctest::test_suite("slow, two ranks at most, optimised"))
+            doctest::test_suite("slow, one rank, optimised"))
   {
-    // On a mesh with hanging nodes, with all terms: eigenvalues, and right and left vectors that
-    // the assembled matrices judge. Backward errors of these are of the first order: about the root
-    // of the eigenvalues' accuracy times what is left of it in the infinity norm.
+    // (On ranks: tests/run/test_parallel.py.) On a mesh with hanging nodes, with all terms:
+    // eigenvalues, and right and left vectors that the assembled matrices judge. Backward errors of
+    // these are of the first order: about the root of the eigenvalues' accuracy times what is left
+    // of it in the infinity norm.
     Parameters::All p          = small_brake();
     const Geometry<3> geometry = make_brake(p);
     const auto make            = [&](const std::string &solver)
