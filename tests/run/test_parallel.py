@@ -20,6 +20,12 @@ KINDS = {
     "single run": {"Discretization/Degree": 2, "Eigenproblem/Maximum frequency": 2500,
                    "Contact/Steady pressure": "computed"},
     "sweep": {"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.2, 0.5"},
+    "map": {"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.2, 0.9", "Eigenproblem/Maximum frequency": 2500,
+            "Sweep/Second parameter": "Operation/Angular velocity", "Sweep/Second values": "5, 10"},
+    "samples": {"Sampling/Samples": 4, "Sampling/Parameters": "Contact/Friction/Coefficient uniform 0.2 0.9; "
+                "Pads/Material/Young modulus uniform 9e9 1.1e10", "Eigenproblem/Maximum frequency": 2500},
+    "relaxation": {"Pads/Material/Prony series": "0.2 : 3e-4", "Rotor/Material/Loss factor": 0.004, "Output/Sensitivities": "true",
+                   "Eigenproblem/Maximum frequency": 2500},
 }
 
 
