@@ -13,7 +13,8 @@ groups); each tenth is a run that was killed, with changed states, tables or man
 
 Allowed: the run ends well (status 0) with finite tables; the input is refused (2) or a solver gives up (3) with a message
 that a user can read. Everything else is listed with the command that repeats it: exit status 1 fails. With --new models are
-made (compared.py), and where the run ends well its table is compared with an independent way: what differs is "wrong".
+made (compared.py), and where the run ends well its table is compared with an independent way: what differs is "wrong", and so
+is a value of a study that is refused when it is alone. tests/run/test_compared.py shows that wrong tables are found.
 """
 
 import argparse
@@ -722,7 +723,7 @@ def run_new(number, options, top):
     commands = [[str(options.program), *arguments] for arguments in (model.first, *model.others)]
     write_case(model, directory, commands)
     result = Result(number, model, directory, commands[0])
-    start, said = time.monotonic(), []
+    start, said, ended = time.monotonic(), [], {}
     for k, command in enumerate(commands):
         status = supervise(command, directory, result, options)
         out, err = ((directory / name).read_text(errors="replace") for name in ("stdout", "stderr"))
@@ -731,7 +732,9 @@ def run_new(number, options, top):
             result.detail = f"run {k + 1}, after {time.monotonic() - start:.0f} s, {result.memory / 2**20:.0f} MiB"
         else:
             result.category, result.detail = judge(status, out, err, directory)
-        if result.category != "ran":
+        if result.category != "ran" and result.category in ALLOWED and k > 0 and model.of_a_study:
+            ended[k - 1], result.category = result.category, "ran"
+        elif result.category != "ran":
             if k > 0 and result.category in ALLOWED:  # nothing to compare with
                 result.category, result.detail = "ran", f"not compared: run {k + 1} ended with {result.category}"
             break
@@ -739,10 +742,10 @@ def run_new(number, options, top):
             result.category = ""
     else:
         try:
-            result.detail = model.compare(directory)
+            result.detail = model.compare(directory, ended) if model.of_a_study else model.compare(directory)
         except (OSError, KeyError, TypeError, ValueError) as error:
             result.detail = f"tables cannot be compared: {error!r}"
-        result.compared = True
+        result.compared = len(ended) < max(1, len(model.others))
         if result.detail:
             result.category = "wrong"
     result.seconds, result.message = time.monotonic() - start, said[-1]
