@@ -337,6 +337,7 @@ def modulus_table(rng):
         frequencies = [10 * 1.5 ** k for k in range(16)]
         g, tau, eta = round(rng.uniform(0.05, 1), 3), wild(rng, 4e-5, 0.3, 0), round(rng.choice([0, 0.02]) * rng.random(), 5)
         law = {"Pads/Material/Prony series": f"{g!r} : {tau!r}", "Pads/Material/Loss factor": eta}
+        settings.pop("Stage", None)  # full: others have no damping
     styles = [lambda x: repr(x), lambda x: f"{x:.15e}", lambda x: f" {x!r} "]
     lines = []
     for f in frequencies:
@@ -352,7 +353,7 @@ def modulus_table(rng):
     def compare(directory):
         fit = re.search(r"fit it within (\S+) %", (directory / "output/first/log.txt").read_text())
         # A modulus that is off by the fit's error moves an eigenvalue by half of that at most.
-        return same_modes("first", "second", 1e-7 + float(fit[1]) / 200)(directory) if fit else \
+        return same_modes("first", "second", 1e-7 + (float(fit[1]) / 200 if fit else 0))(directory) if fit or not law else \
             "the log does not tell how well the table is fitted"
     return Model("modulus table", files, ["first.prm"], [["second.prm"]], compare)
 
