@@ -1,4 +1,5 @@
 #include <squeal/assessment/stability.h>
+#include <squeal/bars/element_problems.h>
 #include <squeal/bars/enriched_residuals.h>
 #include <squeal/bars/error_estimators.h>
 #include <squeal/bars/local_problems.h>
@@ -49,9 +50,19 @@ namespace squeal
       using CellIterator = typename DoFHandler<dim>::active_cell_iterator;
       using Kind         = std::vector<unsigned int>;
       void share_faces();
+      double share(unsigned int index, double resistance) const;
+      /// Whether the cell is part of an element with own polynomials: the element has the problem.
+      bool is_part(const CellIterator &cell) const
+      {
+        return elements && cell->level() == 0 && space.base.geometry.own.has(cell->index());
+      }
       /// Adds Z^H Q+ X to T.
       void add_products();
       void eliminate(EigenvalueErrors &errors);
+      void eliminate_elements(EigenvalueErrors &errors);
+      DenseMatrix add_answer(LocalProblem &problem, const DenseMatrix &r, DenseMatrix softer,
+                             unsigned int material, const Kind &kind,
+                             std::vector<std::complex<float>> &parts);
       DenseMatrix soften(unsigned int number, unsigned int material, const LocalProblem &problem);
       std::vector<ErrorEffects::Alternatives> other_edges(EigenvalueErrors &errors) const;
       void add_state_correction(const DenseMatrix &functions, unsigned int number,
@@ -63,7 +74,7 @@ namespace squeal
                                               const SurfaceVectors<dim> &z_vectors) const;
       /// Multiplies what moves eigenvalues like a change of the stiffness: a column a mode.
       void add_answer_of_damping(std::vector<Complex> &effects) const;
-      Kind kind_of(const CellIterator &cell) const;
+      Kind kind_of(const std::vector<CellIterator> &cells) const;
       std::vector<std::vector<Complex>> parts_by_kind();
       void find_corrections(EigenvalueErrors &errors);
 
@@ -73,6 +84,9 @@ namespace squeal
       EnrichedResiduals<dim> residuals;
       const EnrichedSpace<dim> &space; ///< theirs
       LocalProblems<dim> local;
+      std::unique_ptr<ElementProblems> elements; ///< if some keep own polynomials
+      std::vector<std::vector<double>> element_shares;
+      std::vector<Column> sums;                     ///< of resistances, while these are shared
       std::unique_ptr<YieldingCells<dim>> yielding; ///< if some body may lock
       std::vector<bool> locks;                      ///< by material
       std::vector<double> proportions;              ///< by material, viscous_proportion()
@@ -91,6 +105,9 @@ namespace squeal
                                         model.parameters().terms().friction, model.ties().scale),
           t(m, m), more_yielding(m, m), state_correction(space.map.zeros(2))
     {
+      if constexpr (dim == 3)
+        if (!space.base.geometry.own.empty())
+          elements = std::make_unique<ElementProblems>(space, residuals.cells, local);
       const unsigned int degree  = space.base.fe.degree;
       const Parameters::All &prm = model.parameters();
       const bool long_cells      = degree < free_of_locking && prm.scene == Scene::brake &&
@@ -133,14 +150,20 @@ namespace squeal
     void Estimator<dim>::share_faces()
     {
       // Sums over the cells that have a local problem; sums and numbers of those that hang
-      std::vector<Column> sums = space.map.zeros(3);
-      unsigned int number      = 0;
+      sums                = space.map.zeros(3);
+      unsigned int number = 0;
       for (const auto &cell : space.fine.nodes.active_cell_iterators())
         if (cell->is_locally_owned())
         {
           const Material &material = residuals.materials[residuals.material_of(cell)].material;
+          shares.emplace_back();
+          if (is_part(cell))
+          {
+            ++number;
+            continue;
+          }
           residuals.cells.reinit(cell);
-          shares.push_back(local.resistance(material, residuals.cells));
+          shares.back() = local.resistance(material, residuals.cells);
           for (const auto &entry : space.map.cells[number])
             if (entry.direct)
               sums[0].local_element(entry.index) += shares[number][entry.unknown];
@@ -151,6 +174,16 @@ namespace squeal
             }
           ++number;
         }
+      if constexpr (dim == 3)
+        for (unsigned int e = 0; elements && e < elements->elements().size(); ++e)
+        {
+          const ElementProblems::Element &element = elements->elements()[e];
+          const unsigned int material             = residuals.material_of(element.cells.cells[0]);
+          element_shares.push_back(
+              elements->resistance(element, residuals.materials[material].material));
+          for (unsigned int i = 0; i < element.unknowns.size(); ++i)
+            sums[0].local_element(element.unknowns[i].index) += element_shares[e][i];
+        }
       for (Column &sum : sums)
       {
         sum.compress(VectorOperation::add);
@@ -159,17 +192,26 @@ namespace squeal
       const SecondSides<dim> second_sides(space.fine, residuals.contact.get(), shares);
       for (unsigned int cell = 0; cell < space.map.cells.size(); ++cell)
         for (const auto &entry : space.map.cells[cell])
-          if (entry.direct)
-          {
-            const double direct = sums[0].local_element(entry.index),
-                         count  = sums[2].local_element(entry.index),
-                         // A cell of half the size resists half as much as one that fits.
-                hanging = count > 0 ? 2 * sums[1].local_element(entry.index) / count : 0;
-            shares[cell][entry.unknown] /= std::sqrt(direct * (direct + hanging));
-          }
+          if (entry.direct && !shares[cell].empty())
+            shares[cell][entry.unknown] = share(entry.index, shares[cell][entry.unknown]);
+      if constexpr (dim == 3)
+        for (unsigned int e = 0; elements && e < elements->elements().size(); ++e)
+          for (unsigned int i = 0; i < element_shares[e].size(); ++i)
+            element_shares[e][i] =
+                share(elements->elements()[e].unknowns[i].index, element_shares[e][i]);
+      sums.clear();
       second_sides.reduce(shares);
       for (Column &residual : residuals.values)
         residual.update_ghost_values();
+    }
+
+    template <int dim>
+    double Estimator<dim>::share(const unsigned int index, const double resistance) const
+    {
+      const double direct = sums[0].local_element(index), count = sums[2].local_element(index),
+                   // A cell of half the size resists half as much as one that fits.
+          hanging = count > 0 ? 2 * sums[1].local_element(index) / count : 0;
+      return resistance / std::sqrt(direct * (direct + hanging));
     }
 
     /// The matrix of a cell's problem if functions of V_h on it give way, too.
@@ -193,11 +235,17 @@ namespace squeal
       const unsigned int n_w    = local.functions.n_columns,
                          n_wide = space.n_fields * 4 * residuals.n_vectors;
       DenseMatrix all(space.n, n_wide), tested(n_w, n_wide);
+      errors.cells.resize(space.map.cells.size());
       unsigned int number = 0;
       for (const auto &cell : space.fine.nodes.active_cell_iterators())
       {
         if (!cell->is_locally_owned())
           continue;
+        if (is_part(cell))
+        {
+          ++number;
+          continue;
+        }
         const unsigned int material = residuals.material_of(cell);
         residuals.cells.reinit(cell);
         LocalProblem problem =
@@ -214,45 +262,104 @@ namespace squeal
         for (unsigned int j = 0; j < 4 * residuals.n_vectors; ++j)
           for (unsigned int i = 0; i < n_kept; ++i)
             r(i, j) = tested.values[std::size_t(j) * space.n_fields * n_w + problem.unknowns[i]];
-        const bool yields =
-            locks[material] || is_long_at_support<dim>(cell, space.base.geometry.supports);
         DenseMatrix softer;
-        if (yields)
+        if (locks[material] || is_long_at_support<dim>(cell, space.base.geometry.supports))
           softer = soften(number, material, problem);
-        const unsigned int n_half     = 2 * residuals.n_vectors;
-        const DenseView<double> right = r.columns(0, n_half), left = r.columns(n_half, n_half);
-        const DenseMatrix solution      = problem.symmetric
-                                              ? solve_positive(std::move(problem.matrix), right)
-                                              : solve(std::move(problem.matrix), right);
-        const ComplexDenseMatrix answer = adjoint_product(left.transpose() * solution);
-        ComplexDenseMatrix softer_answer;
-        if (yields)
-          softer_answer = adjoint_product(
-              left.transpose() * (problem.symmetric ? solve_positive(std::move(softer), right)
-                                                    : solve(std::move(softer), right)));
-        std::vector<std::complex<float>> parts;
-        std::vector<Complex> &of_kind = kinds[kind_of(cell)];
-        of_kind.resize(m * m);
-        for (unsigned int j = 0; j < m; ++j)
-          for (unsigned int i = 0; i < m; ++i)
-          {
-            // Damping makes the stiffness complex.
-            const OperatorFactors &c = residuals.factors[material][j];
-            const Complex stiffness  = c.k + c.v * proportions[material];
-            const Complex e          = answer(i, j) / stiffness;
-            t(i, j) -= e;
-            of_kind[i + m * j] += e / (2. * modes.lambda[i]);
-            if (yields)
-              more_yielding(i, j) -= softer_answer(i, j) / stiffness - e;
-            if (i == j)
-              parts.emplace_back(e / (2. * modes.lambda[j]));
-          }
-        errors.cells.push_back(std::move(parts));
+        const DenseMatrix solution = add_answer(problem, r, std::move(softer), material,
+                                                kind_of({cell}), errors.cells[number]);
         if (residuals.with_state)
           add_state_correction(local.functions, number, problem.unknowns,
                                &solution.values[n_kept * m]);
         ++number;
       }
+      eliminate_elements(errors);
+      for (std::vector<std::complex<float>> &parts : errors.cells)
+        parts.resize(m); // an element's are its first cell's
+    }
+
+    /// The same sums over elements with own polynomials.
+    template <int dim>
+    void Estimator<dim>::eliminate_elements(EigenvalueErrors &errors)
+    {
+      if constexpr (dim == 3)
+        for (unsigned int e = 0; elements && e < elements->elements().size(); ++e)
+        {
+          const ElementProblems::Element &element = elements->elements()[e];
+          const unsigned int material             = residuals.material_of(element.cells.cells[0]),
+                             n_f                  = elements->n_functions(element.shape),
+                             n                    = element.unknowns.size();
+          LocalProblem problem = elements->make(element, residuals.materials[material].material);
+          // Values of the problem's functions at the element's unknowns; residuals there
+          const unsigned int n_kept = problem.unknowns.size();
+          DenseMatrix values(n, n_kept), there(n, 4 * residuals.n_vectors);
+          for (unsigned int i = 0; i < n; ++i)
+          {
+            const ElementProblems::Unknown &unknown = element.unknowns[i];
+            const DenseMatrix &of_field = elements->values(element.shape, unknown.field);
+            for (unsigned int k = 0; k < n_kept; ++k)
+              if (problem.unknowns[k] / n_f == unknown.field)
+                values(i, k) = of_field(unknown.node, problem.unknowns[k] % n_f);
+            for (unsigned int j = 0; j < 4 * residuals.n_vectors; ++j)
+              there(i, j) = element_shares[e][i] * residuals.values[j].local_element(unknown.index);
+          }
+          const DenseMatrix r = values.transpose() * there;
+          DenseMatrix softer;
+          const auto &cells = element.cells.cells;
+          if (locks[material] ||
+              std::any_of(cells.begin(), cells.end(),
+                          [&](const CellIterator &cell)
+                          { return is_long_at_support<3>(cell, space.base.geometry.supports); }))
+            softer = elements->soften(element, problem, residuals.materials[material].material);
+          const DenseMatrix solution = add_answer(problem, r, std::move(softer), material,
+                                                  kind_of(cells), errors.cells[element.number]);
+          for (unsigned int i = 0; i < n && residuals.with_state; ++i)
+          {
+            double sum = 0;
+            for (unsigned int k = 0; k < n_kept; ++k)
+              sum += values(i, k) * solution(k, m);
+            state_correction[0].local_element(element.unknowns[i].index) += sum;
+            state_correction[1].local_element(element.unknowns[i].index) += 1;
+          }
+        }
+    }
+
+    /// Adds what the local problem answers to its residuals [right, left] to T and to the parts of
+    /// its kind; with a @p softer matrix what more it gives way. Returns the solution for the right
+    /// ones.
+    template <int dim>
+    DenseMatrix Estimator<dim>::add_answer(LocalProblem &problem, const DenseMatrix &r,
+                                           DenseMatrix softer, const unsigned int material,
+                                           const Kind &kind,
+                                           std::vector<std::complex<float>> &parts)
+    {
+      const bool yields             = !softer.values.empty();
+      const unsigned int n_half     = 2 * residuals.n_vectors;
+      const DenseView<double> right = r.columns(0, n_half), left = r.columns(n_half, n_half);
+      DenseMatrix solution = problem.symmetric ? solve_positive(std::move(problem.matrix), right)
+                                               : solve(std::move(problem.matrix), right);
+      const ComplexDenseMatrix answer = adjoint_product(left.transpose() * solution);
+      ComplexDenseMatrix softer_answer;
+      if (yields)
+        softer_answer = adjoint_product(
+            left.transpose() * (problem.symmetric ? solve_positive(std::move(softer), right)
+                                                  : solve(std::move(softer), right)));
+      std::vector<Complex> &of_kind = kinds[kind];
+      of_kind.resize(m * m);
+      for (unsigned int j = 0; j < m; ++j)
+        for (unsigned int i = 0; i < m; ++i)
+        {
+          // Damping makes the stiffness complex.
+          const OperatorFactors &c = residuals.factors[material][j];
+          const Complex stiffness  = c.k + c.v * proportions[material];
+          const Complex e          = answer(i, j) / stiffness;
+          t(i, j) -= e;
+          of_kind[i + m * j] += e / (2. * modes.lambda[i]);
+          if (yields)
+            more_yielding(i, j) -= softer_answer(i, j) / stiffness - e;
+          if (i == j)
+            parts.emplace_back(e / (2. * modes.lambda[j]));
+        }
+      return solution;
     }
 
     /// What a cell's problem adds to the static state. Functions on faces appear in each cell's
@@ -409,16 +516,21 @@ namespace squeal
           }
     }
 
-    /// A cell's kind: the boundaries at which it lies, and its material.
+    /// The kind of a cell, or of an element's cells: the boundaries at which they lie, and their
+    /// material.
     template <int dim>
-    typename Estimator<dim>::Kind Estimator<dim>::kind_of(const CellIterator &cell) const
+    typename Estimator<dim>::Kind
+    Estimator<dim>::kind_of(const std::vector<CellIterator> &cells) const
     {
       Kind kind;
-      for (const unsigned int face : cell->face_indices())
-        if (cell->face(face)->at_boundary())
-          kind.push_back(cell->face(face)->boundary_id());
+      for (const CellIterator &cell : cells)
+        for (const unsigned int face : cell->face_indices())
+          if (cell->face(face)->at_boundary())
+            kind.push_back(cell->face(face)->boundary_id());
       std::sort(kind.begin(), kind.end());
-      kind.push_back(residuals.material_of(cell));
+      if (cells.size() > 1)
+        kind.erase(std::unique(kind.begin(), kind.end()), kind.end());
+      kind.push_back(residuals.material_of(cells[0]));
       return kind;
     }
 

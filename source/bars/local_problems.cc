@@ -132,7 +132,6 @@ namespace squeal
       }
   }
 
-  /// The fields of a node that are multipliers of the contact: pressure, tangential tractions.
   template <int dim>
   std::vector<unsigned int> LocalProblems<dim>::contact_fields() const
   {
@@ -148,24 +147,25 @@ namespace squeal
   /// mortar -int (v.n + mu v.e) p, -int psi u.n - 1/k_C int psi p, and where it sticks
   /// -int v.t T, -int psi u.t for both tangential directions t.
   template <int dim>
-  void LocalProblems<dim>::add_contact(const CellIterator &cell, const int face,
-                                       const ContactInterface &interface,
-                                       const std::vector<int> &kept, DenseMatrix &local)
+  void LocalProblems<dim>::add_contact(const FEFaceValues<dim> &on_face,
+                                       const ContactInterface &interface, const FaceTraces &traces,
+                                       const unsigned int n_w, const std::vector<int> &kept,
+                                       DenseMatrix &local) const
   {
     const ContactModel<dim> &law = contact->contact_model();
     const double scale = contact->pressure_scale(), omega = law.angular_velocity;
-    face_values.reinit(cell, face);
-    const unsigned int n_w = functions.n_columns, first_stick = spaces.first_stick_field();
-    std::vector<double> traces(n_w);
-    std::vector<unsigned int> on_face;
-    for (const unsigned int q : face_values.quadrature_point_indices())
+    const unsigned int first_stick = spaces.first_stick_field();
+    std::vector<unsigned int> there;
+    for (const unsigned int q : on_face.quadrature_point_indices())
     {
-      const Tensor<1, dim> normal = -face_values.normal_vector(q);
+      const auto trace = [&](const int unknown)
+      { return (unknown < int(dim * n_w) ? traces.moves : traces.multipliers)(unknown % n_w, q); };
+      const Tensor<1, dim> normal = -on_face.normal_vector(q);
       Tensor<1, dim> e;
       double mu = 0;
       if (interface.slides())
       {
-        e = spaces.geometry.transport(face_values.quadrature_point(q));
+        e = spaces.geometry.transport(on_face.quadrature_point(q));
         e -= (e * normal) * normal;
         const double speed = e.norm();
         e *= law.direction() / speed;
@@ -177,27 +177,21 @@ namespace squeal
       else
         e = direction_in_surface(normal, interface.along);
       const std::array<Tensor<1, dim>, 2> tangents = {{e, binormal_of<dim>(normal, e)}};
-      for (unsigned int w = 0; w < n_w; ++w)
-      {
-        traces[w] = 0;
-        for (unsigned int a = 0; a < n; ++a)
-          traces[w] += functions(a, w) * face_values.shape_value(a, q);
-      }
       // Most functions vanish on the face.
-      on_face.clear();
+      there.clear();
       for (unsigned int r = 0; r < kept.size(); ++r)
         if ((kept[r] < int((dim + 1) * n_w) || kept[r] >= int(first_stick * n_w)) &&
-            std::abs(traces[kept[r] % n_w]) > 1e-12)
-          on_face.push_back(r);
+            std::abs(trace(kept[r])) > 1e-12)
+          there.push_back(r);
       const double k = law.mortar ? 0 : law.penalty_stiffness;
-      for (const unsigned int r : on_face)
+      for (const unsigned int r : there)
       {
         const unsigned int c = kept[r] / n_w;
-        const double v       = traces[kept[r] % n_w];
-        for (const unsigned int s : on_face)
+        const double v       = trace(kept[r]);
+        for (const unsigned int s : there)
         {
           const unsigned int d = kept[s] / n_w;
-          const double u       = traces[kept[s] % n_w];
+          const double u       = trace(kept[s]);
           double value         = 0;
           if (c >= first_stick || d >= first_stick)
           {
@@ -212,7 +206,7 @@ namespace squeal
             value = -scale * normal[d];
           else
             value = -scale * scale * law.compliance;
-          local(r, s) += face_values.JxW(q) * v * u * value;
+          local(r, s) += on_face.JxW(q) * v * u * value;
         }
       }
     }
@@ -266,39 +260,37 @@ namespace squeal
   /// The tie's part of a cell's local problem, the other side held: -int v . Lambda,
   /// -int Psi . u.
   template <int dim>
-  void LocalProblems<dim>::add_ties(const CellIterator &cell,
-                                    const std::vector<unsigned int> &faces,
-                                    const std::vector<int> &kept, DenseMatrix &local)
+  void LocalProblems<dim>::add_tie(const FEFaceValues<dim> &on_face, const FaceTraces &traces,
+                                   const unsigned int n_w, const std::vector<int> &kept,
+                                   DenseMatrix &local) const
   {
-    const unsigned int n_w = functions.n_columns;
-    std::vector<double> traces(n_w);
-    for (const unsigned int face : faces)
-    {
-      face_values.reinit(cell, face);
-      for (const unsigned int q : face_values.quadrature_point_indices())
+    for (const unsigned int q : on_face.quadrature_point_indices())
+      for (unsigned int s = 0; s < kept.size(); ++s)
       {
-        for (unsigned int w = 0; w < n_w; ++w)
-        {
-          traces[w] = 0;
-          for (unsigned int a = 0; a < n; ++a)
-            traces[w] += functions(a, w) * face_values.shape_value(a, q);
-        }
-        for (unsigned int s = 0; s < kept.size(); ++s)
-        {
-          if (kept[s] < int((dim + 1) * n_w) || kept[s] >= int(spaces.first_stick_field() * n_w))
-            continue;
-          const unsigned int c = kept[s] / n_w - dim - 1;
-          for (unsigned int r = 0; r < kept.size(); ++r)
-            if (unsigned(kept[r]) / n_w == c)
-            {
-              const double value =
-                  -tie_scale * face_values.JxW(q) * traces[kept[r] % n_w] * traces[kept[s] % n_w];
-              local(r, s) += value;
-              local(s, r) += value;
-            }
-        }
+        if (kept[s] < int((dim + 1) * n_w) || kept[s] >= int(spaces.first_stick_field() * n_w))
+          continue;
+        const unsigned int c = kept[s] / n_w - dim - 1;
+        for (unsigned int r = 0; r < kept.size(); ++r)
+          if (unsigned(kept[r]) / n_w == c)
+          {
+            const double value = -tie_scale * on_face.JxW(q) * traces.moves(kept[r] % n_w, q) *
+                                 traces.multipliers(kept[s] % n_w, q);
+            local(r, s) += value;
+            local(s, r) += value;
+          }
       }
-    }
+  }
+
+  /// The traces of a cell's functions on a face: those of pressures are those of displacements.
+  template <int dim>
+  FaceTraces LocalProblems<dim>::traces_on(const FEFaceValues<dim> &on_face) const
+  {
+    DenseMatrix traces(functions.n_columns, on_face.n_quadrature_points);
+    for (const unsigned int q : on_face.quadrature_point_indices())
+      for (unsigned int w = 0; w < functions.n_columns; ++w)
+        for (unsigned int a = 0; a < n; ++a)
+          traces(w, q) += functions(a, w) * on_face.shape_value(a, q);
+    return {traces, traces};
   }
 
   template <int dim>
@@ -336,9 +328,15 @@ namespace squeal
       for (unsigned int r = 0; r < n_moves; ++r)
         problem.matrix(r, s) = stiffness(kept[r], kept[s]);
     if (face >= 0)
-      add_contact(cell, face, *interface, kept, problem.matrix);
-    if (!tied.empty())
-      add_ties(cell, tied, kept, problem.matrix);
+    {
+      face_values.reinit(cell, face);
+      add_contact(face_values, *interface, traces_on(face_values), n_w, kept, problem.matrix);
+    }
+    for (const unsigned int f : tied)
+    {
+      face_values.reinit(cell, f);
+      add_tie(face_values, traces_on(face_values), n_w, kept, problem.matrix);
+    }
     problem.symmetric = face < 0 && tied.empty();
     return problem;
   }

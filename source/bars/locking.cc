@@ -5,16 +5,6 @@
 
 namespace squeal
 {
-  namespace
-  {
-    DenseMatrix side_by_side(const DenseMatrix &a, const DenseMatrix &b)
-    {
-      DenseMatrix result(a.n_rows, a.n_columns + b.n_columns, a.values);
-      result.values.insert(result.values.end(), b.values.begin(), b.values.end());
-      return result;
-    }
-  } // namespace
-
   bool may_lock(const Material &material, const unsigned int degree)
   {
     constexpr double nearly_incompressible = 0.49;
@@ -51,6 +41,13 @@ namespace squeal
     return false;
   }
 
+  DenseMatrix side_by_side(const DenseMatrix &a, const DenseMatrix &b)
+  {
+    DenseMatrix result(a.n_rows, a.n_columns + b.n_columns, a.values);
+    result.values.insert(result.values.end(), b.values.begin(), b.values.end());
+    return result;
+  }
+
   template <int dim>
   YieldingCells<dim>::YieldingCells(const DenseMatrix &complement, const DenseMatrix &lift,
                                     const CellResiduals<dim> &integrals)
@@ -74,8 +71,14 @@ namespace squeal
     for (unsigned int i = 0; i < dim * n_base; ++i)
       if (movable[i])
         base.push_back(i / n_base * n + n_complement + i % n_base);
+    return give_way(stiffness, moves, base, problem.matrix);
+  }
+
+  DenseMatrix give_way(const DenseMatrix &stiffness, const std::vector<unsigned int> &moves,
+                       const std::vector<unsigned int> &base, const DenseMatrix &matrix)
+  {
     if (base.empty())
-      return problem.matrix;
+      return matrix;
     DenseMatrix k(base.size(), base.size()), coupling(base.size(), moves.size());
     for (unsigned int j = 0; j < base.size(); ++j)
       for (unsigned int i = 0; i < base.size(); ++i)
@@ -88,7 +91,7 @@ namespace squeal
         coupling(i, j) = stiffness(base[i], moves[j]);
     const DenseMatrix answer = solve_positive(std::move(k), coupling);
     const DenseMatrix relief = coupling.transpose() * answer;
-    DenseMatrix result       = problem.matrix;
+    DenseMatrix result       = matrix;
     // Displacements come first.
     for (unsigned int j = 0; j < moves.size(); ++j)
       for (unsigned int i = 0; i < moves.size(); ++i)

@@ -32,7 +32,8 @@ namespace squeal
       return result;
     }
 
-    /// Calls function(number of the own cell, cell, face) for this rank's faces of a surface.
+    /// Calls function(number of the own cell, cell, face) for this rank's faces of a surface, but
+    /// for those of elements with own polynomials, whose residuals stay whole.
     template <int dim, typename Function>
     void for_each_own_face(const FiniteElementSpace<dim> &spaces, const types::boundary_id boundary,
                            const Function &function)
@@ -42,7 +43,8 @@ namespace squeal
         if (cell->is_locally_owned())
         {
           for (const unsigned int f : cell->face_indices())
-            if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == boundary)
+            if (cell->face(f)->at_boundary() && cell->face(f)->boundary_id() == boundary &&
+                !(cell->level() == 0 && spaces.geometry.own.has(cell->index())))
               function(number, cell, f);
           ++number;
         }

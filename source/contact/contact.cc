@@ -132,20 +132,22 @@ namespace squeal
         {
           if (!sticks(i))
             return;
-          for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
-            for (const FreeNode<dim> &node : k.pad->nodes[m])
-              for (unsigned int direction = 1; direction < dim && node.equations[dim + 1] >= 0;
-                   ++direction)
-                for (unsigned int q = 0; q < k.n_points; ++q)
-                {
-                  const Tensor<1, dim> along = k.direction(direction, q);
-                  const double w             = std::abs(node.weight * k.weights[q] * k.psi(m, q));
-                  double *const sum          = &sums[2 * node.multiplier(direction)];
-                  sum[0] += w;
-                  for (unsigned int c = 0; c < dim; ++c)
-                    if (node.equations[c] < 0)
-                      sum[1] += w * along[c] * along[c];
-                }
+          for (unsigned int m = 0; m < k.pad->free.size(); ++m)
+          {
+            const FreeNode<dim> &node = k.pad->free[m];
+            for (unsigned int direction = 1; direction < dim && node.equations[dim + 1] >= 0;
+                 ++direction)
+              for (unsigned int q = 0; q < k.n_points; ++q)
+              {
+                const Tensor<1, dim> along = k.direction(direction, q);
+                const double w             = std::abs(k.weights[q] * k.psi(m, q));
+                double *const sum          = &sums[2 * node.multiplier(direction)];
+                sum[0] += w;
+                for (unsigned int c = 0; c < dim; ++c)
+                  if (node.equations[c] < 0)
+                    sum[1] += w * along[c] * along[c];
+              }
+          }
         });
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_DOUBLE, MPI_SUM, space->comm);
     for (unsigned int row = 0; row < space->rows.size; ++row)
@@ -211,9 +213,8 @@ namespace squeal
     if (!model.mortar)
       return active.by_point[interface][k.first_point + q];
     double share = 0;
-    for (unsigned int a = 0; a < k.pad->nodes.size(); ++a)
-      for (const FreeNode<dim> &node : k.pad->nodes[a])
-        share += k.psi(a, q) * node.weight * is_active(node);
+    for (unsigned int a = 0; a < k.pad->free.size(); ++a)
+      share += k.psi(a, q) * is_active(k.pad->free[a]);
     return share;
   }
 
@@ -262,15 +263,14 @@ namespace squeal
             for (unsigned int q = 0; q < k.n_points; ++q)
               jump[q] -= model.compliance * scale * p[q];
           }
-          for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
-            for (const FreeNode<dim> &node : k.pad->nodes[m])
-              if (node.equations[dim] >= 0)
-                for (unsigned int q = 0; q < k.n_points; ++q)
-                {
-                  const double w = node.weight * k.weights[q] * k.psi(m, q);
-                  gaps[2 * node.equations[dim]] += w * (jump[q] - initial_gap(i, k.positions[q]));
-                  gaps[2 * node.equations[dim] + 1] += std::abs(w);
-                }
+          for (unsigned int m = 0; m < k.pad->free.size(); ++m)
+            if (const int row = k.pad->free[m].equations[dim]; row >= 0)
+              for (unsigned int q = 0; q < k.n_points; ++q)
+              {
+                const double w = k.weights[q] * k.psi(m, q);
+                gaps[2 * row] += w * (jump[q] - initial_gap(i, k.positions[q]));
+                gaps[2 * row + 1] += std::abs(w);
+              }
         });
     MPI_Allreduce(MPI_IN_PLACE, gaps.data(), gaps.size(), MPI_DOUBLE, MPI_SUM, space->comm);
     std::vector<double> result(space->rows.size);

@@ -129,8 +129,11 @@ namespace squeal
       if (model.mortar)
         for (const FreeNode<dim> &node : face.nodes[a])
         {
-          state.pressure += contact.pressure_scale() * node.weight * global[node.equations[dim]];
-          state.status += node.weight * contact.is_active(node);
+          if (node.equations[dim] < 0)
+            continue;
+          state.pressure +=
+              contact.pressure_scale() * node.multiplier_weight * global[node.equations[dim]];
+          state.status += node.multiplier_weight * contact.is_active(node);
         }
       else
       {
@@ -152,7 +155,7 @@ namespace squeal
         for (unsigned int direction = 1; direction < dim; ++direction)
           for (const FreeNode<dim> &node : face.nodes[a])
             if (contact.is_active(node, direction))
-              state.traction -= contact.pressure_scale() * node.weight *
+              state.traction -= contact.pressure_scale() * node.multiplier_weight *
                                 global[node.multiplier(direction)] *
                                 (direction == 1 ? e : binormal_of<dim>(frame.normal, e));
       }

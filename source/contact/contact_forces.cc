@@ -29,14 +29,12 @@ namespace squeal
                         const unsigned int q, const unsigned int direction, const double f,
                         Forces &forces)
     {
-      for (unsigned int m = 0; m < k.pad->nodes.size(); ++m)
-        for (const FreeNode<dim> &node : k.pad->nodes[m])
-          if (contact.is_active(node, direction))
-          {
-            forces.rows.push_back(node.multiplier(direction));
-            forces.values.push_back(node.weight * contact.pressure_scale() * k.weights[q] *
-                                    k.psi(m, q) * f);
-          }
+      for (unsigned int m = 0; m < k.pad->free.size(); ++m)
+        if (const FreeNode<dim> &node = k.pad->free[m]; contact.is_active(node, direction))
+        {
+          forces.rows.push_back(node.multiplier(direction));
+          forces.values.push_back(contact.pressure_scale() * k.weights[q] * k.psi(m, q) * f);
+        }
     }
   } // namespace
 
@@ -291,8 +289,7 @@ namespace squeal
       // active nodes.
       std::vector<double> flags(k.psi.n_rows);
       for (unsigned int m = 0; m < flags.size(); ++m)
-        for (const FreeNode<dim> &node : k.pad->nodes[m])
-          flags[m] += node.weight * contact.is_active(node);
+        flags[m] = contact.is_active(k.pad->free[m]);
       const std::vector<double> in_contact = k.at_points(k.psi, flags);
       const std::vector<double> jump =
           state ? k.at_points(k.n(), k.local_values(*state)) : std::vector<double>(k.n_points);

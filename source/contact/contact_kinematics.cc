@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 
 // Kinematics of a pair of contact faces: tangential directions; shape functions of both faces at
 // common points and their derivative along the turning; traces along a direction; products of two
@@ -58,20 +60,62 @@ namespace squeal
   }
 
   template <int dim>
+  void ContactFace<dim>::gather_free_nodes()
+  {
+    const auto is_whole = [](const std::vector<FreeNode<dim>> &node)
+    { return node.size() == 1 && node[0].weight == 1 && node[0].multiplier_weight == 1; };
+    if (std::all_of(nodes.begin(), nodes.end(), is_whole))
+    {
+      for (const std::vector<FreeNode<dim>> &node : nodes)
+        free.push_back(node[0]);
+      return;
+    }
+    std::map<std::array<int, dim + 2>, unsigned int> numbers;
+    for (const std::vector<FreeNode<dim>> &node : nodes)
+      for (const FreeNode<dim> &of_node : node)
+        if (numbers.emplace(of_node.equations, free.size()).second)
+          free.push_back({1, 1, of_node.equations});
+    moves = multipliers = DenseMatrix(free.size(), nodes.size());
+    for (unsigned int a = 0; a < nodes.size(); ++a)
+      for (const FreeNode<dim> &of_node : nodes[a])
+      {
+        const unsigned int k = numbers.at(of_node.equations);
+        moves(k, a) += of_node.weight;
+        multipliers(k, a) += of_node.multiplier_weight;
+      }
+  }
+
+  template <int dim>
+  std::vector<double> ContactFace<dim>::of_free_nodes(const DenseMatrix &interpolation,
+                                                      const std::vector<double> &of_nodes) const
+  {
+    if (interpolation.values.empty())
+      return of_nodes;
+    std::vector<double> result(free.size());
+    for (unsigned int a = 0; a < of_nodes.size(); ++a)
+      for (unsigned int k = 0; k < result.size(); ++k)
+        result[k] += interpolation(k, a) * of_nodes[a];
+    return result;
+  }
+
+  template <int dim>
   PairShapes<dim>::PairShapes(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
                               const ContactFace<dim> &pad_face, const FacePair<dim> &pair,
                               const Geometry<dim> &geometry, const double angular_velocity,
                               const Tensor<1, 3> *const along)
       : n_points(pair.points.size()), rotor(&rotor_face), pad(&pad_face)
   {
-    const unsigned int n_nodes = element.n_nodes();
-    on_rotor = on_pad = d_phi = DenseMatrix(n_nodes, n_points);
+    const unsigned int n_rotor = rotor_face.free.size(), n_pad = pad_face.free.size();
+    const bool own_multipliers = !pad_face.multipliers.values.empty();
+    on_rotor = d_phi = DenseMatrix(n_rotor, n_points);
+    on_pad           = DenseMatrix(n_pad, n_points);
+    multipliers      = DenseMatrix(own_multipliers ? n_pad : 0, n_points);
     normals.reserve(n_points);
     directions.reserve(n_points);
     positions.reserve(n_points);
     for (std::vector<double> *values : {&weights, &speeds, &radii})
       values->reserve(n_points);
-    std::vector<double> rotor_values, pad_values;
+    std::vector<double> rotor_values, pad_values, turned(element.n_nodes());
     std::vector<typename FaceElement<dim>::Gradient> gradients;
     for (unsigned int q = 0; q < n_points; ++q)
     {
@@ -94,12 +138,15 @@ namespace squeal
       speeds.push_back(std::abs(angular_velocity) * speed);
       radii.push_back(speed);
       const Tensor<1, dim - 1> turning = surface_coordinates<dim>(frame, w);
-      for (unsigned int a = 0; a < n_nodes; ++a)
-      {
-        on_rotor(a, q) = rotor_values[a];
-        on_pad(a, q)   = pad_values[a];
-        d_phi(a, q)    = gradients[a] * turning;
-      }
+      for (unsigned int a = 0; a < turned.size(); ++a)
+        turned[a] = gradients[a] * turning;
+      const auto set = [q](DenseMatrix &matrix, const std::vector<double> &values)
+      { std::copy(values.begin(), values.end(), &matrix.values[std::size_t(q) * matrix.n_rows]); };
+      set(on_rotor, rotor_face.of_free_nodes(rotor_face.moves, rotor_values));
+      set(d_phi, rotor_face.of_free_nodes(rotor_face.moves, turned));
+      set(on_pad, pad_face.of_free_nodes(pad_face.moves, pad_values));
+      if (own_multipliers)
+        set(multipliers, pad_face.of_free_nodes(pad_face.multipliers, pad_values));
     }
   }
 
@@ -118,18 +165,18 @@ namespace squeal
   {
     if (!kept.values.empty() || direction == dim)
       return kept;
-    const unsigned int n_nodes = on_rotor.n_rows;
-    kept                       = DenseMatrix(2 * n_nodes * dim, n_points);
+    const unsigned int n_rotor = on_rotor.n_rows, n_pad = pad->free.size();
+    kept = DenseMatrix((n_rotor + n_pad) * dim, n_points);
     for (unsigned int q = 0; q < n_points; ++q)
     {
       const Tensor<1, dim> d = this->direction(direction, q);
-      for (unsigned int a = 0; a < n_nodes; ++a)
-        for (unsigned int c = 0; c < dim; ++c)
-        {
+      for (unsigned int c = 0; c < dim; ++c)
+      {
+        for (unsigned int a = 0; a < n_rotor; ++a)
           kept(a * dim + c, q) = on_rotor(a, q) * d[c];
-          if (on_pad)
-            kept((n_nodes + a) * dim + c, q) = -(*on_pad)(a, q) * d[c];
-        }
+        for (unsigned int a = 0; a < n_pad && on_pad; ++a)
+          kept((n_rotor + a) * dim + c, q) = -(*on_pad)(a, q) * d[c];
+      }
     }
     return kept;
   }
@@ -138,26 +185,27 @@ namespace squeal
   void ContactKinematics<dim>::add_across(RepeatedEntries &entries, const std::vector<double> &c,
                                           const bool turned_right) const
   {
-    const unsigned int n_nodes = shapes->on_rotor.n_rows;
+    const unsigned int n_rotor = shapes->on_rotor.n_rows, n_all = n_rotor + shapes->on_pad.n_rows;
     // Points as rows
-    DenseMatrix jump(n_points, 2 * n_nodes), turned(n_points, turned_right ? n_nodes : 0);
+    DenseMatrix jump(n_points, n_all), turned(n_points, turned_right ? n_rotor : 0);
     std::vector<Tensor<1, dim>> directions;
     std::array<bool, dim> is_there{}; // a direction across a flat face has fewer components
     for (unsigned int q = 0; q < n_points; ++q)
     {
-      for (unsigned int a = 0; a < n_nodes; ++a)
+      for (unsigned int a = 0; a < n_rotor; ++a)
       {
-        jump(q, a)           = shapes->on_rotor(a, q);
-        jump(q, n_nodes + a) = -shapes->on_pad(a, q);
+        jump(q, a) = shapes->on_rotor(a, q);
         if (turned_right)
           turned(q, a) = shapes->d_phi(a, q);
       }
+      for (unsigned int a = n_rotor; a < n_all; ++a)
+        jump(q, a) = -shapes->on_pad(a - n_rotor, q);
       directions.push_back(direction(2, q));
       for (unsigned int i = 0; i < dim; ++i)
         is_there[i] |= directions.back()[i] != 0;
     }
     const DenseMatrix &right = turned_right ? turned : jump;
-    DenseMatrix weighted(n_points, 2 * n_nodes), local(2 * n_nodes, right.n_columns);
+    DenseMatrix weighted(n_points, n_all), local(n_all, right.n_columns);
     std::vector<double> weights(n_points);
     for (unsigned int i = 0; i < dim; ++i)
       for (unsigned int k = i; k < dim; ++k)
@@ -166,7 +214,7 @@ namespace squeal
           continue;
         for (unsigned int q = 0; q < n_points; ++q)
           weights[q] = c[q] * directions[q][i] * directions[q][k];
-        for (unsigned int a = 0; a < 2 * n_nodes; ++a)
+        for (unsigned int a = 0; a < n_all; ++a)
           for (unsigned int q = 0; q < n_points; ++q)
             weighted(q, a) = weights[q] * jump(q, a);
         gemm<double>(1, weighted.transpose(), right, 0, local.values.data());
@@ -174,15 +222,12 @@ namespace squeal
           for (unsigned int a = 0; a < b; ++a) // symmetric to the last digit
             local(b, a) = local(a, b);
         for (unsigned int b = 0; b < right.n_columns; ++b)
-          for (const FreeNode<dim> &column : node(b))
-            for (unsigned int a = 0; a < 2 * n_nodes; ++a)
-              for (const FreeNode<dim> &row : node(a))
-              {
-                const double value = row.weight * column.weight * local(a, b);
-                entries.add(row.equations[i], column.equations[k], value);
-                if (i != k)
-                  entries.add(row.equations[k], column.equations[i], value);
-              }
+          for (unsigned int a = 0; a < n_all; ++a)
+          {
+            entries.add(node(a).equations[i], node(b).equations[k], local(a, b));
+            if (i != k)
+              entries.add(node(a).equations[k], node(b).equations[i], local(a, b));
+          }
       }
   }
 
@@ -190,7 +235,8 @@ namespace squeal
   void ContactKinematics<dim>::add_slopes(const FaceElement<dim> &element,
                                           const FacePair<dim> &pair, const Geometry<dim> &geometry)
   {
-    const unsigned int n_nodes = element.n_nodes(), n_rows = 2 * n_nodes * dim;
+    const unsigned int n_rotor = rotor->free.size(), n_pad = pad->free.size(),
+                       n_rows = (n_rotor + n_pad) * dim;
     for (unsigned int along = 0; along < dim - 1; ++along)
     {
       moved_w[along] = DenseMatrix(n_rows, n_points);
@@ -215,18 +261,24 @@ namespace squeal
         for (unsigned int d = 1; d < dim; ++d)
           change[d] =
               basis[1 + s] * (geometry.transport(frame.x + basis[d]) - geometry.transport(frame.x));
-        for (unsigned int a = 0; a < n_nodes; ++a)
-          for (unsigned int c = 0; c < dim; ++c)
+        std::vector<double> along_t;
+        for (const auto &gradient : gradients)
+          along_t.push_back(gradient * t);
+        along_t = rotor->of_free_nodes(rotor->moves, along_t);
+        for (unsigned int c = 0; c < dim; ++c)
+        {
+          for (unsigned int a = 0; a < n_rotor; ++a)
           {
-            const unsigned int r = a * dim + c, p = (n_nodes + a) * dim + c;
             for (unsigned int d = 0; d < dim; ++d)
-              slopes[s][d](r, q) = gradients[a] * t * basis[d][c];
+              slopes[s][d](a * dim + c, q) = along_t[a] * basis[d][c];
             for (unsigned int d = 1; d < dim; ++d)
-            {
-              moved_w[s](r, q) -= shapes->on_rotor(a, q) * change[d] * basis[d][c];
-              moved_w[s](p, q) += shapes->on_pad(a, q) * change[d] * basis[d][c];
-            }
+              moved_w[s](a * dim + c, q) -= shapes->on_rotor(a, q) * change[d] * basis[d][c];
           }
+          for (unsigned int a = 0; a < n_pad; ++a)
+            for (unsigned int d = 1; d < dim; ++d)
+              moved_w[s]((n_rotor + a) * dim + c, q) +=
+                  shapes->on_pad(a, q) * change[d] * basis[d][c];
+        }
       }
     }
   }
@@ -236,6 +288,29 @@ namespace squeal
     template <int dim>
     using Numbering = unsigned int (FiniteElementSpace<dim>::*)(
         types::global_dof_index) const; ///< of multipliers
+
+    /// The free nodes of a node of a face: weights of displacements, of multipliers, and the node.
+    template <int dim>
+    std::vector<std::tuple<double, double, types::global_dof_index>>
+    weights_of(const FiniteElementSpace<dim> &spaces, const types::global_dof_index node)
+    {
+      std::vector<std::tuple<double, double, types::global_dof_index>> result;
+      const bool own = !spaces.geometry.own.empty();
+      for (const WeightedNode &w : spaces.expand(node))
+        result.emplace_back(w.weight, own ? 0 : w.weight, w.node);
+      if (own)
+        for (const WeightedNode &w : spaces.expand_multiplier(node))
+        {
+          const auto found =
+              std::find_if(result.begin(), result.end(),
+                           [&](const auto &known) { return std::get<2>(known) == w.node; });
+          if (found == result.end())
+            result.emplace_back(0, w.weight, w.node);
+          else
+            std::get<1>(*found) = w.weight;
+        }
+      return result;
+    }
 
     template <int dim>
     std::vector<ContactFace<dim>>
@@ -275,13 +350,14 @@ namespace squeal
                 face.shape.nodes.push_back(
                     spaces.mapping.transform_unit_to_real_cell(cell, unit_points[a]));
                 std::vector<FreeNode<dim>> expansion;
-                for (const WeightedNode &w : spaces.expand(cell_nodes[a]))
+                for (const auto &[weight, multiplier_weight, node] :
+                     weights_of(spaces, cell_nodes[a]))
                 {
-                  FreeNode<dim> free_node{w.weight, {}};
+                  FreeNode<dim> free_node{weight, multiplier_weight, {}};
                   for (unsigned int c = 0; c < dim; ++c)
-                    free_node.equations[c] = static_cast<int>(spaces.equation(w.node, c));
-                  free_node.equations[dim]     = static_cast<int>((spaces.*multiplier)(w.node));
-                  free_node.equations[dim + 1] = static_cast<int>(spaces.stick(w.node));
+                    free_node.equations[c] = static_cast<int>(spaces.equation(node, c));
+                  free_node.equations[dim]     = static_cast<int>((spaces.*multiplier)(node));
+                  free_node.equations[dim + 1] = static_cast<int>(spaces.stick(node));
                   expansion.push_back(free_node);
                 }
                 face.nodes.push_back(std::move(expansion));
@@ -317,6 +393,7 @@ namespace squeal
           for (const FreeNode<dim> &free_node : node)
           {
             flat.push_back(free_node.weight);
+            flat.push_back(free_node.multiplier_weight);
             flat.insert(flat.end(), free_node.equations.begin(), free_node.equations.end());
           }
         }
@@ -338,11 +415,13 @@ namespace squeal
           node.resize(static_cast<unsigned int>(*number++));
           for (FreeNode<dim> &free_node : node)
           {
-            free_node.weight = *number++;
+            free_node.weight            = *number++;
+            free_node.multiplier_weight = *number++;
             for (int &equation : free_node.equations)
               equation = static_cast<int>(*number++);
           }
         }
+        face.gather_free_nodes();
         faces.push_back(std::move(face));
       }
       return faces;

@@ -33,9 +33,9 @@ namespace squeal
         for (const ContactFace<dim> &face : contact.paired_interfaces()[i].pad_faces)
           for (unsigned int m = 0; m < face.nodes.size(); ++m)
             // Hanging nodes have no multiplier of their own.
-            if (face.nodes[m].size() == 1 && face.nodes[m][0].weight == 1 &&
-                face.nodes[m][0].equations[dim] >= 0)
-              function(face.shape.nodes[m], i, face.nodes[m][0].equations[dim]);
+            for (const FreeNode<dim> &node : face.nodes[m])
+              if (node.multiplier_weight == 1 && node.equations[dim] >= 0)
+                function(face.shape.nodes[m], i, node.equations[dim]);
     }
 
     /// Finds the point of some that is nearest to others.

@@ -24,18 +24,15 @@ namespace squeal
     void add_face(const ContactFace<dim> &face, const ContactFace<dim> &first,
                   const DenseMatrix &products, const double factor, EntryList &entries)
     {
-      for (unsigned int m = 0; m < first.nodes.size(); ++m)
-        for (const FreeNode<dim> &traction : first.nodes[m])
-          for (unsigned int a = 0; a < face.nodes.size(); ++a)
-            for (const FreeNode<dim> &moved : face.nodes[a])
+      for (unsigned int m = 0; m < first.free.size(); ++m)
+        for (unsigned int a = 0; a < face.free.size(); ++a)
+          for (unsigned int c = 0; c < dim; ++c)
+            if (is_active(first.free[m], c) && face.free[a].equations[c] >= 0)
             {
-              const double value = factor * traction.weight * moved.weight * products(a, m);
-              for (unsigned int c = 0; c < dim; ++c)
-                if (is_active(traction, c) && moved.equations[c] >= 0)
-                {
-                  entries.add(moved.equations[c], traction.equations[dim] + c, value);
-                  entries.add(traction.equations[dim] + c, moved.equations[c], value);
-                }
+              const int moved = face.free[a].equations[c], traction = first.free[m].equations[dim];
+              const double value = factor * products(a, m);
+              entries.add(moved, traction + c, value);
+              entries.add(traction + c, moved, value);
             }
     }
 
@@ -44,10 +41,10 @@ namespace squeal
                             const std::vector<std::vector<double>> &shapes,
                             const std::vector<std::vector<double>> &psi)
     {
-      const unsigned int n = weights.size(), n_nodes = shapes[0].size();
-      DenseMatrix result(n_nodes, n_nodes);
+      const unsigned int n = weights.size(), n_nodes = shapes[0].size(), n_psi = psi[0].size();
+      DenseMatrix result(n_nodes, n_psi);
       for (unsigned int q = 0; q < n; ++q)
-        for (unsigned int m = 0; m < n_nodes; ++m)
+        for (unsigned int m = 0; m < n_psi; ++m)
           for (unsigned int a = 0; a < n_nodes; ++a)
             result(a, m) += weights[q] * shapes[q][a] * psi[q][m];
       return result;
@@ -66,17 +63,20 @@ namespace squeal
         {
           const unsigned int n_points = pair.points.size();
           std::vector<double> weights(n_points);
-          std::vector<std::vector<double>> on_first(n_points), on_second(n_points);
+          std::vector<std::vector<double>> on_first(n_points), on_second(n_points), psi(n_points);
+          const ContactFace<dim> &first  = sides.pad_faces[pair.pad_face],
+                                 &second = sides.rotor_faces[pair.rotor_face];
           for (unsigned int q = 0; q < n_points; ++q)
           {
             weights[q] = pair.points[q].weight;
             element.evaluate(pair.points[q].xi_pad, on_first[q]);
             element.evaluate(pair.points[q].xi_rotor, on_second[q]);
+            psi[q]       = first.of_free_nodes(first.multipliers, on_first[q]);
+            on_first[q]  = first.of_free_nodes(first.moves, on_first[q]);
+            on_second[q] = second.of_free_nodes(second.moves, on_second[q]);
           }
-          const ContactFace<dim> &first  = sides.pad_faces[pair.pad_face],
-                                 &second = sides.rotor_faces[pair.rotor_face];
-          add_face(first, first, products_of(weights, on_first, on_first), -scale, entries);
-          add_face(second, first, products_of(weights, on_second, on_first), scale, entries);
+          add_face(first, first, products_of(weights, on_first, psi), -scale, entries);
+          add_face(second, first, products_of(weights, on_second, psi), scale, entries);
         }
       }
       return entries;

@@ -1,4 +1,5 @@
 #include <squeal/mesh/cell_map.h>
+#include <squeal/mesh/element_cells.h>
 
 #include <algorithm>
 #include <array>
@@ -7,6 +8,35 @@
 namespace squeal
 {
   using namespace dealii;
+
+  namespace
+  {
+    /// The unknowns of other ranks at own nodes of elements of which this rank has a cell.
+    void add_own_nodes(const FiniteElementSpace<3> &spaces,
+                       std::vector<types::global_dof_index> &foreign)
+    {
+      const OwnElements &own                = spaces.geometry.own;
+      ElementInterpolation of_displacements = interpolation_of(spaces, 0),
+                           of_multipliers   = interpolation_of(spaces, 3);
+      for (const ElementCells &element : group_by_elements(spaces.nodes, own))
+      {
+        if (std::none_of(element.cells.begin(), element.cells.end(),
+                         [](const auto &cell) { return cell->is_locally_owned(); }))
+          continue;
+        const auto add = [&](const unsigned int first, const unsigned int end,
+                             ElementInterpolation &interpolation)
+        {
+          for (const auto node : nodes_of_element(element, own, interpolation))
+            for (unsigned int c = first; c < end; ++c)
+              if (const unsigned int equation = spaces.field_equation(node, c);
+                  equation != FiniteElementSpace<3>::none && !spaces.rows.contains(equation))
+                foreign.push_back(equation);
+        };
+        add(0, 3, of_displacements);
+        add(3, spaces.n_fields(), of_multipliers);
+      }
+    }
+  } // namespace
 
   template <int dim>
   CellMap<dim>::CellMap(const FiniteElementSpace<dim> &spaces) : rows(spaces.rows)
@@ -22,20 +52,29 @@ namespace squeal
         std::vector<Entry> entries;
         for (unsigned int a = 0; a < n; ++a)
         {
-          const bool direct = !spaces.hanging.is_constrained(nodes[a]);
-          for (const WeightedNode &w : spaces.expand(nodes[a]))
-            for (unsigned int c = 0; c < spaces.n_fields(); ++c)
-            {
-              const unsigned int equation = spaces.field_equation(w.node, c);
-              if (equation == FiniteElementSpace<dim>::none)
-                continue;
-              if (!rows.contains(equation))
-                foreign.push_back(equation);
-              entries.push_back({c * n + a, equation, w.weight, direct});
-            }
+          const auto add = [&](const unsigned int first, const unsigned int end,
+                               const std::vector<WeightedNode> &expansion)
+          {
+            const bool direct = !spaces.lines_of(first).is_constrained(nodes[a]);
+            for (const WeightedNode &w : expansion)
+              for (unsigned int c = first; c < end; ++c)
+              {
+                const unsigned int equation = spaces.field_equation(w.node, c);
+                if (equation == FiniteElementSpace<dim>::none)
+                  continue;
+                if (!rows.contains(equation))
+                  foreign.push_back(equation);
+                entries.push_back({c * n + a, equation, w.weight, direct});
+              }
+          };
+          add(0, dim, spaces.expand(nodes[a]));
+          add(dim, spaces.n_fields(), spaces.expand_multiplier(nodes[a]));
         }
         cells.push_back(std::move(entries));
       }
+    if constexpr (dim == 3)
+      if (!spaces.geometry.own.empty())
+        add_own_nodes(spaces, foreign);
     std::sort(foreign.begin(), foreign.end());
     seen.add_indices(foreign.begin(), std::unique(foreign.begin(), foreign.end()));
     partitioner = std::make_shared<Utilities::MPI::Partitioner>(owned, seen, rows.comm);

@@ -63,8 +63,8 @@ namespace squeal
       {
         std::vector<Vector> components;
         for (unsigned int c = 0; c < dim; ++c)
-          components.push_back(
-              nodal_field(column, [&](const auto node) { return spaces.equation(node, c); }));
+          components.push_back(nodal_field(
+              column, spaces.hanging, [&](const auto node) { return spaces.equation(node, c); }));
 
         IndexSet relevant;
         DoFTools::extract_locally_relevant_dofs(vector_nodes, relevant);
@@ -92,8 +92,8 @@ namespace squeal
       /// The multiplier field of a column times a factor.
       Vector pressure(const double *column, const double factor) const
       {
-        Vector field =
-            nodal_field(column, [&](const auto node) { return spaces.multiplier(node); });
+        Vector field = nodal_field(column, spaces.lines_of(dim),
+                                   [&](const auto node) { return spaces.multiplier(node); });
         field *= factor;
         field.update_ghost_values();
         return field;
@@ -129,13 +129,14 @@ namespace squeal
 
     private:
       template <typename Equation>
-      Vector nodal_field(const double *column, const Equation &equation) const
+      Vector nodal_field(const double *column, const AffineConstraints<double> &lines,
+                         const Equation &equation) const
       {
         Vector field(spaces.nodes.locally_owned_dofs(), spaces.relevant_nodes, spaces.comm);
         for (const auto node : spaces.nodes.locally_owned_dofs())
           if (equation(node) != FiniteElementSpace<dim>::none)
             field(node) = column[equation(node) - spaces.rows.begin];
-        spaces.hanging.distribute(field);
+        lines.distribute(field);
         field.update_ghost_values();
         return field;
       }

@@ -1,5 +1,6 @@
 #include <squeal/base/errors.h>
 #include <squeal/mesh/coarse_mesh.h>
+#include <squeal/mesh/element_cells.h>
 #include <squeal/mesh/finite_element_space.h>
 
 #include <deal.II/base/mpi.h>
@@ -7,8 +8,10 @@
 #include <deal.II/fe/fe_values.h>
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
 
 // distribute() numbers the unknowns of a mesh: nodes, the constraints of those that hang or are
@@ -38,6 +41,17 @@ namespace squeal
       return result;
     }
 
+    /// The set of some nodes. Nodes that are added one by one, in no order, are moved too often.
+    IndexSet index_set(std::vector<Node> nodes, const Node size)
+    {
+      std::sort(nodes.begin(), nodes.end());
+      nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+      IndexSet set(size);
+      set.add_indices(nodes.begin(), nodes.end());
+      set.compress();
+      return set;
+    }
+
     /// The constraints of the relevant nodes, in terms of free nodes. A rank alone cannot know
     /// them: what a node hangs on may itself hang on (or be the periodic image of) a node of cells
     /// that the rank does not see. Each node's owner does see all faces of that node, so its line
@@ -47,14 +61,17 @@ namespace squeal
     {
       using Line = std::vector<std::pair<Node, double>>;
       std::map<Node, Line> lines;
-      IndexSet known = owned, wanted = relevant;
+      IndexSet known = owned;
+      std::vector<Node> parents;
       for (const Node node : owned)
         if (const auto *entries = seen.get_constraint_entries(node))
         {
-          lines[node] = *entries;
+          lines.emplace_hint(lines.end(), node, *entries);
           for (const auto &entry : *entries)
-            wanted.add_index(entry.first);
+            parents.push_back(entry.first);
         }
+      IndexSet wanted = index_set(std::move(parents), owned.size());
+      wanted.add_indices(relevant);
       wanted.subtract_set(known);
       while (Utilities::MPI::max(wanted.n_elements(), comm) > 0)
       {
@@ -65,14 +82,15 @@ namespace squeal
             if (const auto *entries = seen.get_constraint_entries(node))
               answers[rank].emplace_back(node, *entries);
         known.add_indices(wanted);
-        wanted.clear();
+        parents.clear();
         for (const auto &[rank, received] : Utilities::MPI::some_to_some(comm, answers))
           for (const auto &[node, line] : received)
           {
             lines[node] = line;
             for (const auto &entry : line)
-              wanted.add_index(entry.first);
+              parents.push_back(entry.first);
           }
+        wanted = index_set(std::move(parents), owned.size());
         wanted.subtract_set(known);
       }
 
@@ -86,6 +104,41 @@ namespace squeal
       return resolved;
     }
 
+    /// Interpolates the nodes of cells of divided elements from the elements' own ones, for
+    /// functions of a degree. What a rank sees a part of alone, none of its nodes is on.
+    void add_elements(const DoFHandler<3> &nodes, const OwnElements &own, const unsigned int degree,
+                      Constraints &lines)
+    {
+      ElementInterpolation interpolation(nodes.get_fe().get_unit_support_points(),
+                                         nodes.get_fe().degree, degree);
+      std::vector<Node> local(nodes.get_fe().n_dofs_per_cell());
+      for (const ElementCells &element : group_by_elements(nodes, own))
+      {
+        const std::vector<Node> of_element = nodes_of_element(element, own, interpolation);
+        if (std::find(of_element.begin(), of_element.end(), numbers::invalid_dof_index) !=
+            of_element.end())
+          continue;
+        for (const auto &cell : element.cells)
+        {
+          const ElementInterpolation::Table &table =
+              interpolation.of(own.shapes[element.element], own.cells[cell->index()].between);
+          cell->get_dof_indices(local);
+          for (unsigned int a = 0; a < local.size(); ++a)
+          {
+            if (table.own[a] >= 0 || !lines.can_store_line(local[a]) ||
+                lines.is_constrained(local[a]))
+              continue;
+            std::vector<std::pair<Node, double>> entries;
+            for (unsigned int k = 0; k < of_element.size(); ++k)
+              if (table.weights(a, k) != 0)
+                entries.emplace_back(of_element[k], table.weights(a, k));
+            lines.add_line(local[a]);
+            lines.add_entries(local[a], entries);
+          }
+        }
+      }
+    }
+
     /// Nodes that share a matrix entry with an own node although no cell near here has them: the
     /// free nodes of other ranks' cells whose nodes hang on an own node. Collective.
     template <int dim>
@@ -93,47 +146,50 @@ namespace squeal
                            const MPI_Comm comm)
     {
       const IndexSet &owned = nodes.locally_owned_dofs();
-      IndexSet foreign(nodes.n_dofs()); // free nodes of other ranks on own cells with constraints
+      if (Utilities::MPI::n_mpi_processes(comm) == 1)
+        return IndexSet(nodes.n_dofs());
+      std::vector<Node> foreign; // free nodes of other ranks on own cells with constraints
       std::vector<std::vector<Node>> cells;
       std::vector<Node> cell_nodes(nodes.get_fe().n_dofs_per_cell());
       for (const auto &cell : nodes.active_cell_iterators())
         if (cell->is_locally_owned())
         {
           cell->get_dof_indices(cell_nodes);
-          IndexSet free(nodes.n_dofs());
+          std::set<Node> free;
           bool constrained = false;
           for (const Node node : cell_nodes)
             if (const auto *entries = constraints.get_constraint_entries(node))
             {
               constrained = true;
               for (const auto &entry : *entries)
-                free.add_index(entry.first);
+                free.insert(entry.first);
             }
             else
-              free.add_index(node);
+              free.insert(node);
           if (constrained)
           {
-            foreign.add_indices(free);
+            std::copy_if(free.begin(), free.end(), std::back_inserter(foreign),
+                         [&](const Node node) { return !owned.is_element(node); });
             cells.emplace_back(free.begin(), free.end());
           }
         }
       std::map<Node, unsigned int> owner;
-      for (const auto &[rank, list] : by_owner(foreign, owned, comm))
+      for (const auto &[rank, list] :
+           by_owner(index_set(std::move(foreign), nodes.n_dofs()), owned, comm))
         for (const Node node : list)
           owner[node] = rank;
-      std::map<unsigned int, IndexSet> sets;
+      std::map<unsigned int, std::set<Node>> sets;
       for (const std::vector<Node> &cell : cells)
         for (const Node node : cell)
           if (const auto rank = owner.find(node); rank != owner.end())
-            sets.try_emplace(rank->second, nodes.n_dofs())
-                .first->second.add_indices(cell.begin(), cell.end());
+            sets[rank->second].insert(cell.begin(), cell.end());
       std::map<unsigned int, std::vector<Node>> to_send;
       for (const auto &[rank, set] : sets)
         to_send[rank].assign(set.begin(), set.end());
-      IndexSet coupled(nodes.n_dofs());
+      std::vector<Node> coupled;
       for (const auto &[rank, list] : Utilities::MPI::some_to_some(comm, to_send))
-        coupled.add_indices(list.begin(), list.end());
-      return coupled;
+        coupled.insert(coupled.end(), list.begin(), list.end());
+      return index_set(std::move(coupled), nodes.n_dofs());
     }
 
     /// Which components of nodes are fixed, and which nodes carry a multiplier.
@@ -149,10 +205,10 @@ namespace squeal
     BoundaryNodes find_boundary_nodes(const DoFHandler<dim> &nodes, const Geometry<dim> &geometry,
                                       const bool with_multipliers)
     {
-      const IndexSet none(nodes.n_dofs());
-      BoundaryNodes found{std::vector<IndexSet>(dim, none), none, none, none};
-      std::vector<Node> of_face(nodes.get_fe().n_dofs_per_face());
-      const auto add_to = [&](IndexSet &set) { set.add_indices(of_face.begin(), of_face.end()); };
+      std::vector<std::vector<Node>> fixed(dim);
+      std::vector<Node> in_contact, in_tie, in_stick, of_face(nodes.get_fe().n_dofs_per_face());
+      const auto add_to = [&](std::vector<Node> &list)
+      { list.insert(list.end(), of_face.begin(), of_face.end()); };
       for (const auto &cell : nodes.active_cell_iterators())
         if (!cell->is_artificial())
           for (const unsigned int f : cell->face_indices())
@@ -163,23 +219,24 @@ namespace squeal
                 if (support.boundary == face->boundary_id())
                   for (unsigned int c = 0; c < dim; ++c)
                     if (support.fixed[c])
-                      add_to(found.fixed[c]);
+                      add_to(fixed[c]);
               if (with_multipliers)
                 for (const ContactInterface &interface : geometry.interfaces)
                   if (interface.pad_face == face->boundary_id())
                   {
-                    add_to(found.in_contact);
+                    add_to(in_contact);
                     if (interface.kind == ContactKind::stick)
-                      add_to(found.in_stick);
+                      add_to(in_stick);
                   }
               for (const TiedSurfaces &tie : geometry.ties)
                 if (tie.side == face->boundary_id())
-                  add_to(found.in_tie);
+                  add_to(in_tie);
             }
-      for (IndexSet *set : {&found.in_contact, &found.in_tie, &found.in_stick})
-        set->compress();
-      for (IndexSet &set : found.fixed)
-        set.compress();
+      const auto set_of = [&](std::vector<Node> &list)
+      { return index_set(std::move(list), nodes.n_dofs()); };
+      BoundaryNodes found{{}, set_of(in_contact), set_of(in_tie), set_of(in_stick)};
+      for (std::vector<Node> &list : fixed)
+        found.fixed.push_back(set_of(list));
       return found;
     }
 
@@ -203,7 +260,8 @@ namespace squeal
                                               const unsigned int degree,
                                               const bool with_multipliers, const MPI_Comm comm)
       : geometry(geometry), comm(comm), mesh(std::make_shared<Mesh>(comm)), triangulation(*mesh),
-        fe(degree), mapping(degree), nodes(triangulation), with_multipliers(with_multipliers)
+        fe(degree), mapping(degree), nodes(triangulation), with_multipliers(with_multipliers),
+        multiplier_degree(1)
   {
     make_coarse_mesh(geometry, triangulation);
   }
@@ -212,7 +270,8 @@ namespace squeal
   FiniteElementSpace<dim>::FiniteElementSpace(const FiniteElementSpace &other,
                                               const unsigned int degree)
       : geometry(other.geometry), comm(other.comm), mesh(other.mesh), triangulation(*mesh),
-        fe(degree), mapping(degree), nodes(triangulation), with_multipliers(other.with_multipliers)
+        fe(degree), mapping(degree), nodes(triangulation), with_multipliers(other.with_multipliers),
+        multiplier_degree(degree > other.fe.degree ? 2 : 1)
   {
   }
 
@@ -224,6 +283,10 @@ namespace squeal
     DoFTools::extract_locally_relevant_dofs(nodes, relevant_nodes);
     Constraints seen(relevant_nodes);
     DoFTools::make_hanging_node_constraints(nodes, seen);
+    const Constraints before_elements(seen);
+    if constexpr (dim == 3)
+      if (!geometry.own.empty())
+        add_elements(nodes, geometry.own, fe.degree, seen);
     shape_cells(resolve(seen, owned, relevant_nodes, comm));
     if (geometry.is_periodic())
       DoFTools::make_periodicity_constraints(nodes, geometry.periodic.first,
@@ -232,6 +295,14 @@ namespace squeal
         coupled_nodes(nodes, resolve(seen, owned, relevant_nodes, comm), comm));
     hanging        = resolve(seen, owned, relevant_nodes, comm);
     relevant_nodes = hanging.get_local_lines();
+    if constexpr (dim == 3)
+      if (!geometry.own.empty())
+      {
+        Constraints of_multipliers(before_elements);
+        add_elements(nodes, geometry.own, multiplier_degree, of_multipliers);
+        multiplier_lines = resolve(of_multipliers, owned, relevant_nodes, comm);
+      }
+    const Constraints &lines = lines_of(dim);
 
     const auto [fixed, in_contact, in_tie, in_stick] =
         find_boundary_nodes(nodes, geometry, with_multipliers);
@@ -254,7 +325,7 @@ namespace squeal
       n_local = superelement(geometry.superelements.size());
     const unsigned int n_local_displacements = n_local;
     for (const auto node : owned)
-      if (in_contact.is_element(node) && !hanging.is_constrained(node))
+      if (in_contact.is_element(node) && !lines.is_constrained(node))
       {
         equations[dim](node) = n_local++;
         if (in_stick.is_element(node))
@@ -265,7 +336,7 @@ namespace squeal
       }
     const unsigned int n_local_multipliers = n_local - n_local_displacements;
     for (const auto node : owned)
-      if (in_tie.is_element(node) && !hanging.is_constrained(node))
+      if (in_tie.is_element(node) && !lines.is_constrained(node))
       {
         equations[dim + 1](node) = n_local;
         n_local += dim;
@@ -379,16 +450,29 @@ namespace squeal
                         " thin cells inside out: use a higher degree or more cells around.");
   }
 
-  template <int dim>
-  std::vector<WeightedNode>
-  FiniteElementSpace<dim>::expand(const types::global_dof_index node) const
+  namespace
   {
-    if (!hanging.is_constrained(node))
-      return {{node, 1.}};
-    std::vector<WeightedNode> result;
-    for (const auto &[parent, weight] : *hanging.get_constraint_entries(node))
-      result.push_back({parent, weight});
-    return result;
+    std::vector<WeightedNode> expand_by(const Constraints &lines, const Node node)
+    {
+      if (!lines.is_constrained(node))
+        return {{node, 1.}};
+      std::vector<WeightedNode> result;
+      for (const auto &[parent, weight] : *lines.get_constraint_entries(node))
+        result.push_back({parent, weight});
+      return result;
+    }
+  } // namespace
+
+  template <int dim>
+  std::vector<WeightedNode> FiniteElementSpace<dim>::expand(const Node node) const
+  {
+    return expand_by(hanging, node);
+  }
+
+  template <int dim>
+  std::vector<WeightedNode> FiniteElementSpace<dim>::expand_multiplier(const Node node) const
+  {
+    return expand_by(lines_of(dim), node);
   }
 
   template class FiniteElementSpace<2>;

@@ -275,8 +275,9 @@ namespace squeal
     class Divider
     {
     public:
-      Divider(const ElementFile &in, const std::function<bool(unsigned int)> &follows_circles)
-          : in(in), follows_circles(follows_circles)
+      Divider(const ElementFile &in, const std::function<bool(unsigned int)> &follows_circles,
+              const bool keep_own)
+          : in(in), follows_circles(follows_circles), keep_own(keep_own)
       {
         out.name                 = in.name;
         out.nodes                = in.nodes;
@@ -290,6 +291,8 @@ namespace squeal
         parts.resize(in.elements.size());
         for (unsigned int e = 0; e < in.elements.size(); ++e)
           divide_element(e);
+        if (!out.own.empty())
+          out.own.cells.resize(out.cells.size());
         check_neighbours();
         carry_groups();
         return std::move(out);
@@ -329,6 +332,32 @@ namespace squeal
         return (std::uint64_t(std::min(a, b)) << 32) + std::max(a, b);
       }
 
+      /// Joins all edges of elements that share some with tetrahedra or wedges, of which these
+      /// elements are the ones that keep their polynomials: nodes of edges that are halved here and
+      /// whole there would not be the same.
+      void join_bodies_of_simplices(Groups &classes)
+      {
+        Groups bodies(in.nodes.size());
+        for (const ElementFile::Element &element : in.elements)
+          for (const unsigned int node : element.nodes)
+            bodies.join(node, element.nodes[0]);
+        std::set<unsigned int> with_simplices;
+        for (const ElementFile::Element &element : in.elements)
+          if (element.shape != ElementShape::hexahedron)
+            with_simplices.insert(bodies.of(element.nodes[0]));
+        keeps_own.resize(in.elements.size());
+        for (unsigned int e = 0; e < in.elements.size(); ++e)
+        {
+          const std::vector<unsigned int> &nodes = in.elements[e].nodes;
+          keeps_own[e]                           = with_simplices.count(bodies.of(nodes[0])) > 0;
+          const auto &edges                      = ElementFile::edges(in.elements[e].shape);
+          for (const auto &[a, b] : edges)
+            if (keeps_own[e])
+              classes.join(edge_numbers.at(key(nodes[a], nodes[b])),
+                           edge_numbers.at(key(nodes[edges[0][0]], nodes[edges[0][1]])));
+        }
+      }
+
       /// Edges of triangles are halved, and those of elements whose cells have no shape of their
       /// own and are bent otherwise; with them all that lie across quadrilaterals.
       void halve_edges()
@@ -364,6 +393,8 @@ namespace squeal
                 classes.join(edge_numbers.at(key(face[v], face[v + 1])),
                              edge_numbers.at(key(face[v + 2], face[(v + 3) % 4])));
           }
+        if (keep_own)
+          join_bodies_of_simplices(classes);
         std::vector<bool> class_is_halved(edge_numbers.size());
         for (unsigned int edge = 0; edge < is_first.size(); ++edge)
           if (is_first[edge])
@@ -448,21 +479,47 @@ namespace squeal
       {
         std::vector<unsigned int> nodes;
         for (unsigned int v = 0; v < ElementFile::n_corners(element.shape); ++v)
+          if (set_of(element.shape, place) >> v & 1)
+            nodes.push_back(element.nodes[v]);
+        std::sort(nodes.begin(), nodes.end());
+        return nodes;
+      }
+
+      /// The corners between which a place lies: bit v for corner v.
+      static std::uint8_t set_of(const ElementShape shape, const CellPlace &place)
+      {
+        std::uint8_t set = 0;
+        for (unsigned int v = 0; v < ElementFile::n_corners(shape); ++v)
         {
           bool takes_part = true;
-          if (element.shape == ElementShape::tetrahedron)
+          if (shape == ElementShape::tetrahedron)
             takes_part = place[v] > 0;
-          else if (element.shape == ElementShape::wedge)
+          else if (shape == ElementShape::wedge)
             takes_part = place[v % 3] > 0 && (v < 3 ? place[3] < 1 : place[3] > 0);
           else
             for (unsigned int d = 0; d < 3; ++d)
               takes_part =
                   takes_part && (ElementMap::coordinate(v, d) == 0 ? place[d] < 1 : place[d] > 0);
           if (takes_part)
-            nodes.push_back(element.nodes[v]);
+            set |= 1u << v;
         }
-        std::sort(nodes.begin(), nodes.end());
-        return nodes;
+        return set;
+      }
+
+      /// Enters a divided element whose displacements stay its own polynomials.
+      void keep_element(const ElementShape shape,
+                        const std::vector<std::array<CellPlace, 8>> &places)
+      {
+        for (unsigned int k = 0; k < places.size(); ++k)
+        {
+          OwnElements::Cell cell;
+          cell.element = out.own.shapes.size();
+          for (unsigned int v = 0; v < 8; ++v)
+            cell.between[v] = set_of(shape, places[k][v]);
+          out.own.cells.resize(out.cells.size() - places.size() + k);
+          out.own.cells.push_back(cell);
+        }
+        out.own.shapes.push_back(shape);
       }
 
       /// The node at a place of an element. Inner ones belong to the element alone.
@@ -526,6 +583,8 @@ namespace squeal
           out.cells.push_back(cell);
         }
         out.division.n_divided += places.size() > 1;
+        if (!keeps_own.empty() && keeps_own[e] && places.size() > 1)
+          keep_element(element.shape, places);
         out.division.n_curved += has_shape;
         // A hexahedron that stays one is looked at with the others, as the file has it.
         if ((places.size() > 1 || has_shape) && !(low > 0 || high < 0))
@@ -696,6 +755,8 @@ namespace squeal
 
       const ElementFile &in;
       const std::function<bool(unsigned int)> &follows_circles;
+      const bool keep_own;
+      std::vector<bool> keeps_own; ///< by element; empty: none
       MeshFile out;
       std::unordered_map<std::uint64_t, unsigned int> edge_numbers;
       std::vector<bool> halved;                                       ///< by edge
@@ -705,8 +766,8 @@ namespace squeal
   } // namespace
 
   MeshFile divide(const ElementFile &elements,
-                  const std::function<bool(unsigned int)> &follows_circles)
+                  const std::function<bool(unsigned int)> &follows_circles, const bool keep_own)
   {
-    return Divider(elements, follows_circles).divide();
+    return Divider(elements, follows_circles, keep_own).divide();
   }
 } // namespace squeal

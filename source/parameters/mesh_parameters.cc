@@ -42,6 +42,11 @@ namespace squeal
           "Bodies whose cells between the nodes follow circles about the axis. The others have "
           "the edges of their elements: straight ones, or through middle nodes. Transport needs a "
           "rotor that does.");
+      add_choice(prm, "Tetrahedra", divided,
+                 "What displacements are on tetrahedra and wedges. own: polynomials of "
+                 "Discretization/Degree on the element, at degree 2 by the nodes of the file. "
+                 "divided: those of the hexahedra that it is divided into, for adaptive meshes; 17 "
+                 "to 21 times as many unknowns.");
       prm.add_parameter("Rotor", rotor,
                         "Names of the rotor's volume groups, of the material Rotor/Material. Empty "
                         "where parts are studied alone.");

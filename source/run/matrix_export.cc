@@ -214,7 +214,8 @@ namespace squeal
                 : c == dim ? "multiplier,normal"
                 : is_tie   ? std::string("multiplier,") + "xyz"[c - dim - 1]
                            : std::string("multiplier,tangential ") + "eb"[c - first_stick];
-            for (const WeightedNode &parent : spaces.expand(node))
+            for (const WeightedNode &parent :
+                 c < dim ? spaces.expand(node) : spaces.expand_multiplier(node))
               if (const unsigned int row = spaces.field_equation(parent.node, c);
                   row != left_out && kept.has(row))
               {

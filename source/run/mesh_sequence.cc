@@ -209,8 +209,33 @@ namespace squeal
       return false;
     }
     model.keep_sectors(by_cell);
+    if (!leave_elements_whole(by_cell))
+    {
+      report.log.line("\nWhat errors are left is of elements with polynomials of their own, which "
+                      "stay whole; Mesh/Tetrahedra = divided refines them.");
+      return false;
+    }
     flag_cells(mesh, by_cell);
     return true;
+  }
+
+  /// Takes the cells of elements with own polynomials out of what is to be divided; whether some
+  /// are left. Collective.
+  template <int dim>
+  bool MeshSequence<dim>::leave_elements_whole(std::vector<double> &by_cell) const
+  {
+    const auto &mesh       = model.spaces().triangulation;
+    const OwnElements &own = model.spaces().geometry.own;
+    unsigned int number    = 0;
+    double largest         = 0;
+    for (const auto &cell : mesh.active_cell_iterators())
+      if (cell->is_locally_owned())
+      {
+        if (cell->level() == 0 && own.has(cell->index()))
+          by_cell[number] = 0;
+        largest = std::max(largest, by_cell[number++]);
+      }
+    return Utilities::MPI::max(largest, mesh.get_communicator()) > 0;
   }
 
   template <int dim>

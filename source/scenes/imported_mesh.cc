@@ -132,7 +132,9 @@ namespace squeal
       place_nodes(prm.mesh, file);
       add_plane_parts(file, named_surfaces(prm), 2);
       const std::vector<bool> circles = on_circles(prm, file);
-      return divide(file, [&](const unsigned int e) { return circles[e]; });
+      return divide(
+          file, [&](const unsigned int e) { return circles[e]; },
+          prm.mesh.divided == DividedElements::own);
     }
   } // namespace
 

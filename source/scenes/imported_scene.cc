@@ -58,6 +58,7 @@ namespace squeal
     void add_cells(const std::vector<unsigned int> &part_of_cell, ImportedMesh &mesh,
                    Geometry<3> &geometry)
     {
+      geometry.own = mesh.file.own;
       std::vector<unsigned int> number(mesh.file.nodes.size(), -1);
       for (unsigned int c = 0; c < mesh.file.cells.size(); ++c)
       {
@@ -72,6 +73,9 @@ namespace squeal
             geometry.vertices.push_back(mesh.file.nodes[node]);
           }
           cell.vertices[v] = number[node];
+          if (geometry.own.has(c))
+            geometry.own.cells[c].between[v] =
+                mesh.file.own.cells[c].between[lexicographic_corners[v]];
         }
         geometry.cells.push_back(cell);
       }
@@ -90,10 +94,45 @@ namespace squeal
       for (auto &[name, surface] : mesh.file.surfaces)
         for (ImportedMesh::Face &face : surface)
           face = renumber(face);
+      const std::vector<CoarseCell<3>> before = geometry.cells;
       if (!order_consistently(geometry.cells))
         mesh.fail("File",
                   "the cells' edges cannot be directed consistently: rows of cells close in "
                   "a twisted ring.");
+      for (unsigned int c = 0; c < geometry.cells.size(); ++c)
+        if (geometry.own.has(c))
+        {
+          const auto between = geometry.own.cells[c].between;
+          for (unsigned int v = 0; v < 8; ++v)
+            geometry.own.cells[c].between[v] =
+                between[std::find(before[c].vertices.begin(), before[c].vertices.end(),
+                                  geometry.cells[c].vertices[v]) -
+                        before[c].vertices.begin()];
+        }
+    }
+
+    /// What elements with own polynomials do not have.
+    void check_own_elements(const Parameters::All &prm, const ImportedMesh &mesh)
+    {
+      constexpr unsigned int highest = 3;
+      if (mesh.file.own.empty())
+        return;
+      const auto refuse = [&](const bool given, const std::string &what, const std::string &allowed)
+      {
+        if (given)
+          mesh.fail("Tetrahedra",
+                    "own: " + what + " needs Mesh/Tetrahedra = divided" + allowed + ".");
+      };
+      refuse(prm.discretization.degree > highest,
+             text_of("Discretization/Degree = ", prm.discretization.degree),
+             text_of(", or a degree of at most ", highest));
+      refuse(prm.refinement.strategy == Strategy::uniform && prm.refinement.cycles > 1,
+             "Refinement/Strategy = uniform", ", or finer elements in the file");
+      refuse(prm.refinement.edge_levels > 0, "Refinement/Contact edge levels", "");
+      refuse(prm.eigenproblem.solver == ModeSolver::block_davidson,
+             "Eigenproblem/Solver = block_davidson", ", or another solver");
+      refuse(prm.static_equilibrium.linear_solver == LinearSolver::iterative,
+             "Static equilibrium/Linear solver = iterative", ", or direct");
     }
 
     /// A uniform contact pressure is that of the load only where both act on the same area.
@@ -129,6 +168,7 @@ namespace squeal
   Geometry<3> make_imported_scene(const Parameters::All &prm)
   {
     ImportedMesh mesh(prm);
+    check_own_elements(prm, mesh);
     const ImportedBodies bodies(prm, mesh);
     Geometry<3> geometry;
     geometry.parts        = bodies.parts;

@@ -12,9 +12,11 @@
 #include <deal.II/grid/tria.h>
 
 #include <algorithm>
+#include <bitset>
 #include <cstdio>
 #include <set>
 #include <sstream>
+#include <utility>
 
 // The measures of a mesh that was read. measure() computes volumes, areas and Jacobians of the
 // cells as they will be computed with; report_mesh() sums them up in rows, one for the mesh, each
@@ -39,6 +41,61 @@ namespace squeal
       unsigned int n_displacements = 0;
     };
 
+    /// Nodes of the cells of elements with own polynomials that are none of the elements'.
+    ///
+    /// Each edge, face and inside of such an element has one vertex of its cells in its middle, by
+    /// which they are counted; cells have as many nodes as their vertices, edges, faces say.
+    unsigned int n_interpolated(const Geometry<3> &geometry, const unsigned int degree)
+    {
+      if (geometry.own.empty())
+        return 0;
+      const int p = degree, inner = p - 1, of_triangle = (p - 1) * (p - 2) / 2;
+      std::vector<char> seen(geometry.vertices.size());
+      std::set<std::array<unsigned int, 2>> edges;
+      std::set<std::array<unsigned int, 4>> faces;
+      int n_own = 0, n_all = 0;
+      for (unsigned int c = 0; c < geometry.cells.size(); ++c)
+      {
+        if (!geometry.own.has(c))
+          continue;
+        const OwnElements::Cell &cell = geometry.own.cells[c];
+        const bool is_tetrahedron = geometry.own.shapes[cell.element] == ElementShape::tetrahedron;
+        const auto &vertices      = geometry.cells[c].vertices;
+        for (unsigned int v = 0; v < 8; ++v)
+        {
+          if (std::exchange(seen[vertices[v]], 1))
+            continue;
+          ++n_all;
+          const unsigned int n = std::bitset<8>(cell.between[v]).count();
+          n_own += n == 1   ? 1
+                   : n == 2 ? inner
+                   : n == 3 ? of_triangle
+                   : n == 4 ? (is_tetrahedron ? of_triangle * (p - 3) / 3 : inner * inner)
+                   : n == 6 ? of_triangle * inner
+                            : inner * inner * inner;
+        }
+        n_all += inner * inner * inner;
+        for (unsigned int v = 0; v < 8; ++v)
+          for (unsigned int d = 0; d < 3; ++d)
+          {
+            if (v >> d & 1)
+              continue;
+            std::array<unsigned int, 2> edge{{vertices[v], vertices[v | 1u << d]}};
+            std::sort(edge.begin(), edge.end());
+            n_all += edges.insert(edge).second ? inner : 0;
+            const unsigned int e = (d + 1) % 3;
+            if (v >> e & 1)
+              continue;
+            std::array<unsigned int, 4> face{{vertices[v], vertices[v | 1u << d],
+                                              vertices[v | 1u << e],
+                                              vertices[v | 1u << d | 1u << e]}};
+            std::sort(face.begin(), face.end());
+            n_all += faces.insert(face).second ? inner * inner : 0;
+          }
+      }
+      return n_all - n_own;
+    }
+
     /// Cells as the program computes with them: polynomials through nodes on the manifold.
     Measures measure(const Geometry<3> &geometry, const std::set<MeshFile::Face> &wanted,
                      const unsigned int degree)
@@ -53,7 +110,7 @@ namespace squeal
       Measures result;
       DoFHandler<3> nodes(triangulation);
       nodes.distribute_dofs(fe);
-      result.n_displacements = 3 * nodes.n_dofs();
+      result.n_displacements = 3 * (nodes.n_dofs() - n_interpolated(geometry, degree));
       for (const auto &cell : triangulation.active_cell_iterators())
       {
         CellMeasures measures;

@@ -16,6 +16,21 @@ namespace squeal
     bool symmetric = true; ///< and positive: no contact, no tie
   };
 
+  /// The columns of a, then those of b.
+  DenseMatrix side_by_side(const DenseMatrix &a, const DenseMatrix &b);
+
+  /// K_WW - K_WV K_VV^{-1} K_VW in the displacements of a local problem's @p matrix, which come
+  /// first in it: @p moves and @p base are the places of W and V in @p stiffness.
+  DenseMatrix give_way(const DenseMatrix &stiffness, const std::vector<unsigned int> &moves,
+                       const std::vector<unsigned int> &base, const DenseMatrix &matrix);
+
+  /// The added functions on a face: traces of displacements and of pressures and tractions, by
+  /// (function, point).
+  struct FaceTraces
+  {
+    DenseMatrix moves, multipliers;
+  };
+
   /// Sets up the local problems of theory.md, section 6, on the cells of the space of one degree
   /// more.
   template <int dim>
@@ -44,21 +59,31 @@ namespace squeal
     /// which gives way by bulging. Pressures and tractions, and what has no functions, have 1.
     std::vector<double> resistance(const Material &material, CellResiduals<dim> &integrals);
 
+    /// Adds the contact's part on a face, to which @p on_face was set, of a problem whose unknowns
+    /// are field times @p n_w plus function.
+    void add_contact(const dealii::FEFaceValues<dim> &on_face, const ContactInterface &interface,
+                     const FaceTraces &traces, unsigned int n_w, const std::vector<int> &kept,
+                     DenseMatrix &local) const;
+    /// Adds a tie's part likewise.
+    void add_tie(const dealii::FEFaceValues<dim> &on_face, const FaceTraces &traces,
+                 unsigned int n_w, const std::vector<int> &kept, DenseMatrix &local) const;
+    /// The fields of a node that are multipliers of the contact: pressure, tangential tractions.
+    std::vector<unsigned int> contact_fields() const;
+    const Contact<dim> *contact_of_pads() const
+    {
+      return contact;
+    }
+
   private:
+    FaceTraces traces_on(const dealii::FEFaceValues<dim> &on_face) const;
     /// The first sides of ties among the cell's faces.
     std::vector<unsigned int> tied_faces(const CellIterator &cell) const;
     void add_tractions(const CellIterator &cell, const std::vector<unsigned int> &faces,
                        const std::vector<bool> &direct, std::vector<int> &kept) const;
-    void add_ties(const CellIterator &cell, const std::vector<unsigned int> &faces,
-                  const std::vector<int> &kept, DenseMatrix &local);
     /// The number of the cell's face on the first side of a contact, or -1, and the contact.
     std::pair<int, const ContactInterface *> contact_face(const CellIterator &cell) const;
-    std::vector<unsigned int> contact_fields() const;
     void add_pressures(const CellIterator &cell, int face, const std::vector<bool> &direct,
                        std::vector<int> &kept) const;
-    void add_contact(const CellIterator &cell, int face, const ContactInterface &interface,
-                     const std::vector<int> &kept, DenseMatrix &local);
-
     const FiniteElementSpace<dim> &spaces;
     const CellMap<dim> &map;
     const Contact<dim> *const contact;

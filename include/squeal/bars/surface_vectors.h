@@ -37,11 +37,10 @@ namespace squeal
       const Functions &functions = functions_on(trace, k);
       DenseMatrix local(values.n_rows, functions.unknowns.size());
       for (unsigned int u = 0; u < functions.unknowns.size(); ++u)
-        for_free_nodes(functions.unknowns[u], trace, k,
-                       [&](const unsigned int row, const double weight) {
-                         add_multiple(weight, &values.values[row * size()], size(),
-                                      &local.values[u * size()]);
-                       });
+        for_free_nodes(
+            functions.unknowns[u], trace, k,
+            [&](const unsigned int row)
+            { add_multiple(1., &values.values[row * size()], size(), &local.values[u * size()]); });
       return local * functions.at_points;
     }
 
@@ -51,11 +50,10 @@ namespace squeal
       const Functions &functions = functions_on(trace, k);
       const DenseMatrix local    = at_points * functions.at_points.transpose();
       for (unsigned int u = 0; u < functions.unknowns.size(); ++u)
-        for_free_nodes(functions.unknowns[u], trace, k,
-                       [&](const unsigned int row, const double weight) {
-                         add_multiple(weight, &local.values[u * size()], size(),
-                                      &sums.values[row * size()]);
-                       });
+        for_free_nodes(
+            functions.unknowns[u], trace, k,
+            [&](const unsigned int row)
+            { add_multiple(1., &local.values[u * size()], size(), &sums.values[row * size()]); });
     }
 
     /// Adds the sums of all ranks to this rank's rows of the columns that the vectors were in.
@@ -114,23 +112,20 @@ namespace squeal
       return values.n_rows;
     }
 
-    /// Calls visit(place of the row, weight) for what a local unknown is interpolated from.
+    /// Calls visit(place of the row) if a local unknown has one that counts.
     template <typename Visit>
     void for_free_nodes(const unsigned int unknown, const Trace trace, const Kinematics &k,
                         const Visit &visit) const
     {
       const bool multiplies      = is_multiplier(trace);
-      const unsigned int n_rotor = k.rotor->nodes.size(),
+      const unsigned int n_rotor = k.rotor->free.size(),
                          number  = multiplies ? n_rotor + unknown : unknown / dim;
-      const auto &nodes =
-          number < n_rotor ? k.rotor->nodes[number] : k.pad->nodes[number - n_rotor];
-      for (const FreeNode<dim> &node : nodes)
-      {
-        const int row =
-            multiplies ? node.multiplier(multiplier_of(trace)) : node.equations[unknown % dim];
-        if (row >= 0 && (!multiplies || contact.is_closed(row)))
-          visit(place[row], node.weight);
-      }
+      const FreeNode<dim> &node =
+          number < n_rotor ? k.rotor->free[number] : k.pad->free[number - n_rotor];
+      const int row =
+          multiplies ? node.multiplier(multiplier_of(trace)) : node.equations[unknown % dim];
+      if (row >= 0 && (!multiplies || contact.is_closed(row)))
+        visit(place[row]);
     }
 
     /// The equations of all nodes of the paired faces, ascending, the same on all ranks.

@@ -27,7 +27,8 @@ namespace squeal
   template <int dim>
   struct FreeNode
   {
-    double weight;
+    double weight;            ///< of its displacements
+    double multiplier_weight; ///< of its pressure and tractions
     /// Displacement components, multiplier (of a tie: the first of dim), the first of the dim - 1
     /// tangential ones of a stick contact; -1: none
     std::array<int, dim + 2> equations;
@@ -47,6 +48,15 @@ namespace squeal
   {
     SurfaceFace<dim> shape;
     std::vector<std::vector<FreeNode<dim>>> nodes;
+    /// The free nodes of all its nodes, each once, with weights 1, and where they are others: the
+    /// interpolation of the nodes' displacements and multipliers, (free node, node).
+    std::vector<FreeNode<dim>> free;
+    DenseMatrix moves, multipliers;
+    /// Makes these of the nodes.
+    void gather_free_nodes();
+    /// Values of the free nodes' functions out of those of the nodes.
+    std::vector<double> of_free_nodes(const DenseMatrix &interpolation,
+                                      const std::vector<double> &of_nodes) const;
     /// How often a cell of the coarse mesh was divided until it had the face.
     unsigned int level = 0;
   };
@@ -68,7 +78,8 @@ namespace squeal
   struct PairShapes
   {
     unsigned int n_points = 0, first_point = 0;
-    DenseMatrix on_rotor, on_pad; ///< (node, point)
+    DenseMatrix on_rotor, on_pad; ///< (free node, point)
+    DenseMatrix multipliers;      ///< of the pad's free nodes; empty: as on_pad
     DenseMatrix d_phi;            ///< of the rotor's shape functions, along the transport field
     std::vector<dealii::Tensor<1, dim>> normals, directions; ///< n, e
     std::vector<double> weights, speeds, radii;
@@ -103,8 +114,9 @@ namespace squeal
 
     explicit ContactKinematics(std::shared_ptr<const PairShapes<dim>> given)
         : shapes(std::move(given)), n_points(shapes->n_points), first_point(shapes->first_point),
-          psi(shapes->on_pad), weights(shapes->weights), speeds(shapes->speeds),
-          radii(shapes->radii), positions(shapes->positions), rotor(shapes->rotor), pad(shapes->pad)
+          psi(shapes->multipliers.values.empty() ? shapes->on_pad : shapes->multipliers),
+          weights(shapes->weights), speeds(shapes->speeds), radii(shapes->radii),
+          positions(shapes->positions), rotor(shapes->rotor), pad(shapes->pad)
     {
     }
     ContactKinematics(const FaceElement<dim> &element, const ContactFace<dim> &rotor_face,
@@ -159,7 +171,7 @@ namespace squeal
                   for (unsigned int i = 0; i < dim; ++i)
                     for (unsigned int k = 0; k < dim; ++k)
                       entries.add(row.equations[i], column.equations[k],
-                                  row.weight * column.weight * local(a * dim + i, b * dim + k));
+                                  local(a * dim + i, b * dim + k));
                 });
           });
     }
@@ -173,15 +185,15 @@ namespace squeal
       for_nodes(
           [&](const unsigned int a, const FreeNode<dim> &row)
           {
-            for (unsigned int m = 0; m < pad->nodes.size(); ++m)
-              for (const FreeNode<dim> &column : pad->nodes[m])
-                for (unsigned int i = 0; i < dim && is_active(active, column, direction); ++i)
-                {
-                  const double value = row.weight * column.weight * local(a * dim + i, m);
-                  entries.add(row.equations[i], column.multiplier(direction), value);
-                  if (transpose_too)
-                    entries.add(column.multiplier(direction), row.equations[i], value);
-                }
+            for (unsigned int m = 0; m < pad->free.size(); ++m)
+              for (unsigned int i = 0; i < dim && is_active(active, pad->free[m], direction); ++i)
+              {
+                const int column   = pad->free[m].multiplier(direction);
+                const double value = local(a * dim + i, m);
+                entries.add(row.equations[i], column, value);
+                if (transpose_too)
+                  entries.add(column, row.equations[i], value);
+              }
           });
     }
 
@@ -189,13 +201,10 @@ namespace squeal
     void add_multipliers(EntryList &entries, const DenseMatrix &local,
                          const std::vector<bool> &active) const
     {
-      for (unsigned int a = 0; a < pad->nodes.size(); ++a)
-        for (const FreeNode<dim> &row : pad->nodes[a])
-          for (unsigned int b = 0; b < pad->nodes.size() && is_active(active, row); ++b)
-            for (const FreeNode<dim> &column : pad->nodes[b])
-              if (is_active(active, column))
-                entries.add(row.equations[dim], column.equations[dim],
-                            row.weight * column.weight * local(a, b));
+      for (unsigned int a = 0; a < pad->free.size(); ++a)
+        for (unsigned int b = 0; b < pad->free.size() && is_active(active, pad->free[a]); ++b)
+          if (is_active(active, pad->free[b]))
+            entries.add(pad->free[a].equations[dim], pad->free[b].equations[dim], local(a, b));
     }
 
     static bool is_active(const std::vector<bool> &active, const FreeNode<dim> &node,
@@ -218,7 +227,7 @@ namespace squeal
               for (unsigned int q = 0; q < n_points; ++q)
                 force += rows(a * dim + i, q) * c[q];
               equations.push_back(node.equations[i]);
-              values.push_back(node.weight * force);
+              values.push_back(force);
             }
           });
     }
@@ -236,9 +245,8 @@ namespace squeal
     template <typename Function>
     void for_nodes(const Function &function) const
     {
-      for (unsigned int a = 0; a < rotor->nodes.size() + pad->nodes.size(); ++a)
-        for (const FreeNode<dim> &free : node(a))
-          function(a, free);
+      for (unsigned int a = 0; a < rotor->free.size() + pad->free.size(); ++a)
+        function(a, node(a));
     }
 
     /// sum_q c_q left(:, q) right(:, q)^T, of rows that do not vanish.
@@ -275,23 +283,23 @@ namespace squeal
                                           const unsigned int direction    = 0) const
     {
       std::vector<double> local(psi.n_rows);
-      for (unsigned int m = 0; m < pad->nodes.size(); ++m)
-        for (const FreeNode<dim> &node : pad->nodes[m])
-          if (active ? is_active(*active, node, direction) : node.multiplier(direction) >= 0)
-            local[m] += node.weight * global[node.multiplier(direction)];
+      for (unsigned int m = 0; m < pad->free.size(); ++m)
+        if (active ? is_active(*active, pad->free[m], direction)
+                   : pad->free[m].multiplier(direction) >= 0)
+          local[m] = global[pad->free[m].multiplier(direction)];
       return local;
     }
 
     /// The local displacements out of a replicated vector.
     std::vector<double> local_values(const std::vector<double> &global) const
     {
-      std::vector<double> local((rotor->nodes.size() + pad->nodes.size()) * dim);
+      std::vector<double> local((rotor->free.size() + pad->free.size()) * dim);
       for_nodes(
           [&](const unsigned int a, const FreeNode<dim> &node)
           {
             for (unsigned int c = 0; c < dim; ++c)
               if (node.equations[c] >= 0)
-                local[a * dim + c] += node.weight * global[node.equations[c]];
+                local[a * dim + c] = global[node.equations[c]];
           });
       return local;
     }
@@ -311,10 +319,10 @@ namespace squeal
       return rows;
     }
     /// Rotor nodes, then pad nodes.
-    const std::vector<FreeNode<dim>> &node(const unsigned int a) const
+    const FreeNode<dim> &node(const unsigned int a) const
     {
-      const unsigned int n_rotor = rotor->nodes.size();
-      return a < n_rotor ? rotor->nodes[a] : pad->nodes[a - n_rotor];
+      const unsigned int n_rotor = rotor->free.size();
+      return a < n_rotor ? rotor->free[a] : pad->free[a - n_rotor];
     }
     /// Directions are 0: n, 1: e, 2: b.
     const DenseMatrix &jump_along(const unsigned int direction) const

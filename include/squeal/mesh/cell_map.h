@@ -33,6 +33,13 @@ namespace squeal
     /// The unknowns of a cell, one column for each vector.
     void gather(unsigned int cell, const std::vector<Column> &from, DenseMatrix &to) const;
 
+    /// The local index of an equation of a node of an own cell, or of an own node of an element of
+    /// which this rank has a cell.
+    unsigned int index_of(const unsigned int equation) const
+    {
+      return partitioner->global_to_local(equation);
+    }
+
     std::vector<std::vector<Entry>> cells;
     const RowRange rows;
 

@@ -45,7 +45,8 @@ namespace squeal
                        MPI_Comm comm);
 
     /// Makes a space of another degree of the same scene on the *same* mesh, which must outlive it
-    /// unchanged.
+    /// unchanged. One of a higher degree has pressures of degree 2 on elements with own
+    /// polynomials.
     FiniteElementSpace(const FiniteElementSpace &other, unsigned int degree);
 
     /// Numbers nodes and equations on the present mesh. Call it after every change of the mesh.
@@ -124,9 +125,23 @@ namespace squeal
       return !geometry.ties.empty();
     }
 
-    /// The free nodes that interpolate a locally relevant node: itself unless it hangs or lies on
-    /// the far side of a periodic boundary.
+    /// The free nodes that interpolate a locally relevant node: itself unless it hangs, lies on the
+    /// far side of a periodic boundary, or is none of its element's own (OwnElements).
     std::vector<WeightedNode> expand(dealii::types::global_dof_index node) const;
+    /// The nodes that interpolate pressures and tractions at a locally relevant node. On elements
+    /// with own polynomials these are linear between corners: functions of degree 2 of a triangle's
+    /// corners have no resultant, so that a pressure that is positive at nodes need not press.
+    std::vector<WeightedNode> expand_multiplier(dealii::types::global_dof_index node) const;
+    /// The degree of a field's polynomials on elements with own ones.
+    unsigned int degree_on_elements(const unsigned int field) const
+    {
+      return field < dim ? fe.degree : multiplier_degree;
+    }
+    /// Constraints of the nodes of displacements (0 to dim - 1) and of pressures and tractions.
+    const dealii::AffineConstraints<double> &lines_of(const unsigned int field) const
+    {
+      return field < dim || geometry.own.empty() ? hanging : multiplier_lines;
+    }
 
     const Geometry<dim> &geometry;
     const MPI_Comm comm;
@@ -140,7 +155,7 @@ namespace squeal
     const dealii::FE_Q<dim> fe;
     dealii::MappingQCache<dim> mapping;
     dealii::DoFHandler<dim> nodes;
-    dealii::AffineConstraints<double> hanging; ///< and periodic nodes
+    dealii::AffineConstraints<double> hanging; ///< and periodic nodes, and those of own elements
     /// Nodes of own and ghost cells, nodes that these hang on, nodes that share a matrix entry with
     /// own ones.
     dealii::IndexSet relevant_nodes;
@@ -162,7 +177,9 @@ namespace squeal
     /// functions.
     void shape_cells(const dealii::AffineConstraints<double> &constraints);
 
+    dealii::AffineConstraints<double> multiplier_lines; ///< with own elements
     const bool with_multipliers;
-    std::vector<NodeVector> equations; ///< components, multiplier, tie, stick; -1: none
+    const unsigned int multiplier_degree; ///< on elements with own polynomials
+    std::vector<NodeVector> equations;    ///< components, multiplier, tie, stick; -1: none
   };
 } // namespace squeal

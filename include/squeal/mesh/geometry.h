@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/mesh/own_elements.h>
 #include <squeal/mesh/quadratic_cells.h>
 #include <squeal/mesh/superelement.h>
 
@@ -181,6 +182,8 @@ namespace squeal
     std::vector<CoarseCell<dim>> cells;
     /// The shapes of cells that middle nodes bend (3D).
     QuadraticCells quadratic;
+    /// Elements that keep their own polynomials (3D).
+    OwnElements own;
 
     struct BoundaryRule
     {

@@ -6,13 +6,6 @@
 
 namespace squeal
 {
-  enum class ElementShape
-  {
-    tetrahedron,
-    wedge,
-    hexahedron
-  };
-
   /// A mesh as a file has it: solid elements of several shapes, linear or quadratic, and groups by
   /// name. Lengths in units of the file.
   struct ElementFile
@@ -61,8 +54,9 @@ namespace squeal
   /// corners lie where the element's polynomial of degree 2 has them, and cells have its shape
   /// (theory.md, section 8). In elements for which @p follows_circles, by number, corners lie on
   /// circles about the z axis, as the cells will, and hexahedra that are bent otherwise become
-  /// eight. Groups become those of the parts. Throws InputError for elements that are flat or
+  /// eight. With @p keep_own displacements on divided elements are to stay the elements' own
+  /// polynomials. Groups become those of the parts. Throws InputError for elements that are flat or
   /// folded, with number and line.
   MeshFile divide(const ElementFile &elements,
-                  const std::function<bool(unsigned int)> &follows_circles);
+                  const std::function<bool(unsigned int)> &follows_circles, bool keep_own = false);
 } // namespace squeal

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/mesh/own_elements.h>
 #include <squeal/mesh/quadratic_cells.h>
 
 #include <deal.II/base/point.h>
@@ -46,6 +47,8 @@ namespace squeal
     /// them.
     std::map<std::string, std::vector<unsigned int>> node_sets;
     QuadraticCells quadratic; ///< the shapes of cells that middle nodes bend, by node
+    /// Elements that keep their own polynomials; vertices in the order of the cells' nodes.
+    OwnElements own;
     Division division;
 
     /// The faces of a cell: bottom, top, then around; corners in cyclic order, seen from outside

@@ -53,6 +53,7 @@ namespace squeal
   /// to.
   SQUEAL_CHOICE(Axis, x, y, z)
   SQUEAL_CHOICE(CurvedBodies, none, rotor, all)
+  SQUEAL_CHOICE(DividedElements, own, divided)
   SQUEAL_CHOICE(OtherVolumes, refused, left_out)
   SQUEAL_CHOICE(PartOf, rotor, pads, parts)
 

@@ -189,6 +189,7 @@ namespace squeal
       std::string file = "", origin_text = "0, 0, 0";
       Axis axis                = Axis::z;
       CurvedBodies curved      = CurvedBodies::rotor;
+      DividedElements divided  = DividedElements::own;
       OtherVolumes others      = OtherVolumes::refused;
       double scale             = 1;
       double contact_tolerance = 0; ///< m; 0: a part of the pad's size

@@ -54,6 +54,7 @@ namespace squeal
     bool divide_at_contact_edge(unsigned int level, const SteadyState<dim> &state);
     /// False if nothing is left to refine for, or if the next mesh is beyond the budget.
     bool divide_cells(const std::vector<ModeRow> &rows, const EigenvalueErrors &errors);
+    bool leave_elements_whole(std::vector<double> &by_cell) const;
     /// False if every mode is known well enough.
     bool flag(const std::vector<ModeRow> &rows, const EigenvalueErrors &errors);
     /// Why a mesh that is @p growth times as large must not be begun; empty if it may.

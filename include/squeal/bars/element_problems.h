@@ -1,0 +1,92 @@
+#pragma once
+
+#include <squeal/bars/enriched_space.h>
+#include <squeal/bars/local_problems.h>
+#include <squeal/mesh/element_cells.h>
+#include <squeal/mesh/element_functions.h>
+
+#include <map>
+#include <vector>
+
+namespace squeal
+{
+  /// Sets up the local problems of elements with own polynomials (OwnElements): on all cells of an
+  /// element together, with the functions that one degree more adds to the element (theory.md,
+  /// section 6). Pressures and tractions have those of degree 2.
+  class ElementProblems
+  {
+  public:
+    /// A place of an element's own node in the space of one degree more that has an equation.
+    struct Unknown
+    {
+      unsigned int field, node; ///< own node of displacements, or of multipliers
+      unsigned int index;       ///< local, in columns of the space's CellMap
+    };
+    struct Element
+    {
+      ElementShape shape;
+      ElementCells cells;
+      unsigned int number; ///< of its first cell among this rank's
+      std::vector<Unknown> unknowns;
+    };
+
+    /// @p local has the parts of contacts and ties.
+    ElementProblems(const EnrichedSpace<3> &space, CellResiduals<3> &integrals,
+                    LocalProblems<3> &local);
+
+    /// The elements whose first cell is this rank's.
+    const std::vector<Element> &elements() const
+    {
+      return all;
+    }
+    /// How stiffly the element resists forces at its unknowns, as LocalProblems::resistance().
+    std::vector<double> resistance(const Element &element, const Material &material);
+    /// Unknowns are field times n_functions() plus function.
+    LocalProblem make(const Element &element, const Material &material);
+    /// The matrix with the element's functions of V_h giving way, as YieldingCells::soften().
+    DenseMatrix soften(const Element &element, const LocalProblem &problem,
+                       const Material &material);
+    unsigned int n_functions(ElementShape shape);
+    /// Values of the added functions of a field at own nodes: (own node, function).
+    const DenseMatrix &values(ElementShape shape, unsigned int field);
+
+  private:
+    /// Of a shape.
+    struct Functions
+    {
+      ElementFunctions moves, multipliers;
+      DenseMatrix moves_at_nodes, multipliers_at_nodes; ///< (own node, function)
+      DenseMatrix base_at_nodes;
+      std::vector<std::uint8_t> carrier_of_node;
+      unsigned int n_functions; ///< of the more numerous ones
+    };
+    /// Of a cell as its vertices lie in its element.
+    struct OnCell
+    {
+      DenseMatrix moves, multipliers;                       ///< (node of the cell, function)
+      DenseMatrix derivatives_of_moves, derivatives_of_all; ///< all: V_h's come after
+    };
+    Functions &functions_of(ElementShape shape);
+    OnCell &on_cell(const Element &element, const LocalProblems<3>::CellIterator &cell);
+    const std::array<std::uint8_t, 8> &between(const LocalProblems<3>::CellIterator &cell) const
+    {
+      return space.base.geometry.own.cells[cell->index()].between;
+    }
+    /// The stiffness of the added functions, or with @p all of those and V_h's.
+    DenseMatrix stiffness_of(const Element &element, const Material &material, bool all);
+    /// The corners of an element's face on which a cell's face lies.
+    std::uint8_t corners_of(const LocalProblems<3>::CellIterator &cell, unsigned int face) const;
+    void add_multipliers(const Element &element, std::uint8_t corners,
+                         const std::vector<unsigned int> &fields, bool of_contact,
+                         std::vector<int> &kept);
+
+    const EnrichedSpace<3> &space;
+    CellResiduals<3> &integrals;
+    LocalProblems<3> &local;
+    ElementInterpolation of_displacements, of_multipliers;
+    dealii::FEFaceValues<3> face_values;
+    std::map<ElementShape, Functions> functions;
+    std::map<std::pair<ElementShape, std::array<std::uint8_t, 8>>, OnCell> cells;
+    std::vector<Element> all;
+  };
+} // namespace squeal
