@@ -36,31 +36,80 @@ namespace squeal
   template <int dim>
   CellResiduals<dim>::CellResiduals(const FiniteElementSpace<dim> &trial,
                                     const FiniteElementSpace<dim> &test)
-      : test(test), n_q(QGauss<dim>(test.fe.degree + 1).size()),
-        evaluation(at_points(trial.fe, QGauss<dim>(test.fe.degree + 1))),
-        testing(at_points(test.fe, QGauss<dim>(test.fe.degree + 1)).transpose()),
+      : test(test), of_cells{unsigned(QGauss<dim>(test.fe.degree + 1).size()),
+                             at_points(trial.fe, QGauss<dim>(test.fe.degree + 1)),
+                             at_points(test.fe, QGauss<dim>(test.fe.degree + 1)).transpose()},
+        now(&of_cells), n_q(of_cells.n_q),
         geometry(test.mapping, test.fe, QGauss<dim>(test.fe.degree + 1),
                  update_inverse_jacobians | update_quadrature_points | update_JxW_values),
         points(n_q), jxw(n_q)
   {
+    if constexpr (dim == 3)
+      if (!test.geometry.own.empty())
+      {
+        elements           = std::make_unique<ElementQuadrature>(test);
+        trials_of_elements = std::make_unique<ElementInterpolation>(interpolation_of(trial, 0));
+      }
   }
 
   template <int dim>
   void CellResiduals<dim>::reinit(const CellIterator &cell)
   {
     geometry.reinit(cell);
+    now = &of_cells;
+    n_q = now->n_q;
+    points.resize(n_q);
+    jxw.resize(n_q);
     for (unsigned int q = 0; q < n_q; ++q)
     {
-      const auto &inverse    = geometry.inverse_jacobian(q);
-      const Tensor<1, dim> w = test.geometry.transport(geometry.quadrature_point(q));
+      const auto &inverse = geometry.inverse_jacobian(q);
       for (unsigned int e = 0; e < dim; ++e)
         for (unsigned int d = 0; d < dim; ++d)
           points[q].inverse[e * dim + d] = inverse[e][d];
-      for (unsigned int d = 0; d < dim; ++d)
-        points[q].transport[d] = w[d];
-      points[q].stress = 0;
-      jxw[q]           = geometry.JxW(q);
+      set_point(q, geometry.quadrature_point(q), geometry.JxW(q));
     }
+  }
+
+  template <int dim>
+  void CellResiduals<dim>::reinit(const typename CellMap<dim>::Element &element)
+  {
+    if constexpr (dim == 3)
+    {
+      const auto [found, is_new] = of_elements.try_emplace(element.shape);
+      if (is_new)
+      {
+        const ElementQuadrature::Reference &reference = elements->reference(element.shape);
+        found->second                                 = {unsigned(reference.points.size()),
+                                                         trials_of_elements->nodal_functions(element.shape, reference.points),
+                                                         reference.functions.transpose()};
+      }
+      now = &found->second;
+      n_q = now->n_q;
+      points.resize(n_q);
+      jxw.resize(n_q);
+      elements->reinit(element.shape, element.nodes);
+      for (unsigned int q = 0; q < n_q; ++q)
+      {
+        for (unsigned int e = 0; e < dim; ++e)
+          for (unsigned int d = 0; d < dim; ++d)
+            points[q].inverse[e * dim + d] = elements->inverse[q][e][d];
+        set_point(q, elements->points[q], elements->jxw[q]);
+      }
+    }
+    else
+      (void)element;
+  }
+
+  /// All of a point but the inverse Jacobian.
+  template <int dim>
+  void CellResiduals<dim>::set_point(const unsigned int q, const dealii::Point<dim> &x,
+                                     const double weight)
+  {
+    const Tensor<1, dim> w = test.geometry.transport(x);
+    for (unsigned int d = 0; d < dim; ++d)
+      points[q].transport[d] = w[d];
+    points[q].stress = 0;
+    jxw[q]           = weight;
   }
 
   template <int dim>
@@ -95,12 +144,12 @@ namespace squeal
   void CellResiduals<dim>::set_stress(const Material &material, const DenseMatrix &u)
   {
     const ElasticModuli<dim> C(material);
-    const DenseMatrix at_points = evaluation * u;
+    const DenseMatrix at_points = now->evaluation * u;
     for (unsigned int q = 0; q < n_q; ++q)
     {
       std::array<const double *, dim> fields;
       for (unsigned int i = 0; i < dim; ++i)
-        fields[i] = &at_points.values[i * evaluation.n_rows + q];
+        fields[i] = &at_points.values[i * at_points.n_rows + q];
       double gradient[dim][dim], stress[dim][dim];
       gradient_at(points[q], fields, gradient);
       stress_of(C, gradient, stress);
@@ -197,10 +246,10 @@ namespace squeal
                                  const std::vector<OperatorFactors> &factors, const DenseMatrix &u,
                                  DenseMatrix &r)
   {
-    const unsigned int m = factors.size(), n_fields = evaluation.n_rows;
+    const unsigned int m = factors.size(), n_fields = now->evaluation.n_rows;
     if (fields.n_rows != n_fields || fields.n_columns != u.n_columns)
       fields = DenseMatrix(n_fields, u.n_columns);
-    gemm<double>(1, evaluation, u, 0, fields.values.data());
+    gemm<double>(1, now->evaluation, u, 0, fields.values.data());
     for (const bool left : {false, true})
       for (unsigned int j = 0; j < m; ++j)
       {
@@ -218,13 +267,13 @@ namespace squeal
         }
         combine_at_points(material, c, re.data(), im.data());
       }
-    gemm<double>(1, testing, fields, 0, r.values.data());
+    gemm<double>(1, now->testing, fields, 0, r.values.data());
   }
 
   template <int dim>
   DenseMatrix CellResiduals<dim>::reference_derivatives(const DenseMatrix &functions) const
   {
-    return testing.transpose() * functions;
+    return now->testing.transpose() * functions;
   }
 
   template <int dim>
@@ -232,7 +281,7 @@ namespace squeal
                                      DenseMatrix &result)
   {
     const unsigned int n = derivatives.n_columns, n_rows = dim * n;
-    if (products.n_rows != n_rows)
+    if (products.n_rows != n_rows || scaled.n_columns != n_q)
     {
       scaled   = DenseMatrix(n_rows, n_q);
       products = DenseMatrix(n_rows, n_rows);

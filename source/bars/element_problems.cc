@@ -9,8 +9,8 @@
 
 // The problem of an element with own polynomials. It has the form of a cell's (local_problems.cc):
 // stiffness of the added functions without those that move a fixed node, pressures on faces of
-// pads, tractions on first sides of ties. Integrals are sums over the element's cells, on which the
-// element's functions are given by their values at the nodes of the cell.
+// pads, tractions on first sides of ties. On faces the element's functions are given by their
+// values at the nodes of the cells that have these.
 
 namespace squeal
 {
@@ -31,58 +31,17 @@ namespace squeal
                     update_values | update_normal_vectors | update_quadrature_points |
                         update_JxW_values)
   {
-    const OwnElements &own = space.base.geometry.own;
-    if (own.empty())
-      return;
-    std::map<CellIterator, unsigned int> numbers;
-    unsigned int number = 0;
-    for (const auto &cell : space.fine.nodes.active_cell_iterators())
-      if (cell->is_locally_owned())
-      {
-        if (cell->level() == 0 && own.has(cell->index()))
-          numbers[cell] = number;
-        ++number;
-      }
-    for (ElementCells &cells : group_by_elements(space.fine.nodes, own))
-    {
-      // An element belongs to the rank of its cell with the lowest number in the coarse mesh.
-      const auto first =
-          std::min_element(cells.cells.begin(), cells.cells.end(),
-                           [](const auto &a, const auto &b) { return a->index() < b->index(); });
-      const auto found = numbers.find(*first);
-      if (found == numbers.end())
-        continue;
-      Element element{own.shapes[cells.element], cells, found->second, {}};
-      const auto add =
-          [&](const unsigned int begin, const unsigned int end, ElementInterpolation &interpolation)
-      {
-        const auto nodes = nodes_of_element(cells, own, interpolation);
-        for (unsigned int k = 0; k < nodes.size(); ++k)
-          for (unsigned int c = begin; c < end; ++c)
-            if (const unsigned int equation = space.fine.field_equation(nodes[k], c);
-                equation != FiniteElementSpace<3>::none &&
-                !space.fine.lines_of(c).is_constrained(nodes[k]))
-              element.unknowns.push_back({c, k, space.map.index_of(equation)});
-      };
-      add(0, dim, of_displacements);
-      add(dim, space.n_fields, of_multipliers);
-      all.push_back(std::move(element));
-    }
   }
 
   ElementProblems::Functions &ElementProblems::functions_of(const ElementShape shape)
   {
     if (const auto found = functions.find(shape); found != functions.end())
       return found->second;
-    const unsigned int degree = space.base.fe.degree;
-    // All edges of such elements are halved: own places are those of the shape.
-    const Element &element =
-        *std::find_if(all.begin(), all.end(), [&](const Element &e) { return e.shape == shape; });
-    const auto &places = of_displacements.of(shape, between(element.cells.cells[0])).own_places;
-    const auto &places_of_multipliers =
-        of_multipliers.of(shape, between(element.cells.cells[0])).own_places;
+    const unsigned int degree                         = space.base.fe.degree;
+    const std::vector<Point<3>> places                = of_displacements.own_places(shape),
+                                places_of_multipliers = of_multipliers.own_places(shape);
     Functions result{
-        ElementFunctions(shape, degree), ElementFunctions(shape, 1), {}, {}, {}, {}, 0};
+        ElementFunctions(shape, degree), ElementFunctions(shape, 1), {}, {}, {}, {}, {}, {}, 0};
     result.moves_at_nodes       = result.moves.added_at(places);
     result.base_at_nodes        = result.moves.base_at(places);
     result.multipliers_at_nodes = result.multipliers.added_at(places_of_multipliers);
@@ -110,13 +69,10 @@ namespace squeal
     OnCell &result             = found->second;
     if (is_new)
     {
-      const Functions &of         = functions_of(element.shape);
-      const auto &places          = of_displacements.of(element.shape, between(cell)).places;
-      result.moves                = of.moves.added_at(places);
-      result.multipliers          = of.multipliers.added_at(places);
-      result.derivatives_of_moves = integrals.reference_derivatives(result.moves);
-      result.derivatives_of_all =
-          integrals.reference_derivatives(side_by_side(result.moves, of.moves.base_at(places)));
+      const Functions &of = functions_of(element.shape);
+      const auto &places  = of_displacements.of(element.shape, between(cell)).places;
+      result.moves        = of.moves.added_at(places);
+      result.multipliers  = of.multipliers.added_at(places);
     }
     return result;
   }
@@ -124,22 +80,18 @@ namespace squeal
   DenseMatrix ElementProblems::stiffness_of(const Element &element, const Material &material,
                                             const bool with_base)
   {
-    DenseMatrix sum;
-    for (const CellIterator &cell : element.cells.cells)
+    integrals.reinit(element);
+    Functions &of = functions_of(element.shape);
+    if (of.derivatives_of_moves.values.empty())
     {
-      const OnCell &on               = on_cell(element, cell);
-      const DenseMatrix &derivatives = with_base ? on.derivatives_of_all : on.derivatives_of_moves;
-      const unsigned int n           = dim * derivatives.n_columns;
-      DenseMatrix of_cell(n, n);
-      integrals.reinit(cell);
-      integrals.stiffness(material, derivatives, of_cell);
-      if (sum.values.empty())
-        sum = std::move(of_cell);
-      else
-        for (std::size_t k = 0; k < sum.values.size(); ++k)
-          sum.values[k] += of_cell.values[k];
+      of.derivatives_of_moves = integrals.reference_derivatives(of.moves_at_nodes);
+      of.derivatives_of_all =
+          integrals.reference_derivatives(side_by_side(of.moves_at_nodes, of.base_at_nodes));
     }
-    return sum;
+    const DenseMatrix &derivatives = with_base ? of.derivatives_of_all : of.derivatives_of_moves;
+    DenseMatrix result(dim * derivatives.n_columns, dim * derivatives.n_columns);
+    integrals.stiffness(material, derivatives, result);
+    return result;
   }
 
   std::vector<double> ElementProblems::resistance(const Element &element, const Material &material)
@@ -158,7 +110,7 @@ namespace squeal
                         "too flat. Try a better mesh, or Eigenproblem/Error bars = false.");
     }
     std::vector<double> result;
-    for (const Unknown &unknown : element.unknowns)
+    for (const auto &unknown : element.unknowns)
     {
       double sum = 0;
       for (unsigned int w = 0; w < n_w && unknown.field < dim; ++w)
@@ -189,7 +141,7 @@ namespace squeal
     for (const unsigned int field : fields)
     {
       std::vector<bool> is_there(of.multipliers_at_nodes.n_rows);
-      for (const Unknown &unknown : element.unknowns)
+      for (const auto &unknown : element.unknowns)
         if (unknown.field == field)
           is_there[unknown.node] =
               !of_contact || local.contact_of_pads()->is_closed(
@@ -215,7 +167,7 @@ namespace squeal
     LocalProblem problem;
     std::vector<int> &kept = problem.unknowns;
     DenseMatrix direct(dim, of.moves_at_nodes.n_rows);
-    for (const Unknown &unknown : element.unknowns)
+    for (const auto &unknown : element.unknowns)
       if (unknown.field < dim)
         direct(unknown.field, unknown.node) = 1;
     for (unsigned int c = 0; c < dim; ++c)
@@ -292,7 +244,7 @@ namespace squeal
     const unsigned int n_w = of.moves.n_added(), n_base = of.moves.n_base(), n = n_w + n_base;
     std::vector<bool> movable(dim * n_base, true);
     DenseMatrix direct(dim, of.base_at_nodes.n_rows);
-    for (const Unknown &unknown : element.unknowns)
+    for (const auto &unknown : element.unknowns)
       if (unknown.field < dim)
         direct(unknown.field, unknown.node) = 1;
     for (unsigned int c = 0; c < dim; ++c)

@@ -121,6 +121,11 @@ namespace squeal
     for (const auto &cell : space.fine.nodes.active_cell_iterators())
       if (cell->is_locally_owned())
       {
+        if (space.map.is_part_of_element(number))
+        {
+          ++number;
+          continue;
+        }
         space.lift_cell(number, columns, coarse, in_fine_space);
         std::copy_n(coarse.values.begin(), u.values.size(), u.values.begin());
         cells.reinit(cell);
@@ -142,9 +147,39 @@ namespace squeal
                   entry.weight * r.values[std::size_t(j) * dim * space.n + entry.unknown];
         ++number;
       }
+    if constexpr (dim == 3)
+      add_elements(columns, state, by_material, forces);
+    space.lift_elements(columns, in_fine_space);
     for (Column &column : forces)
       column.compress(VectorOperation::add);
     space.copy_rows_without_cells(columns, in_fine_space);
+  }
+
+  /// The parts of elements with own polynomials.
+  template <int dim>
+  void EnrichedResiduals<dim>::add_elements(
+      const std::vector<Column> &columns, const std::vector<Column> &state,
+      const std::vector<std::vector<OperatorFactors>> &by_material, std::vector<Column> &forces)
+  {
+    for (unsigned int e = 0; e < space.map.elements.size(); ++e)
+    {
+      const typename CellMap<dim>::Element &element = space.map.elements[e],
+                                           &of_base = space.base_map.elements[e];
+      if (!element.mine)
+        continue;
+      const unsigned int material = material_of(element.cells.cells[0]),
+                         n_base   = of_base.nodes.size();
+      cells.reinit(element);
+      if (is_stressed(materials[material]))
+        cells.set_stress(materials[material].material,
+                         space.base_map.gather(of_base, n_base, 0, dim, state));
+      DenseMatrix r(element.nodes.size(), dim * columns.size());
+      cells.apply(materials[material].material, by_material[material],
+                  space.base_map.gather(of_base, n_base, 0, dim, columns), r);
+      for (const auto &unknown : element.unknowns)
+        for (unsigned int j = 0; j < columns.size() && unknown.field < dim; ++j)
+          forces[j].local_element(unknown.index) += r(unknown.node, dim * j + unknown.field);
+    }
   }
 
   /// Adds the damping of modes with measured ratios, (f(l) - 1) sum_k (M phi_k) c_k (M phi_k)^T x:

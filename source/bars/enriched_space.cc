@@ -20,6 +20,44 @@ namespace squeal
         n_fields(base.n_fields()), base_map(base), map(distributed(fine)),
         lift(interpolation(base.fe, fine.fe))
   {
+    if constexpr (dim == 3)
+      for (const auto &element : map.elements)
+        for (const bool of_multipliers : {false, true})
+          if (DenseMatrix &matrix = element_lifts[{element.shape, of_multipliers}];
+              matrix.values.empty())
+          {
+            const unsigned int field = of_multipliers ? dim : 0;
+            const std::vector<dealii::Point<3>> places =
+                interpolation_of(fine, field).own_places(element.shape);
+            const DenseMatrix all =
+                interpolation_of(base, field).nodal_functions(element.shape, places);
+            matrix = DenseMatrix(places.size(), all.n_columns); // without derivatives
+            for (unsigned int b = 0; b < matrix.n_columns; ++b)
+              for (unsigned int a = 0; a < matrix.n_rows; ++a)
+                matrix(a, b) = all(a, b);
+          }
+  }
+
+  template <int dim>
+  void EnrichedSpace<dim>::lift_elements(const std::vector<Column> &columns,
+                                         MultiVector &result) const
+  {
+    for (unsigned int e = 0; e < map.elements.size(); ++e)
+      for (const bool of_multipliers : {false, true})
+      {
+        const DenseMatrix &matrix = element_lift(map.elements[e].shape, of_multipliers);
+        const unsigned int first = of_multipliers ? dim : 0, end = of_multipliers ? n_fields : dim,
+                           n_each = end - first;
+        if (of_multipliers && map.elements[e].unknowns.back().field < dim)
+          continue; // inside of a body
+        const DenseMatrix fine_values =
+            matrix * base_map.gather(base_map.elements[e], matrix.n_columns, first, end, columns);
+        for (const auto &unknown : map.elements[e].unknowns)
+          if (unknown.field >= first && unknown.field < end && unknown.index < result.n_local())
+            for (unsigned int j = 0; j < columns.size(); ++j)
+              result.column(j)[unknown.index] =
+                  fine_values(unknown.node, j * n_each + unknown.field - first);
+      }
   }
 
   template <int dim>
@@ -54,6 +92,7 @@ namespace squeal
     DenseMatrix coarse;
     for (unsigned int number = 0; number < map.cells.size(); ++number)
       lift_cell(number, imported, coarse, result);
+    lift_elements(imported, result);
     return result;
   }
 
@@ -66,6 +105,10 @@ namespace squeal
       for (const auto &entry : cell)
         if (entry.direct)
           counts[0].local_element(entry.index) += 1;
+    for (const auto &element : map.elements)
+      for (const auto &unknown : element.unknowns)
+        if (element.mine)
+          counts[0].local_element(unknown.index) += 1;
     counts[0].compress(dealii::VectorOperation::add);
     counts[0].update_ghost_values();
     const std::vector<Column> imported = map.import(forces);
@@ -81,12 +124,36 @@ namespace squeal
       for (const auto &entry : base_map.cells[number])
         sums[0].local_element(entry.index) += entry.weight * coarse.values[entry.unknown];
     }
+    for (unsigned int e = 0; e < map.elements.size(); ++e)
+      if (map.elements[e].mine)
+        restrict_element(e, imported[0], counts[0], sums[0]);
     sums[0].compress(dealii::VectorOperation::add);
     MultiVector result(base.rows, 1);
     std::copy_n(sums[0].begin(), result.n_local(), result.data());
     for_rows_without_cells([&](const unsigned int of_base, const unsigned int of_fine)
                            { result.data()[of_base] = forces.data()[of_fine]; });
     return result;
+  }
+
+  /// Adds an element's part of restrict_forces().
+  template <int dim>
+  void EnrichedSpace<dim>::restrict_element(const unsigned int e, const Column &forces,
+                                            const Column &counts, Column &sums) const
+  {
+    for (const bool of_multipliers : {false, true})
+    {
+      const DenseMatrix &matrix = element_lift(map.elements[e].shape, of_multipliers);
+      const unsigned int first = of_multipliers ? dim : 0, end = of_multipliers ? n_fields : dim;
+      DenseMatrix of_fine(matrix.n_rows, end - first);
+      for (const auto &unknown : map.elements[e].unknowns)
+        if (unknown.field >= first && unknown.field < end)
+          of_fine(unknown.node, unknown.field - first) =
+              forces.local_element(unknown.index) / counts.local_element(unknown.index);
+      const DenseMatrix of_base = matrix.transpose() * of_fine;
+      for (const auto &unknown : base_map.elements[e].unknowns)
+        if (unknown.field >= first && unknown.field < end)
+          sums.local_element(unknown.index) += of_base(unknown.node, unknown.field - first);
+    }
   }
 
   template <int dim>

@@ -174,13 +174,15 @@ namespace squeal
             }
           ++number;
         }
+      element_shares.resize(space.map.elements.size());
       if constexpr (dim == 3)
-        for (unsigned int e = 0; elements && e < elements->elements().size(); ++e)
+        for (unsigned int e = 0; elements && e < space.map.elements.size(); ++e)
         {
-          const ElementProblems::Element &element = elements->elements()[e];
-          const unsigned int material             = residuals.material_of(element.cells.cells[0]);
-          element_shares.push_back(
-              elements->resistance(element, residuals.materials[material].material));
+          const ElementProblems::Element &element = space.map.elements[e];
+          if (!element.mine)
+            continue;
+          const unsigned int material = residuals.material_of(element.cells.cells[0]);
+          element_shares[e] = elements->resistance(element, residuals.materials[material].material);
           for (unsigned int i = 0; i < element.unknowns.size(); ++i)
             sums[0].local_element(element.unknowns[i].index) += element_shares[e][i];
         }
@@ -195,10 +197,10 @@ namespace squeal
           if (entry.direct && !shares[cell].empty())
             shares[cell][entry.unknown] = share(entry.index, shares[cell][entry.unknown]);
       if constexpr (dim == 3)
-        for (unsigned int e = 0; elements && e < elements->elements().size(); ++e)
+        for (unsigned int e = 0; elements && e < space.map.elements.size(); ++e)
           for (unsigned int i = 0; i < element_shares[e].size(); ++i)
             element_shares[e][i] =
-                share(elements->elements()[e].unknowns[i].index, element_shares[e][i]);
+                share(space.map.elements[e].unknowns[i].index, element_shares[e][i]);
       sums.clear();
       second_sides.reduce(shares);
       for (Column &residual : residuals.values)
@@ -282,19 +284,21 @@ namespace squeal
     void Estimator<dim>::eliminate_elements(EigenvalueErrors &errors)
     {
       if constexpr (dim == 3)
-        for (unsigned int e = 0; elements && e < elements->elements().size(); ++e)
+        for (unsigned int e = 0; elements && e < space.map.elements.size(); ++e)
         {
-          const ElementProblems::Element &element = elements->elements()[e];
-          const unsigned int material             = residuals.material_of(element.cells.cells[0]),
-                             n_f                  = elements->n_functions(element.shape),
-                             n                    = element.unknowns.size();
+          const ElementProblems::Element &element = space.map.elements[e];
+          if (!element.mine)
+            continue;
+          const unsigned int material = residuals.material_of(element.cells.cells[0]),
+                             n_f      = elements->n_functions(element.shape),
+                             n        = element.unknowns.size();
           LocalProblem problem = elements->make(element, residuals.materials[material].material);
           // Values of the problem's functions at the element's unknowns; residuals there
           const unsigned int n_kept = problem.unknowns.size();
           DenseMatrix values(n, n_kept), there(n, 4 * residuals.n_vectors);
           for (unsigned int i = 0; i < n; ++i)
           {
-            const ElementProblems::Unknown &unknown = element.unknowns[i];
+            const auto &unknown         = element.unknowns[i];
             const DenseMatrix &of_field = elements->values(element.shape, unknown.field);
             for (unsigned int k = 0; k < n_kept; ++k)
               if (problem.unknowns[k] / n_f == unknown.field)

@@ -23,6 +23,11 @@ namespace squeal
       for (const auto &cell : space.fine.nodes.active_cell_iterators())
         if (cell->is_locally_owned())
         {
+          if (space.map.is_part_of_element(number))
+          {
+            ++number;
+            continue;
+          }
           cells.reinit(cell);
           space.map.gather(number, columns, fields);
           std::copy_n(fields.values.begin(), dim * space.n, u.values.begin());
@@ -34,6 +39,21 @@ namespace squeal
               forces[0].local_element(entry.index) += entry.weight * r.values[entry.unknown];
           ++number;
         }
+      for (const auto &element : space.map.elements)
+      {
+        if (!element.mine)
+          continue;
+        const DenseMatrix own = space.map.gather(element, element.nodes.size(), 0, dim, columns);
+        DenseMatrix of_element(element.nodes.size(), 4 * dim), result(own.n_rows, 4 * dim);
+        std::copy(own.values.begin(), own.values.end(), of_element.values.begin());
+        cells.reinit(element);
+        const unsigned int material = residuals.material_of(element.cells.cells[0]);
+        cells.apply(residuals.materials[material].material, {residuals.factors[material].back()},
+                    of_element, result);
+        for (const auto &unknown : element.unknowns)
+          if (unknown.field < dim)
+            forces[0].local_element(unknown.index) += result(unknown.node, unknown.field);
+      }
       forces[0].compress(VectorOperation::add);
 
       SurfaceVectors<dim> surface(*residuals.contact, x, 0, 1);

@@ -150,19 +150,36 @@ namespace squeal
       return std::make_shared<const Matrix>(std::move(matrix));
     }
 
-    /// Calls visit() at each of the bodies' cells of this rank.
+    /// Calls visit(cell) for the bodies' cells of this rank, visit(element) for its elements with
+    /// own polynomials.
+    template <int dim, typename Visit>
+    void for_pieces(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
+                    const Visit &visit)
+    {
+      const auto belongs = [&](const types::material_id id)
+      { return std::find(bodies.begin(), bodies.end(), id) != bodies.end(); };
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
+        if (cell->is_locally_owned() && belongs(cell->material_id()) &&
+            !(cell->level() == 0 && spaces.geometry.own.has(cell->index())))
+          visit(cell);
+      if constexpr (dim == 3)
+        for (const OwnedElement &element : owned_elements(spaces))
+          if (belongs(element.material_id))
+            visit(element);
+    }
+
+    /// Calls visit() at each of the bodies' cells of this rank, to which the others are set.
     template <int dim, typename Visit>
     void for_cells(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
                    CellIntegrals<dim> &integrals, CellNodes<dim> &cell_nodes, const Visit &visit)
     {
-      for (const auto &cell : spaces.nodes.active_cell_iterators())
-        if (cell->is_locally_owned() &&
-            std::find(bodies.begin(), bodies.end(), cell->material_id()) != bodies.end())
-        {
-          integrals.reinit(cell);
-          cell_nodes.reinit(cell);
-          visit();
-        }
+      const auto visit_it = [&](const auto &cell)
+      {
+        integrals.reinit(cell);
+        cell_nodes.reinit(cell);
+        visit();
+      };
+      for_pieces(spaces, bodies, visit_it);
     }
 
     template <int dim>
@@ -172,16 +189,15 @@ namespace squeal
       DynamicSparsityPattern graph(spaces.nodes.n_dofs(), spaces.nodes.n_dofs(),
                                    spaces.relevant_nodes);
       CellNodes<dim> cell_nodes(spaces);
-      for (const auto &cell : spaces.nodes.active_cell_iterators())
-        if (cell->is_locally_owned() &&
-            std::find(bodies.begin(), bodies.end(), cell->material_id()) != bodies.end())
-        {
-          cell_nodes.reinit(cell);
-          std::vector<types::global_dof_index> sorted = cell_nodes.free;
-          std::sort(sorted.begin(), sorted.end());
-          for (const auto node : sorted)
-            graph.add_entries(node, sorted.begin(), sorted.end(), true);
-        }
+      for_pieces(spaces, bodies,
+                 [&](const auto &cell)
+                 {
+                   cell_nodes.reinit(cell);
+                   std::vector<types::global_dof_index> sorted = cell_nodes.free;
+                   std::sort(sorted.begin(), sorted.end());
+                   for (const auto node : sorted)
+                     graph.add_entries(node, sorted.begin(), sorted.end(), true);
+                 });
       SparsityTools::distribute_sparsity_pattern(graph, spaces.nodes.locally_owned_dofs(),
                                                  spaces.comm, spaces.relevant_nodes);
       return graph;
@@ -236,10 +252,12 @@ namespace squeal
 
     CellIntegrals<dim> integrals(spaces, with_transport);
     CellNodes<dim> cell_nodes(spaces);
-    const unsigned int n = integrals.n;
-    DenseMatrix block(n, n);
+    DenseMatrix block;
     const auto add_cell = [&]()
     {
+      const unsigned int n = integrals.n;
+      if (block.n_rows != n)
+        block = DenseMatrix(n, n);
       if (coupled_blocks)
         coupled_places.reinit(cell_nodes, *coupled_blocks);
       if (own_blocks)

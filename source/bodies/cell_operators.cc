@@ -14,18 +14,33 @@ namespace squeal
   template <int dim>
   CellIntegrals<dim>::CellIntegrals(const FiniteElementSpace<dim> &spaces,
                                     const bool with_transport)
-      : n(spaces.fe.n_dofs_per_cell()), n_rows((dim + 1 + with_transport) * n), spaces(spaces),
-        with_transport(with_transport),
+      : n(0), n_rows(0), n_points(0), spaces(spaces), with_transport(with_transport),
         fe_values(spaces.mapping, spaces.fe, QGauss<dim>(spaces.fe.degree + 1),
-                  update_values | update_gradients | update_quadrature_points | update_JxW_values),
-        factors(std::size_t(n_rows) * fe_values.n_quadrature_points), products(n_rows, n_rows)
+                  update_values | update_gradients | update_quadrature_points | update_JxW_values)
   {
+    set_functions(spaces.fe.n_dofs_per_cell(), fe_values.n_quadrature_points);
+    if constexpr (dim == 3)
+      if (!spaces.geometry.own.empty())
+        elements = std::make_unique<ElementQuadrature>(spaces);
+  }
+
+  template <int dim>
+  void CellIntegrals<dim>::set_functions(const unsigned int n_functions, const unsigned int points)
+  {
+    if (n == n_functions && n_points == points)
+      return;
+    n        = n_functions;
+    n_points = points;
+    n_rows   = (dim + 1 + with_transport) * n;
+    factors.resize(std::size_t(n_rows) * n_points);
+    products = DenseMatrix(n_rows, n_rows);
   }
 
   template <int dim>
   void CellIntegrals<dim>::reinit(const typename DoFHandler<dim>::active_cell_iterator &cell)
   {
     fe_values.reinit(cell);
+    set_functions(spaces.fe.n_dofs_per_cell(), fe_values.n_quadrature_points);
     for (const unsigned int q : fe_values.quadrature_point_indices())
     {
       const double root      = std::sqrt(fe_values.JxW(q));
@@ -41,7 +56,45 @@ namespace squeal
           column[(dim + 1) * n + a] = root * (w * gradient);
       }
     }
-    const PetscBLASInt m = n_rows, k = fe_values.n_quadrature_points;
+    multiply();
+  }
+
+  template <int dim>
+  void CellIntegrals<dim>::reinit(const OwnedElement &element)
+  {
+    if constexpr (dim == 3)
+    {
+      elements->reinit(element.shape, element.nodes);
+      const DenseMatrix &functions = elements->reference(element.shape).functions;
+      set_functions(element.nodes.size(), elements->points.size());
+      for (unsigned int q = 0; q < n_points; ++q)
+      {
+        const double root    = std::sqrt(elements->jxw[q]);
+        double *column       = factors.data() + std::size_t(q) * n_rows;
+        const Tensor<1, 3> w = spaces.geometry.transport(elements->points[q]);
+        for (unsigned int a = 0; a < n; ++a)
+        {
+          Tensor<1, 3> gradient;
+          for (unsigned int e = 0; e < 3; ++e)
+            for (unsigned int d = 0; d < 3; ++d)
+              gradient[d] += elements->inverse[q][e][d] * functions((1 + e) * n_points + q, a);
+          for (unsigned int d = 0; d < 3; ++d)
+            column[d * n + a] = root * gradient[d];
+          column[3 * n + a] = root * functions(q, a);
+          if (with_transport)
+            column[4 * n + a] = root * (w * gradient);
+        }
+      }
+      multiply();
+    }
+    else
+      (void)element;
+  }
+
+  template <int dim>
+  void CellIntegrals<dim>::multiply()
+  {
+    const PetscBLASInt m = n_rows, k = n_points;
     const double one = 1, zero = 0;
     BLASsyrk_("U", "N", &m, &k, &one, factors.data(), &m, &zero, products.values.data(), &m);
     for (unsigned int j = 0; j < n_rows; ++j)
@@ -75,6 +128,7 @@ namespace squeal
   template <int dim>
   void CellNodes<dim>::reinit(const typename DoFHandler<dim>::active_cell_iterator &cell)
   {
+    local.resize(spaces.fe.n_dofs_per_cell());
     cell->get_dof_indices(local);
     hanging = std::any_of(local.begin(), local.end(),
                           [&](const auto node) { return spaces.hanging.is_constrained(node); });
@@ -97,6 +151,20 @@ namespace squeal
           interpolation(a, std::lower_bound(free.begin(), free.end(), w.node) - free.begin()) +=
               w.weight;
     }
+    find_equations();
+  }
+
+  template <int dim>
+  void CellNodes<dim>::reinit(const OwnedElement &element)
+  {
+    local = free = element.nodes;
+    hanging      = false;
+    find_equations();
+  }
+
+  template <int dim>
+  void CellNodes<dim>::find_equations()
+  {
     equations.resize(dim);
     for (unsigned int c = 0; c < dim; ++c)
     {

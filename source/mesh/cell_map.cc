@@ -11,30 +11,50 @@ namespace squeal
 
   namespace
   {
-    /// The unknowns of other ranks at own nodes of elements of which this rank has a cell.
-    void add_own_nodes(const FiniteElementSpace<3> &spaces,
-                       std::vector<types::global_dof_index> &foreign)
+    /// The elements of which this rank has a cell; the indices are equations.
+    std::vector<CellMap<3>::Element> find_elements(const FiniteElementSpace<3> &spaces)
     {
-      const OwnElements &own                = spaces.geometry.own;
+      std::vector<CellMap<3>::Element> result;
+      const OwnElements &own = spaces.geometry.own;
+      if (own.empty())
+        return result;
+      std::vector<unsigned int> numbers(own.cells.size(), OwnElements::none);
+      unsigned int number = 0;
+      for (const auto &cell : spaces.nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          if (cell->level() == 0)
+            numbers[cell->index()] = number;
+          ++number;
+        }
       ElementInterpolation of_displacements = interpolation_of(spaces, 0),
                            of_multipliers   = interpolation_of(spaces, 3);
-      for (const ElementCells &element : group_by_elements(spaces.nodes, own))
+      for (ElementCells &cells : group_by_elements(spaces.nodes, own))
       {
-        if (std::none_of(element.cells.begin(), element.cells.end(),
+        if (std::none_of(cells.cells.begin(), cells.cells.end(),
                          [](const auto &cell) { return cell->is_locally_owned(); }))
           continue;
-        const auto add = [&](const unsigned int first, const unsigned int end,
-                             ElementInterpolation &interpolation)
+        const auto first = first_cell(cells);
+        CellMap<3>::Element element{cells,
+                                    own.shapes[cells.element],
+                                    first->is_locally_owned(),
+                                    numbers[first->index()],
+                                    nodes_of_element(cells, own, of_displacements),
+                                    {}};
+        const auto add = [&](const unsigned int begin, const unsigned int end, const auto &nodes)
         {
-          for (const auto node : nodes_of_element(element, own, interpolation))
-            for (unsigned int c = first; c < end; ++c)
-              if (const unsigned int equation = spaces.field_equation(node, c);
-                  equation != FiniteElementSpace<3>::none && !spaces.rows.contains(equation))
-                foreign.push_back(equation);
+          for (unsigned int k = 0; k < nodes.size(); ++k)
+            for (unsigned int c = begin; c < end; ++c)
+              if (const unsigned int equation = spaces.field_equation(nodes[k], c);
+                  equation != FiniteElementSpace<3>::none)
+                element.unknowns.push_back({c, k, equation});
         };
-        add(0, 3, of_displacements);
-        add(3, spaces.n_fields(), of_multipliers);
+        add(0, 3, element.nodes);
+        if (spaces.n_multipliers + spaces.n_ties > 0)
+          add(3, spaces.n_fields(), nodes_of_element(cells, own, of_multipliers));
+        result.push_back(std::move(element));
       }
+      return result;
     }
   } // namespace
 
@@ -48,8 +68,14 @@ namespace squeal
     for (const auto &cell : spaces.nodes.active_cell_iterators())
       if (cell->is_locally_owned())
       {
-        cell->get_dof_indices(nodes);
         std::vector<Entry> entries;
+        is_part.push_back(cell->level() == 0 && spaces.geometry.own.has(cell->index()));
+        if (is_part.back())
+        {
+          cells.push_back(std::move(entries));
+          continue;
+        }
+        cell->get_dof_indices(nodes);
         for (unsigned int a = 0; a < n; ++a)
         {
           const auto add = [&](const unsigned int first, const unsigned int end,
@@ -73,14 +99,20 @@ namespace squeal
         cells.push_back(std::move(entries));
       }
     if constexpr (dim == 3)
-      if (!spaces.geometry.own.empty())
-        add_own_nodes(spaces, foreign);
+      elements = find_elements(spaces);
+    for (const Element &element : elements)
+      for (const auto &unknown : element.unknowns)
+        if (!rows.contains(unknown.index))
+          foreign.push_back(unknown.index);
     std::sort(foreign.begin(), foreign.end());
     seen.add_indices(foreign.begin(), std::unique(foreign.begin(), foreign.end()));
     partitioner = std::make_shared<Utilities::MPI::Partitioner>(owned, seen, rows.comm);
     for (std::vector<Entry> &entries : cells)
       for (Entry &entry : entries)
         entry.index = partitioner->global_to_local(entry.index);
+    for (Element &element : elements)
+      for (auto &unknown : element.unknowns)
+        unknown.index = partitioner->global_to_local(unknown.index);
   }
 
   template <int dim>
@@ -109,6 +141,21 @@ namespace squeal
     for (unsigned int j = 0; j < from.size(); ++j)
       for (const Entry &entry : cells[cell])
         to(entry.unknown, j) += entry.weight * from[j].local_element(entry.index);
+  }
+
+  template <int dim>
+  DenseMatrix CellMap<dim>::gather(const Element &element, const unsigned int n_nodes,
+                                   const unsigned int first_field, const unsigned int end_field,
+                                   const std::vector<Column> &from) const
+  {
+    const unsigned int n_fields = end_field - first_field;
+    DenseMatrix result(n_nodes, n_fields * from.size());
+    for (const auto &unknown : element.unknowns)
+      if (unknown.field >= first_field && unknown.field < end_field)
+        for (unsigned int j = 0; j < from.size(); ++j)
+          result(unknown.node, j * n_fields + unknown.field - first_field) =
+              from[j].local_element(unknown.index);
+    return result;
   }
 
   template <int dim>

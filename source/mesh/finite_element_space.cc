@@ -396,8 +396,8 @@ namespace squeal
     }
     FEValues<dim> points(on_manifold, fe, Quadrature<dim>(fe.get_unit_support_points()),
                          update_quadrature_points);
-    std::vector<NodeVector> positions(
-        dim, NodeVector(nodes.locally_owned_dofs(), constraints.get_local_lines(), comm));
+    positions.assign(dim,
+                     NodeVector(nodes.locally_owned_dofs(), constraints.get_local_lines(), comm));
     std::vector<Node> cell_nodes(fe.n_dofs_per_cell());
     for (const auto &cell : nodes.active_cell_iterators())
       if (cell->is_locally_owned())
@@ -445,6 +445,8 @@ namespace squeal
         n_inverted += smallest <= 0;
       }
     n_inverted = Utilities::MPI::sum(n_inverted, comm);
+    if (geometry.own.empty())
+      positions.clear();
     if (n_inverted > 0)
       throw SolverError("Hanging nodes on curved faces turn " + std::to_string(n_inverted) +
                         " thin cells inside out: use a higher degree or more cells around.");

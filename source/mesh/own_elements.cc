@@ -138,18 +138,42 @@ namespace squeal
   }
 
   DenseMatrix ElementInterpolation::functions_at(const ElementShape shape,
-                                                 const std::vector<Point<3>> &places) const
+                                                 const std::vector<Point<3>> &places,
+                                                 const int direction) const
   {
     const auto monomials = exponents(shape, degree);
     DenseMatrix result(places.size(), monomials.size());
     for (unsigned int m = 0; m < monomials.size(); ++m)
       for (unsigned int a = 0; a < places.size(); ++a)
       {
-        result(a, m) = 1;
-        for (unsigned int d = 0; d < 3; ++d)
-          result(a, m) *= std::pow(places[a][d], monomials[m][d]);
+        double product = 1;
+        for (int d = 0; d < 3; ++d)
+        {
+          const int k = monomials[m][d];
+          product *= d != direction ? std::pow(places[a][d], k)
+                     : k == 0       ? 0
+                                    : k * std::pow(places[a][d], k - 1);
+        }
+        result(a, m) = product;
       }
     return result;
+  }
+
+  DenseMatrix ElementInterpolation::nodal_functions(const ElementShape shape,
+                                                    const std::vector<Point<3>> &places) const
+  {
+    // V(places) V(own places)^{-1}, and with derivatives of V
+    const unsigned int n     = places.size();
+    const DenseMatrix of_own = functions_at(shape, own_places(shape)).transpose();
+    DenseMatrix all(of_own.n_rows, 4 * n);
+    for (int field = 0; field < 4; ++field)
+    {
+      const DenseMatrix values = functions_at(shape, places, field - 1);
+      for (unsigned int q = 0; q < n; ++q)
+        for (unsigned int m = 0; m < values.n_columns; ++m)
+          all(m, field * n + q) = values(q, m);
+    }
+    return solve(of_own, std::move(all)).transpose();
   }
 
   const ElementInterpolation::Table &

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <squeal/linalg/dense.h>
+#include <squeal/mesh/cell_map.h>
 #include <squeal/mesh/finite_element_space.h>
 #include <squeal/parameters/materials.h>
 
 #include <deal.II/fe/fe_values.h>
 
 #include <complex>
+#include <map>
+#include <memory>
 #include <vector>
 
 namespace squeal
@@ -19,8 +22,9 @@ namespace squeal
   };
 
   /// Products of a body's operators with many functions of one space, tested with another on the
-  /// same mesh, cell by cell. No matrix of a cell is formed: all functions at once are evaluated at
-  /// the quadrature points and tested there, two products with matrices of the reference cell.
+  /// same mesh, cell by cell, or on elements with own polynomials as wholes, whose nodes are then
+  /// meant by those of the cell. No matrix of a cell is formed: all functions at once are evaluated
+  /// at the quadrature points and tested there, two products with matrices of the reference cell.
   template <int dim>
   class CellResiduals
   {
@@ -31,6 +35,8 @@ namespace squeal
 
     /// Geometry of a cell of the space of the tests, free of static stress.
     void reinit(const CellIterator &cell);
+    /// Geometry of an element of that space.
+    void reinit(const typename CellMap<dim>::Element &element);
 
     /// The stress sigma_0 = C grad u_0 that the static displacements cause in the cell: its
     /// geometric stiffness is int sigma_0 : grad(du)^T grad(Du). The values of @p u are those at
@@ -67,11 +73,23 @@ namespace squeal
     void combine_at_points(const Material &material, const OperatorFactors &factors,
                            double *const *re, double *const *im) const;
 
+    /// Functions at the points of a reference cell or of an element's shape.
+    struct Reference
+    {
+      unsigned int n_q = 0;
+      DenseMatrix evaluation; ///< values, then derivatives on the reference cell, of the trials
+      DenseMatrix testing;    ///< the same of the tests, transposed
+    };
+    void set_point(unsigned int q, const dealii::Point<dim> &x, double weight);
+
     const FiniteElementSpace<dim> &test;
-    const unsigned int n_q;
-    DenseMatrix evaluation; ///< values, then derivatives on the reference cell, of the trials
-    DenseMatrix testing;    ///< the same of the tests, transposed
+    const Reference of_cells;
+    std::map<ElementShape, Reference> of_elements;
+    const Reference *now; ///< of the cell or element that was set last
+    unsigned int n_q;     ///< its points
     dealii::FEValues<dim> geometry;
+    std::unique_ptr<ElementInterpolation> trials_of_elements;
+    std::unique_ptr<ElementQuadrature> elements; ///< if there are any
     std::vector<Point> points;
     std::vector<double> jxw;
     DenseMatrix fields, scaled, products;

@@ -16,29 +16,12 @@ namespace squeal
   class ElementProblems
   {
   public:
-    /// A place of an element's own node in the space of one degree more that has an equation.
-    struct Unknown
-    {
-      unsigned int field, node; ///< own node of displacements, or of multipliers
-      unsigned int index;       ///< local, in columns of the space's CellMap
-    };
-    struct Element
-    {
-      ElementShape shape;
-      ElementCells cells;
-      unsigned int number; ///< of its first cell among this rank's
-      std::vector<Unknown> unknowns;
-    };
+    using Element = CellMap<3>::Element;
 
     /// @p local has the parts of contacts and ties.
     ElementProblems(const EnrichedSpace<3> &space, CellResiduals<3> &integrals,
                     LocalProblems<3> &local);
 
-    /// The elements whose first cell is this rank's.
-    const std::vector<Element> &elements() const
-    {
-      return all;
-    }
     /// How stiffly the element resists forces at its unknowns, as LocalProblems::resistance().
     std::vector<double> resistance(const Element &element, const Material &material);
     /// Unknowns are field times n_functions() plus function.
@@ -57,14 +40,16 @@ namespace squeal
       ElementFunctions moves, multipliers;
       DenseMatrix moves_at_nodes, multipliers_at_nodes; ///< (own node, function)
       DenseMatrix base_at_nodes;
+      /// For CellResiduals::stiffness(): of the added functions, and of these with V_h's after
+      /// them.
+      DenseMatrix derivatives_of_moves, derivatives_of_all;
       std::vector<std::uint8_t> carrier_of_node;
       unsigned int n_functions; ///< of the more numerous ones
     };
-    /// Of a cell as its vertices lie in its element.
+    /// Of a cell as its vertices lie in its element: (node of the cell, function).
     struct OnCell
     {
-      DenseMatrix moves, multipliers;                       ///< (node of the cell, function)
-      DenseMatrix derivatives_of_moves, derivatives_of_all; ///< all: V_h's come after
+      DenseMatrix moves, multipliers;
     };
     Functions &functions_of(ElementShape shape);
     OnCell &on_cell(const Element &element, const LocalProblems<3>::CellIterator &cell);
@@ -72,8 +57,8 @@ namespace squeal
     {
       return space.base.geometry.own.cells[cell->index()].between;
     }
-    /// The stiffness of the added functions, or with @p all of those and V_h's.
-    DenseMatrix stiffness_of(const Element &element, const Material &material, bool all);
+    /// The stiffness of the added functions, or with @p with_base of those and V_h's.
+    DenseMatrix stiffness_of(const Element &element, const Material &material, bool with_base);
     /// The corners of an element's face on which a cell's face lies.
     std::uint8_t corners_of(const LocalProblems<3>::CellIterator &cell, unsigned int face) const;
     void add_multipliers(const Element &element, std::uint8_t corners,
@@ -87,6 +72,5 @@ namespace squeal
     dealii::FEFaceValues<3> face_values;
     std::map<ElementShape, Functions> functions;
     std::map<std::pair<ElementShape, std::array<std::uint8_t, 8>>, OnCell> cells;
-    std::vector<Element> all;
   };
 } // namespace squeal

@@ -26,8 +26,8 @@ namespace squeal
     /// Computes the residuals of at least one mode. Model and modes must outlive it. Collective.
     EnrichedResiduals(const BrakeModel<dim> &model, const EigenPairs &modes);
 
-    unsigned int
-    material_of(const typename dealii::DoFHandler<dim>::active_cell_iterator &cell) const
+    template <typename Cell>
+    unsigned int material_of(const Cell &cell) const
     {
       return space.base.geometry.parts[cell->material_id()].material;
     }
@@ -73,6 +73,9 @@ namespace squeal
     void add_contact();
     /// Adds what is there as matrices, that is little.
     void add_matrices();
+    void add_elements(const std::vector<Column> &columns, const std::vector<Column> &state,
+                      const std::vector<std::vector<OperatorFactors>> &by_material,
+                      std::vector<Column> &forces);
     void add_measured_damping();
     void add_static_residual();
     void release_at_edge();

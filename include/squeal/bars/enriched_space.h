@@ -6,6 +6,8 @@
 #include <squeal/mesh/finite_element_space.h>
 
 #include <functional>
+#include <map>
+#include <utility>
 #include <vector>
 
 namespace squeal
@@ -23,6 +25,13 @@ namespace squeal
     /// Columns have ghost values.
     void lift_cell(unsigned int number, const std::vector<Column> &columns, DenseMatrix &coarse,
                    MultiVector &result) const;
+    /// Lifts the functions of all elements with own polynomials of which this rank has a cell.
+    void lift_elements(const std::vector<Column> &columns, MultiVector &result) const;
+    /// From the own nodes of an element to those of V+: displacements, or multipliers.
+    const DenseMatrix &element_lift(const ElementShape shape, const bool of_multipliers) const
+    {
+      return element_lifts.at({shape, of_multipliers});
+    }
     /// One column, interpolated. Collective.
     MultiVector interpolate(const MultiVector &column) const;
     /// Forces on V+ as V_h sees them: the transpose of interpolate(). One column. Collective.
@@ -39,6 +48,9 @@ namespace squeal
     const DenseMatrix lift;              ///< from the nodes of a cell to those of V+
 
   private:
+    std::map<std::pair<ElementShape, bool>, DenseMatrix> element_lifts;
+    void restrict_element(unsigned int e, const Column &forces, const Column &counts,
+                          Column &sums) const;
     /// Calls visit(local row of V_h, the same of V+).
     void for_rows_without_cells(const std::function<void(unsigned int, unsigned int)> &visit) const;
   };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <squeal/linalg/dense.h>
+#include <squeal/mesh/element_cells.h>
 #include <squeal/mesh/finite_element_space.h>
 #include <squeal/parameters/materials.h>
 
@@ -8,6 +9,7 @@
 
 #include <petscsys.h>
 
+#include <memory>
 #include <vector>
 
 namespace squeal
@@ -29,6 +31,8 @@ namespace squeal
     CellIntegrals(const FiniteElementSpace<dim> &spaces, bool with_transport);
 
     void reinit(const typename dealii::DoFHandler<dim>::active_cell_iterator &cell);
+    /// Integrals over a whole element with own polynomials, of its own functions.
+    void reinit(const OwnedElement &element);
 
     double derivatives(unsigned int j, unsigned int l, unsigned int a, unsigned int b) const
     {
@@ -47,13 +51,17 @@ namespace squeal
       return products((dim + 1) * n + a, (dim + 1) * n + b);
     }
 
-    const unsigned int n;
+    unsigned int n; ///< functions of the cell or element
 
   private:
-    const unsigned int n_rows;
+    void set_functions(unsigned int n_functions, unsigned int n_points);
+    void multiply();
+
+    unsigned int n_rows, n_points;
     const FiniteElementSpace<dim> &spaces;
     const bool with_transport;
     dealii::FEValues<dim> fe_values;
+    std::unique_ptr<ElementQuadrature> elements; ///< if there are any
     std::vector<double> factors;
     DenseMatrix products;
   };
@@ -78,6 +86,7 @@ namespace squeal
     }
 
     void reinit(const typename dealii::DoFHandler<dim>::active_cell_iterator &cell);
+    void reinit(const OwnedElement &element);
 
     /// W^T A W on cells with hanging nodes, A elsewhere.
     const DenseMatrix &condense(const DenseMatrix &a);
@@ -88,6 +97,8 @@ namespace squeal
     DenseMatrix interpolation; ///< W, local nodes x free nodes; set only if some node hangs
 
   private:
+    void find_equations();
+
     const FiniteElementSpace<dim> &spaces;
     DenseMatrix condensed;
   };

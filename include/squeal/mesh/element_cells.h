@@ -4,6 +4,8 @@
 
 #include <deal.II/dofs/dof_handler.h>
 
+#include <algorithm>
+#include <map>
 #include <vector>
 
 namespace squeal
@@ -19,6 +21,13 @@ namespace squeal
   std::vector<ElementCells> group_by_elements(const dealii::DoFHandler<3> &nodes,
                                               const OwnElements &own);
 
+  /// The cell whose rank an element belongs to: that with the lowest number in the coarse mesh.
+  inline const dealii::DoFHandler<3>::active_cell_iterator &first_cell(const ElementCells &element)
+  {
+    return *std::min_element(element.cells.begin(), element.cells.end(),
+                             [](const auto &a, const auto &b) { return a->index() < b->index(); });
+  }
+
   /// The element's own nodes. Those of cells that the rank does not see are invalid.
   std::vector<dealii::types::global_dof_index>
   nodes_of_element(const ElementCells &element, const OwnElements &own,
@@ -31,4 +40,43 @@ namespace squeal
     return {spaces.fe.get_unit_support_points(), spaces.fe.degree,
             spaces.degree_on_elements(field)};
   }
+
+  /// An element with own polynomials whose first cell is this rank's.
+  struct OwnedElement
+  {
+    ElementShape shape;
+    dealii::types::material_id material_id;
+    std::vector<dealii::types::global_dof_index> nodes; ///< own ones of displacements
+  };
+  std::vector<OwnedElement> owned_elements(const FiniteElementSpace<3> &spaces);
+
+  /// Quadrature on whole elements with own polynomials, exact up to degree 2 p + 3 for functions of
+  /// degree p on straight ones.
+  class ElementQuadrature
+  {
+  public:
+    /// @p spaces have the positions of nodes: elements are polynomials through these.
+    explicit ElementQuadrature(const FiniteElementSpace<3> &spaces);
+
+    struct Reference
+    {
+      std::vector<dealii::Point<3>> points;
+      std::vector<double> weights;
+      DenseMatrix functions; ///< of the space, ElementInterpolation::nodal_functions()
+    };
+    const Reference &reference(ElementShape shape);
+
+    /// The points of an element, the inverse Jacobians (e, d): d xi_e / d x_d, the weights. Throws
+    /// SolverError where the element is turned inside out.
+    void reinit(ElementShape shape, const std::vector<dealii::types::global_dof_index> &nodes);
+    std::vector<dealii::Point<3>> points;
+    std::vector<dealii::Tensor<2, 3>> inverse;
+    std::vector<double> jxw;
+
+    ElementInterpolation interpolation; ///< of displacements
+
+  private:
+    const FiniteElementSpace<3> &spaces;
+    std::map<ElementShape, Reference> references;
+  };
 } // namespace squeal

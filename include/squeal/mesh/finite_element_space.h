@@ -137,6 +137,14 @@ namespace squeal
     {
       return field < dim ? fe.degree : multiplier_degree;
     }
+    /// Where a node of an own or ghost cell is. Only with elements that have own polynomials.
+    dealii::Point<dim> position(const dealii::types::global_dof_index node) const
+    {
+      dealii::Point<dim> x;
+      for (unsigned int d = 0; d < dim; ++d)
+        x[d] = positions[d](node);
+      return x;
+    }
     /// Constraints of the nodes of displacements (0 to dim - 1) and of pressures and tractions.
     const dealii::AffineConstraints<double> &lines_of(const unsigned int field) const
     {
@@ -180,6 +188,7 @@ namespace squeal
     dealii::AffineConstraints<double> multiplier_lines; ///< with own elements
     const bool with_multipliers;
     const unsigned int multiplier_degree; ///< on elements with own polynomials
+    std::vector<NodeVector> positions;    ///< with own elements: by component
     std::vector<NodeVector> equations;    ///< components, multiplier, tie, stick; -1: none
   };
 } // namespace squeal

@@ -71,12 +71,23 @@ namespace squeal
       std::vector<dealii::Point<3>> places, own_places;
     };
     const Table &of(ElementShape shape, const std::array<std::uint8_t, 8> &between);
+    /// The element's own nodes in the shape's reference coordinates. All edges are halved.
+    std::vector<dealii::Point<3>> own_places(ElementShape shape) const
+    {
+      return own_places(shape, {{true, true, true}});
+    }
+    /// Values of the functions that are 1 at one own node and 0 at the others, then their
+    /// derivatives along the three reference coordinates: (field n + place, own node).
+    DenseMatrix nodal_functions(ElementShape shape,
+                                const std::vector<dealii::Point<3>> &places) const;
 
   private:
     std::vector<dealii::Point<3>> own_places(ElementShape shape,
                                              const std::array<bool, 3> &halved) const;
     std::vector<double> line(bool halved) const;
-    DenseMatrix functions_at(ElementShape shape, const std::vector<dealii::Point<3>> &places) const;
+    /// Monomials, or with a direction their derivatives along it: (place, monomial).
+    DenseMatrix functions_at(ElementShape shape, const std::vector<dealii::Point<3>> &places,
+                             int direction = -1) const;
 
     const std::vector<dealii::Point<3>> points;
     const unsigned int cell_degree, degree;

@@ -1,0 +1,160 @@
+"""Tetrahedra and wedges at their own nodes (Mesh/Tetrahedra = own)."""
+
+import math
+import pathlib
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
+
+import element_files  # noqa: E402
+import error_statistics as es  # noqa: E402
+import mesh_files  # noqa: E402
+import squeal_testing as st  # noqa: E402
+
+PART = {"Scene": "mesh", "Stage": "elastic", "Mesh/File": "part.msh", "Mesh/Rotor": "", "Mesh/Part 1/Volumes": "part",
+        "Mesh/Part 1/Body": "parts", "Mesh/Curved bodies": "none", "Output/Fields": "none",
+        "Eigenproblem/Maximum frequency": 42000}
+BRAKE = {**st.SMALL_BRAKE, **mesh_files.SCENE, "Discretization/Degree": 2, "Mesh/Curved bodies": "rotor", "Mesh/File": "brake.msh"}
+
+
+def block(n):
+    """120, 60 and 30 mm."""
+    mesh = mesh_files.Mesh()
+    mesh.sector("part", mesh_files.equal(1, 1.12, 4 * n), mesh_files.equal(-0.03, 0.03, 2 * n), mesh_files.equal(0, 0.03, n))
+    mesh.nodes = [(math.hypot(x, y) - 1, math.atan2(y, x), z) for x, y, z in mesh.nodes]
+    return mesh
+
+
+def brake(n_corners, quadratic=True):
+    """The default brake with pads of such elements."""
+    elements = element_files.Elements(mesh_files.brake(), lambda name: 8 if name == "rotor" else n_corners)
+    if quadratic:
+        elements.make_quadratic({"rotor": element_files.on_circle})
+    return elements
+
+
+class Part(st.TestCase):
+    def solve(self, elements, **settings):
+        self.write("part.msh", element_files.msh2(elements))
+        results = self.analyse({**PART, **settings})
+        return st.read_table(results / "modes.csv"), st.read_table(results / "cycles.csv")[0]
+
+    def test_unknowns_frequencies_and_bars(self):
+        """A free block: three unknowns a node, six rigid motions, frequencies of a finer discretisation within the bars,
+        which are not long; the third power of the size and better for degree 3."""
+        reference = self.solve(element_files.Elements(block(1), lambda name: 8), **{
+            "Discretization/Degree": 5, "Eigenproblem/Error bars": "false"})[0]
+        exact = [row["frequency_hz"] for row in reference if row["frequency_hz"] > 100]
+        self.assertGreaterEqual(len(exact), 10)
+        largest = {}
+        for n_corners, degree, per_element in ((4, 2, 10), (6, 2, 15), (4, 3, 20)):
+            with self.subTest(corners=n_corners, degree=degree):
+                elements = element_files.Elements(block(1), lambda name: n_corners)
+                elements.make_quadratic()
+                self.assertEqual(len(elements.elements[0]), min(per_element, 15 if n_corners == 6 else 10))
+                modes, cycle = self.solve(elements, **{"Discretization/Degree": degree})
+                if (n_corners, degree) == (4, 2):
+                    self.assertEqual(cycle["dofs"], 3 * len(elements.nodes))
+                rigid = [row for row in modes if row["frequency_hz"] < 1]
+                self.assertEqual(len(rigid), 6)
+                errors = [(row["frequency_hz"] - f, row["frequency_error_hz"], f)
+                          for row, f in zip([row for row in modes if row["frequency_hz"] >= 1], exact)]
+                self.assertEqual(len(errors), len(exact))
+                self.assertTrue(all(error > -1e-4 * f for error, _, f in errors), "Rayleigh-Ritz: from above")
+                self.assertTrue(all(abs(error) <= bar for error, bar, _ in errors), errors)
+                self.assertLess(sorted(bar / abs(error) for error, bar, _ in errors)[len(errors) // 2], 4)
+                largest[n_corners, degree] = max(abs(error) / f for error, _, f in errors)
+        self.assertLess(largest[4, 3], largest[4, 2] / 4)
+
+    def test_a_rigid_disc_of_tetrahedra_turns(self):
+        """A body of revolution of tetrahedra with transport: frequencies of waves split as those of hexahedra do, and
+        without friction nothing grows."""
+        settings = {**dict.fromkeys(["Mesh/Pads", "Mesh/Contact pairs", "Mesh/Guided", "Mesh/Pressure on"], ""),
+                    "Stage": "full", "Operation/Angular velocity": 100, "Eigenproblem/Maximum frequency": 2500,
+                    "Rotor/Material/Stiffness proportional damping": 0, "Eigenproblem/Error bars": "false"}
+        splits = []
+        for n_corners in (8, 4):
+            elements = element_files.Elements(mesh_files.brake((2, 24, 1), pads=()), lambda name: n_corners)
+            elements.make_quadratic({"rotor": element_files.on_circle})
+            self.write("brake.msh", element_files.msh2(elements))
+            modes = st.read_table(self.analyse({**BRAKE, **settings}) / "modes.csv")
+            self.assertLess(max(abs(row["growth_rate_1_per_s"]) for row in modes), 1e-5)
+            frequencies = [row["frequency_hz"] for row in modes]
+            splits.append(max(b - a for a, b in zip(frequencies[:-1], frequencies[1:]) if b - a < 40))
+        self.assertGreater(splits[0], 10)
+        self.assertLess(abs(splits[1] / splits[0] - 1), 0.01, splits)
+
+
+class Brake(st.TestCase):
+    def solve(self, elements, ranks=1, **settings):
+        self.write("brake.msh", element_files.msh2(elements))
+        results = self.analyse({**BRAKE, **settings}, ranks=ranks)
+        return st.read_table(results / "modes.csv"), st.read_table(results / "static.csv")
+
+    def test_elements_and_ranks(self):
+        """Pads of tetrahedra and wedges: the brake of hexahedra within the bars of both. Ranks have the same modes, bars,
+        forces, and corrected values."""
+        expected, _ = self.solve(brake(8))
+        for n_corners in (4, 6):
+            with self.subTest(corners=n_corners):
+                modes, static = self.solve(brake(n_corners))
+                self.assertEqual(len(modes), len(expected))
+                for a, b in zip(modes, expected):
+                    for value, error in [("frequency_hz", "frequency_error_hz"),
+                                         ("growth_rate_1_per_s", "growth_rate_error_1_per_s")]:
+                        self.assertLessEqual(abs(a[value] - b[value]), a[error] + b[error], (value, a, b))
+                for ranks in (2, 3) if n_corners == 4 else (2,):
+                    others, other_static = self.solve(brake(n_corners), ranks)
+                    self.assertSameModes([st.eigenvalue(row) for row in modes], [st.eigenvalue(row) for row in others], 1e-9)
+                    for a, b in zip(modes, others):
+                        for column in ("frequency_error_hz", "growth_rate_error_1_per_s"):
+                            self.assertLess(abs(a[column] - b[column]), 1e-5 * a[column] + 1e-6, column)
+                    for a, b in zip(static, other_static):
+                        self.assertLess(abs(a["normal_force_n"] - b["normal_force_n"]), 1e-8 * a["normal_force_n"])
+
+    def test_formulations_and_materials(self):
+        """What pads of tetrahedra have on them: penalties, lift-off, prestress, a lining softer along the axis, lossy: no
+        verdict differs from that of divided elements, and values by the bars of both at most."""
+        for name, settings in {
+                "penalty": {"Contact/Formulation": "penalty", "Contact/Penalty stiffness": 1e13},
+                "mortar_penalty": {"Contact/Formulation": "mortar_penalty", "Contact/Penalty stiffness": 1e13},
+                "prestress": {"Prestress/Stress stiffness": "true"},
+                "loss": {"Pads/Material/Loss factor": 0.02}}.items():
+            with self.subTest(name):
+                own, divided = (self.solve(brake(4), **settings, **{"Mesh/Tetrahedra": kind})[0]
+                                for kind in ("own", "divided"))
+                self.assertEqual(len(own), len(divided))
+                for a, b in zip(own, divided):
+                    for value, error in [("frequency_hz", "frequency_error_hz"),
+                                         ("growth_rate_1_per_s", "growth_rate_error_1_per_s")]:
+                        self.assertLessEqual(abs(a[value] - b[value]), a[error] + b[error], (value, a, b))
+
+    def test_against_reference(self):
+        """C3D10 pads on a disc of hexahedra against the independent eigenvalues of table T6."""
+        self.write("t6.msh", element_files.msh2(element_files.brake_graded_at_the_clamp(4)))
+        modes = st.read_table(self.analyse(es.settings_of_file("T6", "t6.msh", 3), timeout=900) / "modes.csv")
+        comparisons = es.compare("T6", modes)
+        self.assertEqual(len(comparisons), 25)
+        for c in comparisons:
+            self.assertLess(abs(st.eigenvalue(c.row) - c.reference), 3e-3 * abs(c.reference))
+        statistics = es.statistics(comparisons)
+        self.assertEqual(statistics.covered, {"frequency": 25, "growth": 25})
+        self.assertLess(max(statistics.median.values()), 4)
+
+    def test_what_is_refused(self):
+        self.write("brake.msh", element_files.msh2(brake(4)))
+        for settings, words in [({"Discretization/Degree": 4}, "Degree = 4"),
+                                ({"Refinement/Strategy": "uniform", "Refinement/Cycles": 2}, "uniform"),
+                                ({"Refinement/Contact edge levels": 1}, "Contact edge levels"),
+                                ({"Static equilibrium/Linear solver": "iterative"}, "iterative")]:
+            self.write("brake.prm", {**BRAKE, **settings})
+            result = st.run("brake.prm", directory=self.directory, timeout=60)
+            self.assertEqual(result.returncode, 2, (settings, result.stdout + result.stderr))
+            self.assertIn("Mesh/Tetrahedra", result.stderr)
+            self.assertIn(words, result.stderr)
+            self.assertIn("divided", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
