@@ -273,7 +273,14 @@ namespace squeal
   template <int dim>
   DenseMatrix CellResiduals<dim>::reference_derivatives(const DenseMatrix &functions) const
   {
-    return now->testing.transpose() * functions;
+    return of_cells.testing.transpose() * functions;
+  }
+
+  template <int dim>
+  DenseMatrix CellResiduals<dim>::reference_derivatives(const ElementShape shape,
+                                                        const DenseMatrix &functions) const
+  {
+    return of_elements.at(shape).testing.transpose() * functions;
   }
 
   template <int dim>

@@ -84,9 +84,9 @@ namespace squeal
     Functions &of = functions_of(element.shape);
     if (of.derivatives_of_moves.values.empty())
     {
-      of.derivatives_of_moves = integrals.reference_derivatives(of.moves_at_nodes);
-      of.derivatives_of_all =
-          integrals.reference_derivatives(side_by_side(of.moves_at_nodes, of.base_at_nodes));
+      of.derivatives_of_moves = integrals.reference_derivatives(element.shape, of.moves_at_nodes);
+      of.derivatives_of_all   = integrals.reference_derivatives(
+            element.shape, side_by_side(of.moves_at_nodes, of.base_at_nodes));
     }
     const DenseMatrix &derivatives = with_base ? of.derivatives_of_all : of.derivatives_of_moves;
     DenseMatrix result(dim * derivatives.n_columns, dim * derivatives.n_columns);

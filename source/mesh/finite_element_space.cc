@@ -59,6 +59,12 @@ namespace squeal
     Constraints resolve(const Constraints &seen, const IndexSet &owned, const IndexSet &relevant,
                         const MPI_Comm comm)
     {
+      if (Utilities::MPI::n_mpi_processes(comm) == 1)
+      {
+        Constraints resolved(seen);
+        resolved.close();
+        return resolved;
+      }
       using Line = std::vector<std::pair<Node, double>>;
       std::map<Node, Line> lines;
       IndexSet known = owned;
@@ -105,9 +111,11 @@ namespace squeal
     }
 
     /// Interpolates the nodes of cells of divided elements from the elements' own ones, for
-    /// functions of a degree. What a rank sees a part of alone, none of its nodes is on.
+    /// functions of a degree. What a rank sees a part of alone, none of its nodes is on. With @p
+    /// at_boundary only nodes of cells at the boundary get their interpolation, and others none:
+    /// of a space for integrals over whole elements and over surfaces these are never asked for.
     void add_elements(const DoFHandler<3> &nodes, const OwnElements &own, const unsigned int degree,
-                      Constraints &lines)
+                      const bool at_boundary, Constraints &lines)
     {
       ElementInterpolation interpolation(nodes.get_fe().get_unit_support_points(),
                                          nodes.get_fe().degree, degree);
@@ -120,6 +128,8 @@ namespace squeal
           continue;
         for (const auto &cell : element.cells)
         {
+          if (at_boundary && !cell->at_boundary())
+            continue;
           const ElementInterpolation::Table &table =
               interpolation.of(own.shapes[element.element], own.cells[cell->index()].between);
           cell->get_dof_indices(local);
@@ -137,6 +147,18 @@ namespace squeal
           }
         }
       }
+      for (const auto &cell : nodes.active_cell_iterators())
+        if (at_boundary && !cell->is_artificial() && cell->level() == 0 && own.has(cell->index()))
+        {
+          const OwnElements::Cell &of_cell = own.cells[cell->index()];
+          const ElementInterpolation::Table &table =
+              interpolation.of(own.shapes[of_cell.element], of_cell.between);
+          cell->get_dof_indices(local);
+          for (unsigned int a = 0; a < local.size(); ++a)
+            if (table.own[a] < 0 && lines.can_store_line(local[a]) &&
+                !lines.is_constrained(local[a]))
+              lines.add_line(local[a]);
+        }
     }
 
     /// Nodes that share a matrix entry with an own node although no cell near here has them: the
@@ -286,20 +308,25 @@ namespace squeal
     const Constraints before_elements(seen);
     if constexpr (dim == 3)
       if (!geometry.own.empty())
-        add_elements(nodes, geometry.own, fe.degree, seen);
-    shape_cells(resolve(seen, owned, relevant_nodes, comm));
+        add_elements(nodes, geometry.own, fe.degree, is_enriched(), seen);
+    hanging = resolve(seen, owned, relevant_nodes, comm);
+    shape_cells(hanging);
     if (geometry.is_periodic())
       DoFTools::make_periodicity_constraints(nodes, geometry.periodic.first,
                                              geometry.periodic.second, 0, seen);
-    relevant_nodes.add_indices(
-        coupled_nodes(nodes, resolve(seen, owned, relevant_nodes, comm), comm));
-    hanging        = resolve(seen, owned, relevant_nodes, comm);
+    // One rank alone knows all from the beginning.
+    if (geometry.is_periodic() || Utilities::MPI::n_mpi_processes(comm) > 1)
+    {
+      relevant_nodes.add_indices(
+          coupled_nodes(nodes, resolve(seen, owned, relevant_nodes, comm), comm));
+      hanging = resolve(seen, owned, relevant_nodes, comm);
+    }
     relevant_nodes = hanging.get_local_lines();
     if constexpr (dim == 3)
       if (!geometry.own.empty())
       {
         Constraints of_multipliers(before_elements);
-        add_elements(nodes, geometry.own, multiplier_degree, of_multipliers);
+        add_elements(nodes, geometry.own, multiplier_degree, is_enriched(), of_multipliers);
         multiplier_lines = resolve(of_multipliers, owned, relevant_nodes, comm);
       }
     const Constraints &lines = lines_of(dim);
@@ -436,7 +463,7 @@ namespace squeal
     FEValues<dim> shapes(mapping, fe, points.get_quadrature(), update_jacobians);
     unsigned int n_inverted = 0;
     for (const auto &cell : nodes.active_cell_iterators())
-      if (cell->is_locally_owned())
+      if (cell->is_locally_owned() && !(cell->level() == 0 && geometry.own.has(cell->index())))
       {
         shapes.reinit(cell);
         double smallest = std::numeric_limits<double>::infinity();

@@ -61,10 +61,26 @@ namespace squeal
            (window.maximum_frequency - window.minimum_frequency) / (c * rotor.thickness);
   }
 
+  double cells_like(const OwnElements &elements, const unsigned int degree)
+  {
+    const double p = degree, cell = std::pow(p + 1, 3);
+    double sum = 0;
+    for (const ElementShape shape : elements.shapes)
+    {
+      const double functions = shape == ElementShape::tetrahedron ? (p + 1) * (p + 2) * (p + 3) / 6
+                               : shape == ElementShape::wedge     ? (p + 1) * (p + 1) * (p + 2) / 2
+                                                                  : cell;
+      sum += std::pow(functions / cell, 2);
+    }
+    return sum;
+  }
+
   double expected_peak_mib(const RunSize &size)
   {
-    constexpr double per_rank = 196, mib = sizeof(double) * 1e-6;
-    const double libraries = size.n_ranks * per_rank;
+    // The mesh of divided elements, with what nodes of its cells are interpolated from
+    constexpr double per_rank = 196, mib = sizeof(double) * 1e-6, per_cell_of_elements = 0.012;
+    const double libraries =
+        size.n_ranks * per_rank + per_cell_of_elements * size.n_cells_of_elements;
     // Functions of a cell in the space of displacements and in that of the error bars.
     const double n = 3 * std::pow(size.degree + 1, 3), n_bars = 3 * std::pow(size.degree + 2, 3),
                  of_cells = mib * size.n_cells * n * n, of_vector = mib * size.n_unknowns;

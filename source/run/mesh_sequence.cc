@@ -1,5 +1,6 @@
 #include <squeal/run/mesh_sequence.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -130,14 +131,20 @@ namespace squeal
   RunSize MeshSequence<dim>::size_of_run(const double growth) const
   {
     const FiniteElementSpace<dim> &spaces = model.spaces();
-    return {growth * spaces.triangulation.n_global_active_cells(),
+    const OwnElements &own                = spaces.geometry.own;
+    const double n_parts                  = std::count_if(own.cells.begin(), own.cells.end(),
+                                                          [](const OwnElements::Cell &cell)
+                                                          { return cell.element != OwnElements::none; });
+    return {growth * (spaces.triangulation.n_global_active_cells() - n_parts) +
+                cells_like(own, spaces.fe.degree),
             growth * spaces.rows.size,
             spaces.fe.degree,
             Utilities::MPI::n_mpi_processes(spaces.comm),
             expected_number_of_modes(prm, plate_like_rotor(spaces)),
             prm.eigenproblem.error_bars,
             prm.eigenproblem.solver,
-            model.sectors().are_two()};
+            model.sectors().are_two(),
+            n_parts};
   }
 
   /// In three dimensions, to which the prediction was fitted, and not of iterative statics alone.

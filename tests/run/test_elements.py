@@ -1,4 +1,6 @@
-"""Tetrahedra, wedges and quadratic elements, divided into hexahedra, and decks with parts and instances."""
+"""Tetrahedra, wedges and quadratic elements, divided into hexahedra, and decks with parts and instances.
+
+test_tetrahedra.py has those at their own nodes."""
 
 import math
 import pathlib
@@ -45,9 +47,10 @@ class Elements(st.TestCase):
         """Pads of tetrahedra and of wedges on a disc of hexahedra: the brake of hexahedra within the bars; linear and
         quadratic elements with middle nodes half way, both formats and two ranks have the same modes."""
         expected, _ = self.run_mesh(pads_of(8))
+        settings = {"Mesh/Tetrahedra": "divided"}
         for n_corners, kind in [(4, "tetrahedron"), (6, "wedge")]:
             with self.subTest(kind):
-                modes, log = self.run_mesh(pads_of(n_corners))
+                modes, log = self.run_mesh(pads_of(n_corners), settings=settings)
                 self.assertWithinBars(modes, expected)
                 n = {4: 2 * 6 * 6, 6: 2 * 6 * 2}[n_corners]  # two pads of six cells
                 self.assertIn(f"{n} linear {kind} elements", log)
@@ -57,7 +60,7 @@ class Elements(st.TestCase):
                 quadratic.make_quadratic({"rotor": element_files.on_circle})
                 for name, writer, ranks in [("quadratic.inp", element_files.inp, 1),
                                             ("quadratic.msh", element_files.msh2, 2)]:
-                    self.assertEqualModes(self.run_mesh(quadratic, name, writer, ranks=ranks)[0], modes, 1e-8)
+                    self.assertEqualModes(self.run_mesh(quadratic, name, writer, settings, ranks)[0], modes, 1e-8)
 
     def test_quadratic_hexahedra(self):
         """Middle nodes on the circles that bodies follow anyway change nothing."""
@@ -100,7 +103,7 @@ class Elements(st.TestCase):
         mesh = mesh_files.brake((1, 8, 1), (1, 2, 1))
         bent = element_files.Elements(mesh, lambda name: 8 if name == "rotor" else 4)
         bent.make_quadratic(dict.fromkeys(bent.volumes, element_files.on_circle))
-        settings = {"Refinement/Strategy": "adaptive", "Refinement/Cycles": 2, "Refinement/Tolerance": 1e-3,
+        settings = {"Mesh/Tetrahedra": "divided", "Refinement/Strategy": "adaptive", "Refinement/Cycles": 2, "Refinement/Tolerance": 1e-3,
                     "Discretization/Degree": 1, "Eigenproblem/Maximum frequency": 3000}
         lists = []
         for ranks in (1, 2):
@@ -113,7 +116,8 @@ class Elements(st.TestCase):
     def test_pads_of_tetrahedra_against_reference(self):
         """C3D10 pads on a disc of hexahedra against the independent eigenvalues of table T6: 1e-3, and the bars hold."""
         self.write("t6.msh", element_files.msh2(element_files.brake_graded_at_the_clamp(4)))
-        modes = st.read_table(self.analyse(es.settings_of_file("T6", "t6.msh", 3), timeout=900) / "modes.csv")
+        settings = {**es.settings_of_file("T6", "t6.msh", 3), "Mesh/Tetrahedra": "divided"}
+        modes = st.read_table(self.analyse(settings, timeout=900) / "modes.csv")
         comparisons = es.compare("T6", modes)
         self.assertEqual(len(comparisons), 25)
         for c in comparisons:

@@ -38,6 +38,7 @@ class Part(st.TestCase):
     def solve(self, elements, **settings):
         self.write("part.msh", element_files.msh2(elements))
         results = self.analyse({**PART, **settings})
+        self.assertIn("6 rigid-body modes", (results / "log.txt").read_text())
         return st.read_table(results / "modes.csv"), st.read_table(results / "cycles.csv")[0]
 
     def test_unknowns_frequencies_and_bars(self):
@@ -45,8 +46,8 @@ class Part(st.TestCase):
         which are not long; the third power of the size and better for degree 3."""
         reference = self.solve(element_files.Elements(block(1), lambda name: 8), **{
             "Discretization/Degree": 5, "Eigenproblem/Error bars": "false"})[0]
-        exact = [row["frequency_hz"] for row in reference if row["frequency_hz"] > 100]
-        self.assertGreaterEqual(len(exact), 10)
+        exact = [row["frequency_hz"] for row in reference][:10]
+        self.assertEqual(len(exact), 10)
         largest = {}
         for n_corners, degree, per_element in ((4, 2, 10), (6, 2, 15), (4, 3, 20)):
             with self.subTest(corners=n_corners, degree=degree):
@@ -56,10 +57,8 @@ class Part(st.TestCase):
                 modes, cycle = self.solve(elements, **{"Discretization/Degree": degree})
                 if (n_corners, degree) == (4, 2):
                     self.assertEqual(cycle["dofs"], 3 * len(elements.nodes))
-                rigid = [row for row in modes if row["frequency_hz"] < 1]
-                self.assertEqual(len(rigid), 6)
                 errors = [(row["frequency_hz"] - f, row["frequency_error_hz"], f)
-                          for row, f in zip([row for row in modes if row["frequency_hz"] >= 1], exact)]
+                          for row, f in zip(modes, exact)]
                 self.assertEqual(len(errors), len(exact))
                 self.assertTrue(all(error > -1e-4 * f for error, _, f in errors), "Rayleigh-Ritz: from above")
                 self.assertTrue(all(abs(error) <= bar for error, bar, _ in errors), errors)
@@ -67,23 +66,23 @@ class Part(st.TestCase):
                 largest[n_corners, degree] = max(abs(error) / f for error, _, f in errors)
         self.assertLess(largest[4, 3], largest[4, 2] / 4)
 
-    def test_a_rigid_disc_of_tetrahedra_turns(self):
-        """A body of revolution of tetrahedra with transport: frequencies of waves split as those of hexahedra do, and
+    def test_a_disc_of_tetrahedra_turns(self):
+        """A body of revolution of tetrahedra with transport: the frequencies of one of hexahedra within the bars, and
         without friction nothing grows."""
         settings = {**dict.fromkeys(["Mesh/Pads", "Mesh/Contact pairs", "Mesh/Guided", "Mesh/Pressure on"], ""),
                     "Stage": "full", "Operation/Angular velocity": 100, "Eigenproblem/Maximum frequency": 2500,
-                    "Rotor/Material/Stiffness proportional damping": 0, "Eigenproblem/Error bars": "false"}
-        splits = []
+                    "Rotor/Material/Stiffness proportional damping": 0}
+        both = []
         for n_corners in (8, 4):
             elements = element_files.Elements(mesh_files.brake((2, 24, 1), pads=()), lambda name: n_corners)
             elements.make_quadratic({"rotor": element_files.on_circle})
             self.write("brake.msh", element_files.msh2(elements))
             modes = st.read_table(self.analyse({**BRAKE, **settings}) / "modes.csv")
             self.assertLess(max(abs(row["growth_rate_1_per_s"]) for row in modes), 1e-5)
-            frequencies = [row["frequency_hz"] for row in modes]
-            splits.append(max(b - a for a, b in zip(frequencies[:-1], frequencies[1:]) if b - a < 40))
-        self.assertGreater(splits[0], 10)
-        self.assertLess(abs(splits[1] / splits[0] - 1), 0.01, splits)
+            both.append(modes)
+        self.assertGreater(min(map(len, both)), 6)
+        for a, b in zip(*(modes[:7] for modes in both)):
+            self.assertLessEqual(abs(a["frequency_hz"] - b["frequency_hz"]), a["frequency_error_hz"] + b["frequency_error_hz"])
 
 
 class Brake(st.TestCase):

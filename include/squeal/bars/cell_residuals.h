@@ -52,6 +52,8 @@ namespace squeal
     /// Derivatives on the reference cell at the quadrature points of functions given by their
     /// values at the nodes of the tests, one column each: for stiffness().
     DenseMatrix reference_derivatives(const DenseMatrix &functions) const;
+    /// Likewise on an element's shape, of which one has been set.
+    DenseMatrix reference_derivatives(ElementShape shape, const DenseMatrix &functions) const;
 
     /// The stiffness K_ab^ik = int C_ijkl d_j W_a d_l W_b of those functions on the cell: entry (i
     /// n

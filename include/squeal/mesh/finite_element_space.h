@@ -174,6 +174,11 @@ namespace squeal
 
   private:
     using NodeVector = dealii::LinearAlgebra::distributed::Vector<double>;
+    /// Whether it is of a higher degree than the one that it was made from.
+    bool is_enriched() const
+    {
+      return multiplier_degree > 1;
+    }
     static unsigned int to_equation(const double value)
     {
       return value < 0 ? none : static_cast<unsigned int>(value);

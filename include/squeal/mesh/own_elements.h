@@ -49,7 +49,7 @@ namespace squeal
   };
 
   /// How the nodes of the cells of divided elements follow from the elements' own nodes
-  /// (theory.md, section 8).
+  /// (theory.md, section 13).
   ///
   /// A polynomial of degree p on an element is one of degree p in each coordinate of each of its
   /// cells, because barycentric coordinates are linear in each coordinate of a cell. So the

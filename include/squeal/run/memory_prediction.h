@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/mesh/own_elements.h>
 #include <squeal/parameters/parameters.h>
 
 #include <mpi.h>
@@ -18,6 +19,9 @@ namespace squeal
     bool error_bars;
     ModeSolver solver = ModeSolver::block_krylov;
     bool is_halved    = true; ///< in parity sectors, so that factors are those of a half
+    /// Cells of elements with own polynomials; in n_cells such elements count as cells with as many
+    /// entries in their matrices.
+    double n_cells_of_elements = 0;
   };
 
   /// A rotor as a plate: area, m^2, and thickness, m.
@@ -25,6 +29,9 @@ namespace squeal
   {
     double area, thickness;
   };
+
+  /// Elements with own polynomials as a number of cells of that degree with as many entries.
+  double cells_like(const OwnElements &elements, unsigned int degree);
 
   /// The plate with the volume of a rotor between two radii, m, and half of its surface, m^2, or
   /// the annulus, whichever is less: a rotor beside the axis is no ring, a hat has more surface
