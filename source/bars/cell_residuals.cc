@@ -7,6 +7,11 @@
 #include <algorithm>
 #include <cmath>
 
+// Operators on many functions at once. reinit() sets the points of a cell, or of an element with
+// own polynomials; apply() evaluates all functions there, puts in their place what is tested with
+// values and derivatives, point by point, and tests it; stiffness() is that of few functions of one
+// body.
+
 namespace squeal
 {
   using namespace dealii;

@@ -113,8 +113,8 @@ namespace squeal::tests::own_elements_tests
       // Together they are independent.
       std::vector<Point<3>> many;
       for (unsigned int k = 0; k < 200; ++k)
-        many.emplace_back(std::fmod(0.754877 * k, 1), std::fmod(0.569840 * k, 1),
-                          std::fmod(0.430159 * k, 1));
+        many.emplace_back(std::fmod(0.819173 * k, 1), std::fmod(0.671044 * k, 1),
+                          std::fmod(0.549700 * k, 1));
       const DenseMatrix base = functions.base_at(many), added = functions.added_at(many);
       std::vector<double> values_of_all = base.values;
       values_of_all.insert(values_of_all.end(), added.values.begin(), added.values.end());
