@@ -67,6 +67,6 @@ namespace squeal
     }
     const std::vector<Complex> values = corrections.values();
     for (unsigned int j = 0; j < n; ++j)
-      modes.lambda[j] -= values[j];
+      modes.lambda[j] -= modes.lambda[j].imag() == 0 ? values[j].real() : values[j];
   }
 } // namespace squeal

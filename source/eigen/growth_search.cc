@@ -1,6 +1,7 @@
 #include <squeal/base/text.h>
 #include <squeal/eigen/growth_search.h>
 #include <squeal/eigen/left_vectors.h>
+#include <squeal/eigen/window.h>
 #include <squeal/equations/term_list.h>
 #include <squeal/linalg/compressed_rows.h>
 #include <squeal/projection/backward_error.h>
@@ -271,10 +272,16 @@ namespace squeal
                                     [&](const Complex &l)
                                     { return grows_beyond_disc(l, options.max_imaginary); }));
       complete_left_vectors(problem, result.modes);
+      const unsigned int n_found = result.modes.size();
+      result.modes = result.modes.select(modes_beyond_rounding_of_mass(problem, result.modes));
       result.modes.backward_error = BackwardError(problem)(result.modes);
       result.proof.beyond         = text_of(result.modes.size(),
                                             " modes of the window grow outside of that disc, listed; all "
                                                     "eigenvalues were computed");
+      if (n_found > result.modes.size())
+        result.proof.beyond += text_of("; ", n_found - result.modes.size(),
+                                       " others left out, of motions whose mass is zero within "
+                                       "rounding");
       return result;
     }
   } // namespace

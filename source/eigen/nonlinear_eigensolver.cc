@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -46,8 +47,8 @@ namespace squeal
     /// Factors of the quadratic problem at a shift, and what it found in a region.
     struct Start
     {
-      std::vector<Complex> lambda;
-      MultiVector right, left; ///< real spans of the vectors
+      std::vector<Complex> lambda; ///< without overdamped ones, whose vectors may be there
+      MultiVector right, left;     ///< real spans of the vectors
       std::shared_ptr<const Factorization> factorization;
       double shift = 0;
     };
@@ -75,6 +76,11 @@ namespace squeal
       {
         return left.pairs;
       }
+      /// Eigenvalues of the quadratic problem that lead to a mode, in the order of the pairs.
+      const std::vector<Complex> &starts() const
+      {
+        return quadratic;
+      }
 
       unsigned int n_solves  = 0;
       unsigned int n_steps   = 0; ///< of following, the last time
@@ -100,8 +106,10 @@ namespace squeal
       DavidsonMethod method();
       /// The two-sided Rayleigh corrections of the present pairs.
       std::vector<Complex> rayleigh_corrections() const;
-      /// Follows the modes in the present spaces.
-      void follow();
+      /// Follows the modes in the present spaces. Returns the numbers of those that are left.
+      std::vector<unsigned int> follow();
+      /// Keeps what is known of these modes alone.
+      void keep(const std::vector<unsigned int> &numbers);
       /// Corrects the pairs in the enlarged spaces, or follows them where they would move too far;
       /// the first time follows them. The first rank does it for all: dense results differ by
       /// rounding from rank to rank, and the way that is taken with them.
@@ -110,6 +118,10 @@ namespace squeal
       void iterate();
       /// Pairs that have not settled or whose backward errors are too large.
       std::vector<unsigned int> inaccurate(unsigned int step);
+      /// Remembers the present pairs if they are the most accurate ones so far; if not, begins anew
+      /// with those that are. Returns whether it has begun anew.
+      bool return_to_best();
+      [[noreturn]] void throw_not_refined() const;
       double bound(const Complex &l) const
       {
         return is_wanted(options, l) ? options.tolerance : 1e-3;
@@ -123,7 +135,13 @@ namespace squeal
       SmallPairs pairs;
       std::vector<Complex> quadratic, previous; ///< eigenvalues without the frozen terms; before
       std::vector<double> changes, errors;
-      double worst_before = std::numeric_limits<double>::infinity();
+      double worst = 0, worst_before = std::numeric_limits<double>::infinity();
+      bool has_begun_anew = false;
+      struct
+      {
+        EigenPairs right, left;
+        double worst = std::numeric_limits<double>::infinity();
+      } best;
     };
 
     DavidsonMethod Search::method()
@@ -142,7 +160,7 @@ namespace squeal
       return result;
     }
 
-    void Search::follow()
+    std::vector<unsigned int> Search::follow()
     {
       const SmallProblem &small = davidson.projected();
       const SmallPairs all =
@@ -150,17 +168,57 @@ namespace squeal
       const std::vector<unsigned int> partners = nearest_partners(quadratic, all.lambda);
       if (partners.size() < quadratic.size())
         throw SolverError("Modes of the problem with frozen moduli are missing in its own space.",
-                          {Failure::modes_missing});
+                          {Failure::modes_may_come_in});
       pairs = all.select(partners);
       pairs.right.normalise();
       pairs.left.normalise();
-      n_steps = follow_to_exact(small, pairs);
+      Followed followed = follow_to_exact(small, pairs);
+      n_steps           = followed.n_steps;
+      return std::move(followed.kept);
+    }
+
+    void Search::keep(const std::vector<unsigned int> &numbers)
+    {
+      const auto select = [&](auto &values)
+      {
+        auto all = std::exchange(values, {});
+        for (const unsigned int j : numbers)
+          if (!all.empty())
+            values.push_back(all[j]);
+      };
+      select(quadratic);
+      select(previous);
+      select(changes);
+      if (!best.right.empty())
+      {
+        best.right = best.right.select(numbers);
+        best.left  = best.left.select(numbers);
+      }
+    }
+
+    bool Search::return_to_best()
+    {
+      // Errors of right and of left vectors that have nothing to do with each other make W^T T V
+      // nearly singular in the end: then a larger space has worse pairs.
+      if (worst < best.worst)
+      {
+        best = {right.pairs, left.pairs, worst};
+        return false;
+      }
+      davidson.restart({best.right.right.real_span(), best.left.right.real_span()});
+      previous = pairs.lambda = best.right.lambda;
+      pairs.right             = davidson.coordinates(best.right.right, Side::right);
+      pairs.left              = davidson.coordinates(best.left.right, Side::left);
+      has_begun_anew          = true;
+      return true;
     }
 
     void Search::update(const bool first_time)
     {
       const MPI_Comm comm     = right.problem.rows.comm;
-      const unsigned int size = davidson.n_columns(), n = quadratic.size();
+      const unsigned int size = davidson.n_columns();
+      std::vector<unsigned int> kept(quadratic.size());
+      std::iota(kept.begin(), kept.end(), 0u);
       pairs.right.resize_rows(size);
       pairs.left.resize_rows(size);
       int rank = 0;
@@ -168,9 +226,18 @@ namespace squeal
       work_apart(comm,
                  [&]
                  {
-                   if (rank == 0 && (first_time || !correct_exact(davidson.projected(), pairs)))
-                     follow();
+                   if (rank > 0 || (!first_time && correct_exact(davidson.projected(), pairs)))
+                     return;
+                   // The quadratic problem's modes are no longer in a space that has begun anew.
+                   if (has_begun_anew)
+                     throw_not_refined();
+                   kept = follow();
                  });
+      unsigned int n = kept.size();
+      MPI_Bcast(&n, 1, MPI_UNSIGNED, 0, comm);
+      kept.resize(n);
+      MPI_Bcast(kept.data(), n, MPI_UNSIGNED, 0, comm);
+      keep(kept);
       if (rank > 0)
         pairs = {
             std::vector<Complex>(n), ComplexDenseMatrix(size, n), ComplexDenseMatrix(size, n), {}};
@@ -217,20 +284,21 @@ namespace squeal
     {
       changes.resize(pairs.size(), 1);
       errors.resize(pairs.size());
-      const std::vector<Complex> corrections =
-          step == 0 ? rayleigh_corrections() : std::vector<Complex>();
+      const std::vector<Complex> corrections = rayleigh_corrections();
       std::vector<unsigned int> result;
-      double worst = 0;
+      worst = 0;
       for (unsigned int j = 0; j < pairs.size(); ++j)
       {
         const Complex l = pairs.lambda[j];
         // The eigenvalue must have settled, too, or be so uncertain by rounding that its changes
         // do not become smaller.
-        constexpr double uncertain = 1e-5;
-        errors[j]           = std::max(right.pairs.backward_error[j], left.pairs.backward_error[j]);
-        const double change = std::abs(step == 0 ? corrections[j] : l - previous[j]) / std::abs(l);
-        const bool settled  = change <= bound(l) || (change <= uncertain && change >= changes[j]);
-        changes[j]          = change;
+        constexpr double uncertain = 1e-5, infinity = std::numeric_limits<double>::infinity();
+        errors[j] = std::max(right.pairs.backward_error[j], left.pairs.backward_error[j]);
+        const double change =
+            std::min(std::abs(corrections[j]), step == 0 ? infinity : std::abs(l - previous[j])) /
+            std::abs(l);
+        const bool settled = change <= bound(l) || (change <= uncertain && change >= changes[j]);
+        changes[j]         = change;
         if (errors[j] > bound(l) || !settled)
           result.push_back(j);
         if (is_wanted(options, l))
@@ -246,6 +314,15 @@ namespace squeal
       return result;
     }
 
+    void Search::throw_not_refined() const
+    {
+      throw SolverError(
+          text_of("The modes of the problem with moduli that depend on the frequency have "
+                  "backward errors of ",
+                  best.worst, " at best."),
+          {Failure::pairs_not_refined});
+    }
+
     EigenPairs Search::run(MultiVector of_right, MultiVector of_left,
                            const std::vector<Complex> &eigenvalues)
     {
@@ -258,16 +335,13 @@ namespace squeal
         const std::vector<unsigned int> open = inaccurate(step);
         if (open.empty())
           return std::nullopt;
+        if (return_to_best())
+          return BothSides{MultiVector(right.problem.rows, 0), MultiVector(right.problem.rows, 0)};
         return BothSides{right.pairs.right.columns(open).real_span(),
                          left.pairs.right.columns(open).real_span()};
       };
       if (!davidson.run(correct))
-        throw SolverError(
-            text_of("The modes of the problem with moduli that depend on the frequency have "
-                    "backward errors up to ",
-                    *std::max_element(errors.begin(), errors.end()), " after ", method().most_steps,
-                    " corrections."),
-            {Failure::pairs_not_refined});
+        throw_not_refined();
       return std::move(right.pairs);
     }
 
@@ -289,6 +363,66 @@ namespace squeal
                     100 * (search_radius(1) - 1), " % beyond the end only."),
             {Failure::modes_may_come_in});
     }
+
+    /// What a solver has kept of its disc, and the modes that grow outside of it.
+    Start kept_start(EigenSolution &solution, const EigensolverOptions &options)
+    {
+      Start start;
+      start.factorization = solution.reuse.factorization;
+      start.lambda        = solution.reuse.disc_lambda;
+      start.right         = std::move(solution.reuse.disc_right);
+      start.left          = std::move(solution.reuse.disc_left);
+      std::vector<unsigned int> beyond;
+      for (unsigned int j = 0; j < solution.modes.size(); ++j)
+        if (std::abs(solution.modes.lambda[j]) > search_radius(options.max_imaginary))
+        {
+          beyond.push_back(j);
+          start.lambda.push_back(solution.modes.lambda[j]);
+        }
+      if (!beyond.empty())
+      {
+        start.right.append(solution.modes.right.columns(beyond).real_span());
+        start.left.append(solution.modes.left.columns(beyond).real_span());
+      }
+      start.lambda.erase(std::remove_if(start.lambda.begin(), start.lambda.end(), is_overdamped),
+                         start.lambda.end());
+      return start;
+    }
+
+    /// Modes of a solver without factors, which has searched a window as wide as the disc.
+    Start start_with_factors(const QuadraticEigenproblem &problem, const EigenSolution &solution,
+                             const EigensolverOptions &options)
+    {
+      Start start;
+      start.lambda        = solution.modes.lambda;
+      start.right         = solution.modes.right.real_span();
+      start.left          = solution.modes.left.real_span();
+      start.shift         = solution.proof.n_rigid_body_modes > 0 ? 0.1 * options.max_imaginary : 0;
+      start.factorization = std::make_shared<const Factorization>(
+          start.shift == 0 ? sum_of(problem.rows, {{1., problem.Q}})
+                           : sum_of(problem.rows, {{1., problem.Q},
+                                                   {start.shift, problem.P},
+                                                   {start.shift * start.shift, problem.M}}),
+          Factorization::Kind::lu, "the position matrix (for modes with exact moduli)");
+      return start;
+    }
+
+    std::string text_of_following(const QuadraticEigenproblem &problem,
+                                  const unsigned int n_started, const unsigned int n_steps,
+                                  const unsigned int n_kept)
+    {
+      std::string text =
+          text_of("; moduli frozen at 2 pi ", problem.frozen.front().frequency / (2 * M_PI),
+                  " Hz until there; each of ", n_started,
+                  " modes that are not overdamped was followed to the exact moduli, in ", n_steps,
+                  " steps, and no two met");
+      if (n_kept < n_started)
+        text += text_of("; ", n_started - n_kept,
+                        " of them could be followed until nearly overdamped only (damping ratio "
+                        "above ",
+                        nearly_overdamped, ") and are not listed");
+      return text;
+    }
   } // namespace
 
   EigenSolution NonlinearEigensolver::solve(const QuadraticEigenproblem &problem,
@@ -306,40 +440,13 @@ namespace squeal
     Stopwatch watch;
     Start start;
     if (solution.reuse.factorization)
-    {
-      start.factorization = solution.reuse.factorization;
-      start.lambda        = solution.reuse.disc_lambda;
-      start.right         = std::move(solution.reuse.disc_right);
-      start.left          = std::move(solution.reuse.disc_left);
-      // Those that grow outside of the disc are no part of it.
-      std::vector<unsigned int> beyond;
-      for (unsigned int j = 0; j < solution.modes.size(); ++j)
-        if (std::abs(solution.modes.lambda[j]) > search_radius(options.max_imaginary))
-        {
-          beyond.push_back(j);
-          start.lambda.push_back(solution.modes.lambda[j]);
-        }
-      if (!beyond.empty())
-      {
-        start.right.append(solution.modes.right.columns(beyond).real_span());
-        start.left.append(solution.modes.left.columns(beyond).real_span());
-      }
-    }
+      start = kept_start(solution, options);
     else
     {
       first.max_imaginary = search_radius(options.max_imaginary);
       first.min_imaginary = options.min_imaginary / search_radius(1);
       solution            = quadratic->solve(at_first, first, counting);
-      start.lambda        = solution.modes.lambda;
-      start.right         = solution.modes.right.real_span();
-      start.left          = solution.modes.left.real_span();
-      start.shift         = solution.proof.n_rigid_body_modes > 0 ? 0.1 * options.max_imaginary : 0;
-      start.factorization = std::make_shared<const Factorization>(
-          start.shift == 0 ? sum_of(problem.rows, {{1., problem.Q}})
-                           : sum_of(problem.rows, {{1., problem.Q},
-                                                   {start.shift, problem.P},
-                                                   {start.shift * start.shift, problem.M}}),
-          Factorization::Kind::lu, "the position matrix (for modes with exact moduli)");
+      start               = start_with_factors(problem, solution, options);
     }
     solution.reuse    = {};
     EigenPairs &modes = solution.modes;
@@ -350,17 +457,15 @@ namespace squeal
         transposed(*start.factorization, start.shift, true);
     Search search(problem, shift_invert, transposed, options);
     modes = search.run(std::move(start.right), std::move(start.left), start.lambda);
-    check_that_none_comes_in(start.lambda, modes.lambda, options.max_imaginary);
+    check_that_none_comes_in(search.starts(), modes.lambda, options.max_imaginary);
     attach_left_vectors(problem, std::move(search.left_pairs()), modes);
     if (problem.given)
       use_given_matrices(problem, modes);
     solution.cost.seconds.left += search.seconds_of_left;
     solution.cost.seconds.right += watch.lap() - search.seconds_of_left;
     solution.cost.n_solves += search.n_solves;
-    solution.proof.completeness += text_of(
-        "; moduli frozen at 2 pi ", problem.frozen.front().frequency / (2 * M_PI),
-        " Hz until there; each of ", start.lambda.size(),
-        " modes was followed to the exact moduli, in ", search.n_steps, " steps, and no two met");
+    solution.proof.completeness +=
+        text_of_following(problem, start.lambda.size(), search.n_steps, modes.size());
     restrict_to_window(problem, options, solution);
     return solution;
   }

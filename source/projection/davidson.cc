@@ -80,6 +80,17 @@ namespace squeal
     return x;
   }
 
+  ComplexDenseMatrix Davidson::coordinates(const ComplexMultiVector &vectors, const Side side) const
+  {
+    const MultiVector &basis = side == Side::right ? right.basis() : tests();
+    const DenseMatrix re     = inner_products(basis, vectors.re),
+                      im     = inner_products(basis, vectors.im);
+    ComplexDenseMatrix result(re.n_rows, re.n_columns);
+    for (std::size_t k = 0; k < result.values.size(); ++k)
+      result.values[k] = {re.values[k], im.values[k]};
+    return result;
+  }
+
   void Davidson::add(MultiVector columns, const Side side, BothSides &added)
   {
     method.constrain(columns, side);

@@ -171,6 +171,19 @@ namespace squeal
     modes.left.scale(factors);
   }
 
+  namespace
+  {
+    /// x^H x. Collective.
+    double square_of_column(const ComplexMultiVector &x, const unsigned int k)
+    {
+      double sum = 0;
+      for (unsigned int i = 0; i < x.row_range().n_local(); ++i)
+        sum += std::norm(x(i, k));
+      MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, x.row_range().comm);
+      return sum;
+    }
+  } // namespace
+
   void normalise(const QuadraticEigenproblem &problem, EigenPairs &modes)
   {
     const unsigned int n = modes.size();
@@ -196,10 +209,15 @@ namespace squeal
         sums[3 * k + 2] += term.derivative(modes.lambda[k]) * of_a[k];
     }
     modes.condition.clear();
+    // A motion without mass, whose eigenvalue a dashpot gives, has a length all the same.
+    const double largest = problem.M.infinity_norm();
+    const auto norm =
+        [&](const double form, const ComplexMultiVector &vectors, const unsigned int k)
+    { return std::sqrt(form > 0 ? form : largest * square_of_column(vectors, k)); };
     for (unsigned int k = 0; k < n; ++k)
     {
-      const double x_norm   = std::sqrt(sums[3 * k].real()),
-                   z_norm   = std::sqrt(sums[3 * k + 1].real());
+      const double x_norm   = norm(sums[3 * k].real(), modes.right, k),
+                   z_norm   = norm(sums[3 * k + 1].real(), modes.left, k);
       const Complex product = sums[3 * k + 2];
       modes.condition.push_back(z_norm * x_norm * std::abs(2. * modes.lambda[k]) /
                                 std::abs(product));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 namespace squeal
 {
@@ -14,6 +15,12 @@ namespace squeal
   {
     /// Eigenvalues this close, relatively, are corrected together.
     constexpr double close_neighbours = 2e-3;
+
+    /// Whether a mode grows without oscillating. It says so exactly, since there f is another one.
+    bool diverges(const Complex l)
+    {
+      return l.imag() == 0 && l.real() > 0;
+    }
 
     /// The numbers of pairs whose eigenvalues hang together by close neighbours.
     std::vector<std::vector<unsigned int>> clusters_of(const std::vector<Complex> &lambda)
@@ -29,7 +36,8 @@ namespace squeal
         for (unsigned int k = 0; k < cluster.size(); ++k)
           for (unsigned int j = 0; j < lambda.size(); ++j)
             if (const Complex l = lambda[cluster[k]];
-                !taken[j] && std::abs(lambda[j] - l) <= close_neighbours * std::abs(l))
+                !taken[j] && !diverges(l) && !diverges(lambda[j]) &&
+                std::abs(lambda[j] - l) <= close_neighbours * std::abs(l))
             {
               taken[j] = true;
               cluster.push_back(j);
@@ -100,8 +108,39 @@ namespace squeal
       return 1 - std::norm(overlap(0, 0)) < parallel;
     }
 
-    /// Corrects all pairs at one t; false if that fails: then the pairs are of no use.
-    bool correct(const SmallProblem &problem, const Complex t, SmallPairs &pairs)
+    /// The pair that cannot be corrected, and the one that it comes too near to, or itself.
+    struct Obstacle
+    {
+      unsigned int pair, other;
+    };
+
+    /// Corrects a pair by itself. Returns whether it settles.
+    bool correct_alone(const SmallProblem &problem, const Complex t, const unsigned int j,
+                       SmallPairs &pairs)
+    {
+      Complex &l             = pairs.lambda[j];
+      const bool stays_real  = diverges(l);
+      const Complex of_terms = stays_real ? t.real() : t;
+      double last            = std::numeric_limits<double>::infinity();
+      for (unsigned int step = 0; step < 15; ++step)
+      {
+        if (!is_finite(l) || !(stays_real ? diverges(l) : l.imag() > 0))
+          return false;
+        const double size   = std::abs(l),
+                     change = correct_together(problem, of_terms, l, {j}, pairs);
+        if (!is_finite(l))
+          return false;
+        // Near a double root eigenvalues settle to the root of rounding only.
+        if (change <= 1e-13 * size || (change <= 1e-9 * size && change > 0.1 * last))
+          return true;
+        last = change;
+      }
+      return false;
+    }
+
+    /// Corrects all pairs at one t. If that fails, they are of no use, and what is in the way is
+    /// returned.
+    std::optional<Obstacle> correct(const SmallProblem &problem, const Complex t, SmallPairs &pairs)
     {
       const std::vector<Complex> before = pairs.lambda;
       const auto clusters               = clusters_of(before);
@@ -117,24 +156,8 @@ namespace squeal
             break;
         }
         for (const unsigned int j : cluster)
-        {
-          double last  = std::numeric_limits<double>::infinity();
-          bool settled = false;
-          for (unsigned int step = 0; step < 15 && !settled; ++step)
-          {
-            if (!is_finite(pairs.lambda[j]) || pairs.lambda[j].imag() <= 0)
-              return false;
-            const double size   = std::abs(pairs.lambda[j]),
-                         change = correct_together(problem, t, pairs.lambda[j], {j}, pairs);
-            if (!is_finite(pairs.lambda[j]))
-              return false;
-            // Near a double root eigenvalues settle to the root of rounding only.
-            settled = change <= 1e-13 * size || (change <= 1e-9 * size && change > 0.1 * last);
-            last    = change;
-          }
-          if (!settled)
-            return false;
-        }
+          if (!correct_alone(problem, t, j, pairs))
+            return Obstacle{j, j};
       }
       for (const std::vector<unsigned int> &cluster : clusters)
         for (const unsigned int j : cluster)
@@ -142,45 +165,75 @@ namespace squeal
           {
             if (k == j)
               continue;
-            if (are_one(pairs, j, k))
-              return false;
             const bool is_close = std::find(cluster.begin(), cluster.end(), k) != cluster.end();
-            if (!is_close &&
-                2 * std::abs(pairs.lambda[j] - before[j]) > std::abs(before[k] - before[j]))
-              return false;
+            if (are_one(pairs, j, k) || (!is_close && 2 * std::abs(pairs.lambda[j] - before[j]) >
+                                                          std::abs(before[k] - before[j])))
+              return Obstacle{j, k};
           }
+      return std::nullopt;
+    }
+
+    double damping_ratio(const Complex l)
+    {
+      return -l.real() / std::abs(l);
+    }
+
+    /// Leaves out the pair in the way that is damped more strongly. Returns whether there is one
+    /// that is nearly overdamped.
+    bool leave_out_overdamped(const Obstacle &obstacle, SmallPairs &pairs,
+                              std::vector<unsigned int> &kept)
+    {
+      const unsigned int j =
+          damping_ratio(pairs.lambda[obstacle.pair]) >= damping_ratio(pairs.lambda[obstacle.other])
+              ? obstacle.pair
+              : obstacle.other;
+      if (!(damping_ratio(pairs.lambda[j]) > nearly_overdamped))
+        return false;
+      std::vector<unsigned int> others(pairs.size());
+      std::iota(others.begin(), others.end(), 0u);
+      others.erase(others.begin() + j);
+      kept.erase(kept.begin() + j);
+      pairs = pairs.select(others);
       return true;
     }
   } // namespace
 
-  unsigned int follow_to_exact(const SmallProblem &problem, SmallPairs &pairs)
+  Followed follow_to_exact(const SmallProblem &problem, SmallPairs &pairs)
   {
-    constexpr double shortest = 1e-3;
-    unsigned int n_steps      = 0;
+    constexpr double shortest = 1e-3, after_loss = 0.1;
+    Followed result;
+    result.kept.resize(pairs.size());
+    std::iota(result.kept.begin(), result.kept.end(), 0u);
     double s = 0, step = 1;
     while (s < 1)
     {
       const double next = std::min(1., s + step);
       SmallPairs trial  = pairs;
-      if (correct(problem, Complex(next, next * (1 - next) / 5), trial))
+      const std::optional<Obstacle> obstacle =
+          correct(problem, Complex(next, next * (1 - next) / 5), trial);
+      if (!obstacle)
       {
         pairs = std::move(trial);
         s     = next;
         step *= 2;
-        ++n_steps;
+        ++result.n_steps;
       }
       else if ((step /= 2) < shortest)
-        throw SolverError("The modes could not be followed from the problem with frozen moduli to "
-                          "the one with moduli that depend on the frequency.",
-                          {Failure::modes_missing});
+      {
+        if (!leave_out_overdamped(*obstacle, pairs, result.kept))
+          throw SolverError("The modes could not be followed from the problem with frozen moduli "
+                            "to the one with moduli that depend on the frequency.",
+                            {Failure::modes_may_come_in});
+        step = after_loss;
+      }
     }
-    return n_steps;
+    return result;
   }
 
   bool correct_exact(const SmallProblem &problem, SmallPairs &pairs)
   {
     SmallPairs trial = pairs;
-    if (!correct(problem, 1, trial))
+    if (correct(problem, 1, trial))
       return false;
     pairs = std::move(trial);
     return true;

@@ -93,6 +93,35 @@ class Matrices(st.TestCase):
             self.assertSameModes([st.eigenvalue(mode) for mode in modes], [2, 1j], 1e-10)
             self.assertEqual([mode["verdict"] for mode in modes], ["divergence", "marginal"])
 
+    def test_mass_within_rounding(self):
+        """A motion (1, -1) whose mass is rounding of either sign has no mode; with a mass that is clearly negative there is
+        no problem. A dashpot without mass under a negative spring diverges with l = k/c and has finite numbers."""
+        self.write("stiffness.mtx", array([9, -7], [-7, 9]))
+        case = {"Scene": "matrices", "Eigenproblem/Maximum frequency": 1, "Matrices/Mass": "mass.mtx",
+                "Matrices/Stiffness": "stiffness.mtx", "Matrices/Velocity": "damping.mtx"}
+        for solver in "block_krylov", "dense":
+            settings = {**case, "Eigenproblem/Solver": solver}
+            self.write("damping.mtx", array([0.1, 0.1], [0.1, 0.1]))
+            for rounding in (-1e-10, -1e-15, 1e-10):
+                self.write("mass.mtx", array([1, 1 - rounding], [1 - rounding, 1]))
+                results = self.analyse(settings)
+                self.assertSameModes([st.eigenvalue(row) for row in st.read_table(results / "modes.csv")],
+                                     [-0.05 + 1j * math.sqrt(1 - 0.05**2)], 1e-9)
+                text = (results / "log.txt").read_text()
+                self.assertNotIn("nan", text)
+                if rounding == -1e-10:
+                    self.assertIn("mass is zero within rounding", text)
+            self.write("mass.mtx", array([1, 1.001], [1.001, 1]))
+            self.assertSettingsRefused(settings, "Matrices/Mass", "indefinite", "1 of its eigenvalues")
+        self.write("mass.mtx", array([1, 0], [0, 0]))
+        self.write("damping.mtx", array([0, 0], [0, 2]))
+        self.write("stiffness.mtx", array([1, 0], [0, -3]))
+        results = self.analyse({**case, "Eigenproblem/Solver": "dense"})
+        divergence, mode = st.read_table(results / "modes.csv")
+        self.assertAlmostEqual(divergence["growth_rate_1_per_s"], 1.5, delta=1e-9)
+        self.assertEqual((divergence["verdict"], mode["verdict"]), ("divergence", "marginal"))
+        self.assertNotIn("nan", (results / "modes.csv").read_text() + (results / "log.txt").read_text())
+
     def test_skew_velocity_term(self):
         # A spinning point mass: l^2 + 2 i w l + ... splits w_0 = 1 into sqrt(1 + g^2) -+ g with M = I, P = 2 g J.
         g = 0.3

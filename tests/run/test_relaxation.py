@@ -18,6 +18,13 @@ import test_matrix_export as matrix_export  # noqa: E402
 from test_brake_reference import MESH  # noqa: E402
 
 
+LOSSY_PADS = {"Pads/Material/Loss factor": 0.166428, "Pads/Material/Young modulus": 43875900000.0, "Pads/Pressure": 950890.0,
+              "Pads/Material/Density": 2216.74, "Pads/Material/Poisson ratio": 0.275, "Rotor/Material/Young modulus": 1.16858e11,
+              "Operation/Angular velocity": 4.51675, "Contact/Steady pressure": "uniform", "Contact/Friction/Law": "falling",
+              "Contact/Friction/Coefficient": 0.0561, "Contact/Friction/Coefficient at speed": 0.02805,
+              "Contact/Friction/Decay speed": 3.49324}
+
+
 def diagonal(*values):
     entries = [f"{i} {i} {value!r}\n" for i, value in enumerate(values, 1)]
     return f"%%MatrixMarket matrix coordinate real general\n{len(values)} {len(values)} {len(values)}\n" + "".join(entries)
@@ -88,6 +95,70 @@ class Oscillators(st.TestCase):
                                    delta=1e-9)
             damping = sum(row["growth_rate_1_per_s"] for row in causes if row["origin"] == "material damping")
             self.assertAlmostEqual(damping, mode["growth_rate_1_per_s"], delta=1e-9)
+
+
+class Overdamped(st.TestCase):
+    """Two masses, one of them on a strong dashpot: its eigenvalues are real, and no modes. Modes that come near the real axis,
+    and eigenvalues that are real and grow."""
+
+    STIFFNESS, RELAXED = ((100, -20), (-20, 400)), ((0, 0), (0, 0))
+
+    def matrices(self, damping, stiffness=STIFFNESS, relaxed=RELAXED):
+        for name, ((a, b), (c, d)) in {"m": ((1, 0), (0, 1)), "c": damping, "k": stiffness, "z": relaxed}.items():
+            self.write(name + ".mtx", "%%MatrixMarket matrix coordinate real general\n2 2 4\n"
+                       f"1 1 {a}\n1 2 {b}\n2 1 {c}\n2 2 {d}\n")
+        self.terms = damping, stiffness, relaxed
+        return {"Scene": "matrices", "Matrices/Mass": "m.mtx", "Matrices/Velocity": "c.mtx", "Matrices/Stiffness": "z.mtx",
+                "Matrices/Viscoelastic 1/Stiffness": "k.mtx", "Eigenproblem/Maximum frequency": 20}
+
+    def root(self, f, near):
+        """A root of det(l^2 + l C + Z + f(l) K) by the secant method."""
+        def determinant(l):
+            a = [[(i == j) * l * l + l * c + z + f(l) * k for j, (c, z, k) in enumerate(zip(*rows))]
+                 for i, rows in enumerate(zip(self.terms[0], self.terms[2], self.terms[1]))]
+            return a[0][0] * a[1][1] - a[0][1] * a[1][0]
+
+        before, l = near, near * (1 + 1e-4)
+        for _ in range(50):
+            rise = determinant(l) - determinant(before)
+            if rise == 0:
+                break
+            before, l = l, l - determinant(l) * (l - before) / rise
+        return l
+
+    def test_dashpot(self):
+        case = self.matrices(((1, 0), (0, 100)))
+        section = "Matrices/Viscoelastic 1/"
+        z = (lambda l: (l * 0.02) ** 0.6)
+        for law, f in [({"Loss factor": 0.05}, lambda l: 1 + 0.05j), ({"Loss factor": 1e-9}, lambda l: 1 + 1e-9j),
+                       ({"Prony series": "0.3 : 0.05"}, lambda l: 1 + 0.3 * l * 0.05 / (1 + l * 0.05)),
+                       ({"Fractional Zener": "1.5 : 0.02 : 0.6"}, lambda l: (1 + 1.5 * z(l)) / (1 + z(l)))]:
+            settings = {**case, **{section + key: value for key, value in law.items()}}
+            with self.subTest(law):
+                self.assertSameModes(self.eigenvalues(settings), [self.root(f, -0.5 + 10j)], 1e-10)
+        self.assertAlmostEqual(self.root(lambda l: 1 + 0.05j, -0.5 + 10j), -0.768922963184 + 2j * math.pi * 1.58915824335,
+                               delta=1e-10)
+
+    def test_becomes_overdamped(self):
+        """Critical damping is 2 sqrt(k): the frozen stiffness is the glassy one, the exact one of slow motions half of that."""
+        case = self.matrices(((1, 0), (0, 48)), stiffness=((100, 0), (0, 400)))
+        results = self.analyse({**case, "Matrices/Viscoelastic 1/Prony series": "1 : 0.01"})
+        self.assertSameModes([st.eigenvalue(row) for row in st.read_table(results / "modes.csv")],
+                             [self.root(lambda l: 1 + l * 0.01 / (1 + l * 0.01), -1 + 10j)], 1e-10)
+        self.assertIn("1 of them could be followed until nearly overdamped only", (results / "log.txt").read_text())
+
+    def test_divergence(self):
+        """There is no hysteresis on the real axis; relaxation is there."""
+        case = self.matrices(((1, 0), (0, 1)), relaxed=((-500, 0), (0, 0)))
+        for law, f in [({"Loss factor": 0.05}, (lambda l: 1, lambda l: 1 + 0.05j)),
+                       ({"Prony series": "0.3 : 0.05"}, 2 * (lambda l: 1 + 0.3 * l * 0.05 / (1 + l * 0.05),))]:
+            for solver in "block_krylov", "dense":
+                results = self.analyse({**case, "Eigenproblem/Solver": solver,
+                                        **{"Matrices/Viscoelastic 1/" + key: value for key, value in law.items()}})
+                table = st.read_table(results / "modes.csv")
+                self.assertSameModes([st.eigenvalue(row) for row in table],
+                                     [self.root(f[0], 19.5), self.root(f[1], -0.6 + 20j)], 1e-10)
+                self.assertEqual([row["verdict"] for row in table], ["divergence", "stable"])
 
 
 @unittest.skipUnless((st.SHARED / "data/nlevp").exists(), "the matrices are not there")
@@ -218,6 +289,17 @@ class Brake(BrakeCase):
             total = sum(row["growth_rate_1_per_s"] for row in contributions if row["mode"] == mode["mode"])
             self.assertAlmostEqual(total, mode["growth_rate_1_per_s"], delta=1e-6 * 2 * math.pi * mode["frequency_hz"])
             self.assertGreater(mode["growth_rate_error_1_per_s"], 0)
+
+    def test_small_tolerances(self):
+        """Spaces of right and of left vectors that have nothing to do with each other are begun anew."""
+        lining = {"Pads/Material/Fractional Zener": "1.6 : 5e-05 : 0.6", "Eigenproblem/Error bars": "false"}
+        for settings in ({**st.TINY_BRAKE, **lining, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Tolerance": 1e-11},
+                         {**st.DENSE_BRAKE, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Solver": "dense",
+                          **LOSSY_PADS}):
+            table = st.read_table(self.analyse(settings) / "modes.csv")
+            self.assertTrue(table)
+            for row in table:
+                self.assertLessEqual(row["backward_error"], settings["Eigenproblem/Tolerance"])
 
     def test_sensitivities(self):
         pads = self.PADS

@@ -11,6 +11,15 @@ namespace squeal
   /// Whether an eigenvalue is in the window.
   bool is_wanted(const EigensolverOptions &options, const std::complex<double> &l);
 
+  /// The numbers of the modes, of which left vectors are known, whose eigenvalue the mass matrix
+  /// decides by more than rounding. Where M is semi-definite, and rounding leaves a small number in
+  /// place of a zero, an infinite eigenvalue becomes l^2 = -k/m with a mass m of either sign. Then
+  /// with D = diag |M|
+  ///     |x^H M x| <= r x^H D x   and   |z^H Q'(l) x| <= r |2 l| |z|_D |x|_D,   r = 1e-8,
+  /// the second because a dashpot may give the motion without mass an eigenvalue of its own.
+  std::vector<unsigned int> modes_beyond_rounding_of_mass(const QuadraticEigenproblem &problem,
+                                                          const EigenPairs &modes);
+
   /// Leaves the modes of the window, sorted and normalised; zero eigenvalues are counted.
   void restrict_to_window(const QuadraticEigenproblem &problem, const EigensolverOptions &options,
                           EigenSolution &solution);

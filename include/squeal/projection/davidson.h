@@ -104,6 +104,8 @@ namespace squeal
     }
     /// V c or W d of coordinates in the present bases, or in the bases of before.
     ComplexMultiVector vectors(ComplexDenseMatrix coordinates, Side side) const;
+    /// The coordinates of vectors in an orthonormal basis that contains them. Collective.
+    ComplexDenseMatrix coordinates(const ComplexMultiVector &vectors, Side side) const;
 
   private:
     bool keeps_tests() const
