@@ -157,6 +157,12 @@ namespace squeal
           begin_loads();
         else if (name == "*SOLID SECTION" && keyword.has("ELSET"))
           used.insert(full_name(element_sets, keyword.value("ELSET")));
+        else if (name == "*CLOAD")
+          take = [this](const std::vector<std::string> &fields)
+          {
+            if (!names_a_node(deck_label(fields[0])))
+              used.insert(full_name(node_sets, deck_label(fields[0])));
+          };
         else if (name == "*TRANSFORM" && keyword.has("NSET"))
           used.insert(full_name(node_sets, keyword.value("NSET")));
         else if (name == "*BOUNDARY")
@@ -374,8 +380,8 @@ namespace squeal
             lines.fail("elements of type " + type +
                        "; allowed are the solids C3D4, C3D6, C3D8, C3D10, C3D15, C3D20 (also with "
                        "R, I, H, M, T and the like), and on their faces S3, S4, S6, S8, M3D3 and "
-                       "the like, which "
-                       "only name them.");
+                       "the like, which only name them. Take the others out of the deck, or mesh "
+                       "what they stand for with solids.");
           take = [this, type](const std::vector<std::string> &) { ++file.passed_over[type]; };
           return;
         }
@@ -399,7 +405,9 @@ namespace squeal
         const std::string number = std::to_string(element[0]);
         if (element.size() != element_type.n_nodes + 1)
           lines.fail("element " + number + " should have " + std::to_string(element_type.n_nodes) +
-                     " nodes, not " + std::to_string(element.size() - 1) + ".");
+                     " nodes, not " + std::to_string(element.size() - 1) +
+                     ". Write the TYPE= that has so many; a line ends with a comma where the "
+                     "element's nodes go on in the next.");
         Scope &here = scopes[instance];
         std::vector<unsigned int> nodes;
         for (unsigned int v = 0; v < element_type.n_nodes; ++v)

@@ -173,7 +173,8 @@ namespace squeal
         return true;
       }
       else if (!has_keyword && !line.empty() && line[0] != '*')
-        fail("data without a keyword before them: '" + line.substr(0, 60) + "'.");
+        fail("data without a keyword before them: '" + line.substr(0, 60) +
+             "'. A keyword begins with *, a comment with **.");
     return false;
   }
 

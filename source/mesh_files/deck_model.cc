@@ -167,15 +167,8 @@ namespace squeal
       bool take_contact()
       {
         const std::string &name = keyword.name;
-        const auto each_pair    = [&](const auto &add)
-        {
-          for (const std::vector<std::string> &fields : data)
-            if (fields.size() > 1)
-              add(deck_label(fields[0]), deck_label(fields[1]), fields);
-        };
         if (name == "*TIE" || (name == "*CONTACT PAIR" && keyword.has("TIED")))
-          each_pair([&](const std::string &first, const std::string &second, const auto &)
-                    { model.ties.emplace_back(first, second); });
+          take_ties();
         else if (name == "*CONTACT PAIR")
           each_pair(
               [&](const std::string &first, const std::string &second, const auto &) {
@@ -222,6 +215,27 @@ namespace squeal
         else
           return false;
         return true;
+      }
+
+      /// Calls add(first, second, fields) for each data line with two labels.
+      template <typename Function>
+      void each_pair(const Function &add) const
+      {
+        for (const std::vector<std::string> &fields : data)
+          if (fields.size() > 1)
+            add(deck_label(fields[0]), deck_label(fields[1]), fields);
+      }
+
+      /// The smallest tolerance of all: what it leaves free in one tie is joined in none.
+      void take_ties()
+      {
+        each_pair([&](const std::string &first, const std::string &second, const auto &)
+                  { model.ties.emplace_back(first, second); });
+        const std::string text = keyword.value("POSITION TOLERANCE");
+        const double tolerance = text.empty() ? 0 : lines.real(text);
+        if (tolerance > 0 &&
+            (model.position_tolerance == 0 || tolerance < model.position_tolerance))
+          model.position_tolerance = tolerance;
       }
 
       /// The last one of an interaction counts: steps change it.
@@ -309,7 +323,8 @@ namespace squeal
         else if (name == "*MOTION")
           take_motion();
         else if (name == "*TEMPERATURE")
-          heated = where + ": " + name;
+          heated =
+              where + ": " + name + ", which strains by *EXPANSION; without that it does nothing";
         else if (name == "*INITIAL CONDITIONS" &&
                  (keyword.value("TYPE") == "TEMPERATURE" || keyword.value("TYPE") == "FIELD"))
           pass_over();
@@ -385,18 +400,31 @@ namespace squeal
             continue;
           const std::string on = deck_label(data[row][0]), type = deck_label(data[row][1]),
                             side = keyword.name == "*DLOAD" ? deck_side_of_load(type) : "";
-          const bool is_pressure = !side.empty() || (keyword.name == "*DSLOAD" && type == "P");
-          const bool is_known    = is_pressure && factor && data[row].size() > 2;
+          const bool is_pressure = !side.empty() || (keyword.name == "*DSLOAD" && type == "P"),
+                     is_force    = keyword.name == "*CLOAD" && is_component(type);
+          const bool is_known    = (is_pressure || is_force) && factor && data[row].size() > 2;
           Load load;
-          load.pressure = {side.empty() ? on : deck_load_surface(on, side),
-                           is_known ? *factor * number(row, 2) : 0, where};
-          if (!is_known)
+          load.value = is_known ? *factor * number(row, 2) : 0;
+          load.where = where;
+          if (is_force)
+            load.component = type[0] - '1';
+          else
+            load.surface = side.empty() ? on : deck_load_surface(on, side);
+          if (!is_known && (keyword.name != "*CLOAD" || number_or_zero(row, 2) != 0))
             load.problem =
                 where + ": " + keyword.name + ", " + on + ", " + type +
-                (is_pressure ? ": the amplitude " + keyword.value("AMPLITUDE") + " is not followed"
-                             : ": read are pressures P of *DSLOAD, P1 to P6 of *DLOAD");
+                (is_pressure || is_force
+                     ? ": the amplitude " + keyword.value("AMPLITUDE") + " is not followed"
+                     : ": read are pressures P of *DSLOAD, P1 to P6 of *DLOAD, forces 1 to 3 of "
+                       "*CLOAD");
           loads[{{keyword.name, on, type}}] = load;
         }
+      }
+
+      /// Whether a label is a component of displacement.
+      static bool is_component(const std::string &label)
+      {
+        return label.size() == 1 && label[0] >= '1' && label[0] <= '3';
       }
 
       void take_motion()
@@ -423,8 +451,10 @@ namespace squeal
         for (const auto &[key, load] : loads)
           if (!load.problem.empty())
             model.not_read.emplace_back(DeckMeaning::load, load.problem);
-          else if (load.pressure.value != 0)
-            model.pressures.push_back(load.pressure);
+          else if (load.value != 0 && load.component)
+            model.forces.push_back({key[1], *load.component, load.value, load.where});
+          else if (load.value != 0)
+            model.pressures.push_back({load.surface, load.value, load.where});
         if (expands && !heated.empty())
           model.not_read.emplace_back(DeckMeaning::load, heated);
         for (const auto &[set, motion] : motions)
@@ -519,8 +549,11 @@ namespace squeal
           const bool has_constants = type == "ENGINEERINGCONSTANTS";
           if (!type.empty() && type != "ISOTROPIC" && type != "ISO" && !has_constants)
           {
-            material->problem = where + ": *ELASTIC, TYPE=" + type +
-                                "; allowed are ISOTROPIC and ENGINEERING CONSTANTS.";
+            material->problem =
+                where + ": *ELASTIC, TYPE=" + type +
+                "; allowed are ISOTROPIC and ENGINEERING CONSTANTS (E1, E2, E3, nu12, "
+                "nu13, nu23, G12, G13, G23), as which orthotropic stiffnesses can be "
+                "written.";
             return;
           }
           std::vector<double> values;
@@ -614,12 +647,13 @@ namespace squeal
               support.components.insert(d - 1);
             if (fields.size() > 3 && !fields[3].empty() && number(row, 3) != 0)
             {
-              not_read(DeckMeaning::holds, "a prescribed displacement of " + support.nodes);
+              not_read(DeckMeaning::holds,
+                       "a prescribed displacement of " + support.nodes +
+                           ": write its force as a pressure, and 0 where it holds");
               continue;
             }
           }
-          if (!support.components.empty())
-            model.supports.push_back(support);
+          model.supports.push_back(support);
         }
       }
 
@@ -632,7 +666,10 @@ namespace squeal
 
       struct Load
       {
-        DeckPressure pressure;
+        std::string surface;
+        std::optional<unsigned int> component; ///< of a force
+        double value = 0;
+        std::string where;
         std::string problem; ///< why it is not read
       };
       bool is_perturbation = false, expands = false;

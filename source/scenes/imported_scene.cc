@@ -1,6 +1,7 @@
 #include <squeal/base/errors.h>
 #include <squeal/mesh/coarse_mesh.h>
 #include <squeal/mesh_files/mesh_checks.h>
+#include <squeal/scenes/deck_doubts.h>
 #include <squeal/scenes/imported_faces.h>
 #include <squeal/scenes/imported_joints.h>
 #include <squeal/scenes/imported_supports.h>
@@ -191,6 +192,7 @@ namespace squeal
     for (const PlacedSuperelement &placed : superelements.placed)
       facts.superelements.push_back(placed.report);
     report_mesh(prm, facts, geometry);
+    geometry.report += doubts_about_deck(prm);
     check_uniform_pressure(prm.contact, joints.pairs, geometry);
     return geometry;
   }

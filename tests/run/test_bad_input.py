@@ -111,6 +111,17 @@ class BadInput(st.TestCase):
     def test_unknown_empty_subsection(self):
         self.assertFileRefused("subsection Rottor\nend\n", "bad.prm", "Rottor")
 
+    def test_byte_order_marks(self):
+        """In front of parameter files, those that they include, and tables of numbers they say nothing."""
+        mark = "\ufeff"
+        (self.directory / "more.prm").write_text(mark + "set Stage = full\n", encoding="utf-8")
+        (self.directory / "moduli.csv").write_text(
+            mark + "frequency_hz,storage_modulus_pa,loss_factor\n50,1e10,0.01\n10000,1.1e10,0.02\n", encoding="utf-8")
+        (self.directory / "mark.prm").write_text(mark + "include more.prm\nsubsection Pads\n  subsection Material\n"
+                                                 "    set Modulus table = moduli.csv\n  end\nend\n", encoding="utf-8")
+        result = st.run("--check", "mark.prm", directory=self.directory)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+
     # Matrix files
 
     def test_missing_matrix_file(self):

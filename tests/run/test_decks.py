@@ -1,5 +1,6 @@
 """Decks as the field writes them: spellings, names, supports, surfaces and joints that --from-deck reads or refuses."""
 
+import math
 import pathlib
 import subprocess
 import sys
@@ -99,11 +100,73 @@ ALL, 30., 0., 0., 1., 0., 0., 0.
 
     def test_pressures(self):
         """Faces of elements have a pressure; several pressures are refused."""
-        status, said, _ = self.from_deck(self.mesh + MODEL.replace("lower.low, P, 1e6", "lower.low, P, 3e6"))
-        self.assertEqual(status, 2, said)
-        self.assertIn("the pressure", said)
+        self.refused(self.mesh + MODEL.replace("lower.low, P, 1e6", "lower.low, P, 3e6"), "the pressures",
+                     "LOWER.LOW : 3000000, UPPER.HIGH : 1000000")
         lines = self.written(self.mesh + MODEL.replace("*DSLOAD\nupper.high, P, 1e6\n", "*DLOAD\nupper, P2, 1e6\n*DSLOAD\n"))
         self.assertIn("set Pressure on = DLOAD_UPPER_P2, LOWER.LOW", lines)
+
+    def force_deck(self, loads, more=""):
+        """Of forces instead of the pressure on the upper pad."""
+        return self.mesh + more + MODEL.replace("*DSLOAD\nupper.high, P, 1e6\n", loads + "*DSLOAD\n")
+
+    def test_forces(self):
+        """Forces on the nodes of a plane surface or on a point that is tied to one are pressures, where they are along its
+        normal and at its centre; others are refused with what to do."""
+        mesh = mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1))
+        faces = mesh.surfaces["upper.high"]
+        nodes = sorted({v for face in faces for v in face})
+        held = "*NSET, NSET=BACK\n" + "".join(f"{v + 1},\n" for v in nodes)
+        area = sum(math.dist(mesh.nodes[a], mesh.nodes[c]) * math.dist(mesh.nodes[b], mesh.nodes[d]) / 2 * abs(math.sin(
+            math.atan2(*(mesh.nodes[c][k] - mesh.nodes[a][k] for k in (1, 0))) -
+            math.atan2(*(mesh.nodes[d][k] - mesh.nodes[b][k] for k in (1, 0))))) for a, b, c, d in faces)
+        middle = [sum(mesh.nodes[v][d] for v in nodes) / len(nodes) for d in range(3)]
+        each = -1e6 * area / len(nodes)
+        for loads, more in [
+                (f"*CLOAD\nBACK, 3, {each!r}\n", held),
+                (f"*CLOAD\n900000, 3, {each * len(nodes)!r}\n",
+                 "*NODE\n900000, {}, {}, 0.1\n*COUPLING, CONSTRAINT NAME=C, REF NODE=900000, SURFACE=upper.high\n"
+                 "*DISTRIBUTING\n1, 6\n".format(*middle))]:
+            lines = self.written(self.force_deck(loads, more).replace("lower.low, P, 1e6\n", ""))
+            self.assertEqual([line for line in lines if "set Pressure on" in line],
+                             ["set Pressure on = " + ("BACK" if more == held else "UPPER.HIGH")])
+            pressure = next(float(line.split("=")[1]) for line in lines if line.startswith("set Pressure ="))
+            self.assertAlmostEqual(pressure, 1e6, delta=1)
+        for loads, word in [("*CLOAD\nBACK, 1, 5.\n", "not along the normal"), ("*CLOAD\n1, 3, 5.\n", "single nodes"),
+                            ("*CLOAD\nBACK, 4, 5.\n", "forces 1 to 3"),
+                            ("*CLOAD\nrotor.outer, 3, 5.\n", "is not plane")]:
+            with self.subTest(word):
+                self.refused(self.force_deck(loads, held), "*CLOAD", word)
+
+    def test_deck_as_a_mesh(self):
+        """A parameter file that names nothing of what the deck holds, presses and joins is warned of; one that names it is not."""
+        deck = self.mesh + MODEL.replace("*STEP", "*MPC\nTIE, 1, 2\n*STEP", 1)
+        (self.directory / "brake.inp").write_text(deck)
+        self.write("hand.prm", {**mesh_files.SCENE, "Mesh/File": "brake.inp", "Mesh/Guided": ""})
+        def warnings(name):
+            result = st.run(name, "--set", "Contact/Steady pressure=uniform", "--set", "Discretization/Degree=1", "--set",
+                            "Eigenproblem/Solver=none", directory=self.directory)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            return [line for line in result.stdout.splitlines() if line.startswith("Warning, deck")]
+
+        warning = warnings("hand.prm")[0]
+        self.assertIn("*BOUNDARY UPPER.HIGH; *BOUNDARY LOWER.LOW; brake.inp, line", warning)
+        self.assertIn("*MPC", warning)
+        for word in ("pressure", "CONTACT", "INNER"):
+            self.assertNotIn(word, warning)
+        self.written(self.mesh + MODEL)
+        self.assertFalse(warnings("brake.prm"))
+
+    def test_points_that_are_held(self):
+        """A support of a coupling's node, of rotations only, too, is no support of faces."""
+        coupling = ("*NODE\n900000, 0., 0., 0.1\n*NSET, NSET=REF\n900000\n*COUPLING, CONSTRAINT NAME=C, REF NODE=REF, "
+                    "SURFACE=upper.high\n*DISTRIBUTING\n1, 6\n")
+        mesh = mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1))
+        inner = sorted({v for face in mesh.surfaces["rotor.inner"] for v in face})
+        for support in ("REF, 4, 6", "BOTH, 1, 3"):
+            with self.subTest(support):
+                both = "".join(["*NSET, NSET=BOTH\nREF\n", *(f"{v + 1}\n" for v in inner)]) if "BOTH" in support else ""
+                self.refused(self.mesh + coupling + both + MODEL.replace("*BOUNDARY\n", "*BOUNDARY\n" + support + "\n"),
+                             "*BOUNDARY", "*COUPLING")
 
     def test_friction_and_stiffness(self):
         falling = MODEL.replace("*FRICTION\n0.4", "*FRICTION, EXPONENTIAL DECAY\n0.5, 0.3, 0.4")
@@ -115,6 +178,9 @@ ALL, 30., 0., 0., 1., 0., 0., 0.
         lines = self.written(self.mesh + MODEL.replace(
             "*FRICTION", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n1e12\n*FRICTION"))
         self.assertIn("set Penalty stiffness = 1000000000000", lines)
+        self.refused(self.mesh + MODEL.replace("lower.high, rotor.low\n", "*CONTACT PAIR, INTERACTION=J\nlower.high, rotor.low\n")
+                     .replace("*SURFACE INTERACTION", "*SURFACE INTERACTION, NAME=J\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE="
+                              "LINEAR\n1e12\n*FRICTION\n0.4\n*SURFACE INTERACTION"), "give all pairs the same one")
 
     def test_directions(self):
         """A cylinder's radius and circle together are the plane; one of them alone is no component."""
@@ -294,6 +360,9 @@ ALL, 30., 0., 0., 1., 0., 0., 0.
         deck = block(1, range(5), range(3), (0, 1)) + "{}" + beside
         lines = self.written(deck.format(block(101, (1, 2, 3), range(3), (1, 2))), "--rotor", "none")
         self.assertIn("set Ties = SMALL : BIG", lines)
+        lines = self.written(deck.format(block(101, (1, 2, 3), range(3), (1, 2))).replace("*TIE", "*TIE, POSITION TOLERANCE=0.02"),
+                             "--rotor", "none")
+        self.assertIn("set Position tolerance = 0.02", lines)
         self.assertIn("set Clamped = HELD", lines)
         half = deck.format(block(101, (3, 4, 5), range(3), (1, 2)))
         status, said, _ = self.from_deck(half, "--rotor", "none")

@@ -74,6 +74,16 @@ class Matrices(st.TestCase):
         return self.solve({"Mass": "mass.mtx", "Stiffness": "stiffness.mtx", "Circulatory": "friction.mtx"},
                           Circulatory_factor=mu)
 
+    def test_spellings(self):
+        """Exponents of Fortran, with D or without a letter, behind a byte order mark and with other ends of lines."""
+        for name, entries in (("mass", "1 1 1.0D+00\n2 2 .1d1\n"), ("stiffness", "1 1 1.1D+01\n1 2 -1.0+00\n2 1 -3.D0\n2 2 90.0-1\n")):
+            text = f"\ufeff%%MatrixMarket matrix coordinate real general\n2 2 {entries.count(chr(10))}\n{entries}"
+            (self.directory / f"{name}.mtx").write_bytes(text.replace("\n", "\r\n").encode())
+        # Eigenvalues 8 and 12 of [[11, -1], [-3, 9]]
+        found = self.eigenvalues({"Scene": "matrices", "Matrices/Mass": "mass.mtx", "Matrices/Stiffness": "stiffness.mtx",
+                                  "Eigenproblem/Maximum frequency": 1, "Eigenproblem/Solver": "dense"})
+        self.assertSameModes(found, [1j * math.sqrt(8), 1j * math.sqrt(12)], 1e-12)
+
     def test_friction(self):
         # l^2 = -10 +- sqrt(10 - 15 mu): mu_c = 2/3, w = sqrt 10
         for mu in [0, 0.4, 2 / 3 - 1e-3]:

@@ -47,6 +47,14 @@ class Package(st.TestCase):
             self.assertEqual(list(results.eigenvalues), [st.eigenvalue(row) for row in expected])
             self.assertIn("friction constant 0.25", results.log)
 
+    def test_byte_order_mark(self):
+        """Tables that another program saved with a mark in front are read as they were."""
+        table = self.directory / "t.csv"
+        table.write_text("frequency_hz,verdict\n1.5,stable\n", encoding="utf-8-sig")
+        rows = squeal.results.read_table(table)
+        self.assertEqual(rows.dtype.names, ("frequency_hz", "verdict"))
+        self.assertEqual(list(rows["frequency_hz"]), [1.5])
+
     def test_empty_fields_and_last_mesh(self):
         results = self.run_squeal("a", **{"Refinement/Strategy": "uniform", "Refinement/Cycles": 2, "Output/Fields": "none",
                                           "Output/Matrices": False, "Eigenproblem/Error bars": False, "Discretization/Degree": 1})

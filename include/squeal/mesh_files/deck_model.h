@@ -60,6 +60,15 @@ namespace squeal
     std::string where;
   };
 
+  /// A force along a component at each node of a set, or at one node.
+  struct DeckForce
+  {
+    std::string nodes;
+    unsigned int component;
+    double value;
+    std::string where;
+  };
+
   struct DeckContact
   {
     std::string first, second, interaction;
@@ -69,8 +78,8 @@ namespace squeal
   struct DeckSupport
   {
     std::string nodes;
-    std::set<unsigned int> components;
-    std::string where; ///< file and line
+    std::set<unsigned int> components; ///< none: only rotations
+    std::string where;                 ///< file and line
   };
 
   /// Springs, dashpots or masses of the elements of a set.
@@ -95,11 +104,13 @@ namespace squeal
     std::vector<DeckSection> sections;
     std::map<std::string, DeckOrientation> orientations;
     std::vector<std::pair<std::string, std::string>> ties;
+    double position_tolerance = 0; ///< the smallest of the ties; 0: none is given
     std::vector<DeckContact> contacts;
     std::map<std::string, DeckInteraction> interactions;
     std::vector<DeckTransform> transforms;
     std::vector<DeckSupport> supports;
     std::vector<DeckPressure> pressures;
+    std::vector<DeckForce> forces;
     std::map<std::string, std::vector<DeckLumpedElement>> lumped_elements; ///< by set
     std::vector<DeckLumped> lumped;
     std::map<std::string, std::string> surface_of_node; ///< couplings: reference node, surface
