@@ -300,9 +300,11 @@ class Report:
             return [f"{len(self.samples)} samples so far; probabilities follow when all are there."]
         bars = ", ".join(f"\N{PLUS-MINUS SIGN} {number(of_all[column], 2)} by the {what}"
                          for column, what in PROBABILITY_BARS if of_all.get(column))
+        if not of_all["probability"]:
+            return ["No sample has a mode in the window: that says nothing about squeal."]
         words = [f"A mode grows with a probability of {number(of_all['probability'], 3)} ({bars}), of {of_all['samples']} "
                  "samples."]
-        likely = sorted((row for row in self.probabilities if row["branch"] != "any" and float(row["probability"]) > 0),
+        likely = sorted((row for row in self.probabilities if row["branch"] != "any" and float(row["probability"] or 0) > 0),
                         key=lambda row: -float(row["probability"]))
         if likely:
             words.append("Most often " + ", ".join(f"{number(row['frequency_hz'], 5)} Hz ({number(row['probability'], 3)})"
@@ -695,7 +697,7 @@ class Report:
 
         self.figure("The largest growth rate of each sample over each uncertain number; orange samples grow, those in the "
                     "colour of undecided modes may", draw_growth)
-        shown = [row for row in self.probabilities if float(row["probability"]) > 0 or row["branch"] == "any" or
+        shown = [row for row in self.probabilities if float(row["probability"] or 0) > 0 or row["branch"] == "any" or
                  float(row.get("mesh_error") or 0) > 0]
         if shown:
             self.body.append(table(["branch", "frequency, Hz", "probability", "by samples", "by reduction", "by mesh",
@@ -703,7 +705,7 @@ class Report:
                                    [[row["branch"], number(row["frequency_hz"], 6), number(row["probability"], 4),
                                      *(number(row[column], 2) for column, _ in PROBABILITY_BARS),
                                      *(number(row[f"growth_rate_{share}_percent_1_per_s"], 4) for share in (5, 50, 95))]
-                                    for row in shown], ["unstable" if float(row["probability"]) > 0.5 else "" for row in shown]))
+                                    for row in shown], ["unstable" if float(row["probability"] or 0) > 0.5 else "" for row in shown]))
             self.note("How probable it is that a branch of modes grows, and that any does. By samples: half of the interval of "
                       "95 % that so many samples leave; by reduction and by mesh: how far the probability would move if all "
                       "growth rates were off by their errors to one side. Branches that cannot grow are in probability.csv.")

@@ -107,7 +107,7 @@ def draw(plt, directory):
                       annotation_clip=True, bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1})
     for marks, look in (([row for row in rows if float(row.get("undecided_modes") or 0) > 0],
                          {"marker": "o", "facecolors": "none", "edgecolors": "0.2", "s": 26, "label": "some mode undecided"}),
-                        ([row for row in rows if float(row["unstable_modes"]) > 0],
+                        ([row for row in rows if float(row["unstable_modes"] or 0) > 0],
                          {"marker": "x", "color": "0.2", "s": 14, "label": "some mode grows"})):
         if marks:
             axis.scatter(first.of(marks), second.of(marks), linewidths=0.9, zorder=3, clip_on=False, **look)

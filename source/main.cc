@@ -8,6 +8,7 @@
 #include <squeal/run/driver.h>
 #include <squeal/run/report.h>
 #include <squeal/scenes/deck_parameters.h>
+#include <squeal/studies/study_points.h>
 
 #include <deal.II/base/config.h>
 #include <deal.II/base/mpi.h>
@@ -304,7 +305,9 @@ namespace
                                " exists; with --overwrite it is replaced.");
     squeal::write_file(name, [&](std::ostream &out) { out << text; });
     const std::size_t list = text.find("# Passed over:");
-    return "Written: " + name + "\n" + (list == std::string::npos ? "" : text.substr(list));
+    const std::string doubt =
+        text.rfind("# Warning", 0) == 0 ? text.substr(2, text.find('\n') - 1) : "";
+    return "Written: " + name + "\n" + doubt + (list == std::string::npos ? "" : text.substr(list));
   }
 
   /// The command, the time, the machine and the revision, for the log: what a page about the run
@@ -369,7 +372,12 @@ namespace
     if (directory.empty())
       directory = "output/" + std::filesystem::path(command.filename).stem().string();
     if (command.check)
+    {
+      const std::vector<std::string> doubts = squeal::check_study(file);
       out << command.filename << ": valid\n" << squeal::describe(file.parameters(), directory);
+      for (const std::string &doubt : doubts)
+        out << doubt << "\n";
+    }
     else
       squeal::run(file, directory, comm, {command.overwrite, version(), how_called(command)});
     finish_output(out, command.check ? "" : " The results in " + directory + " are complete.");

@@ -87,6 +87,12 @@ namespace squeal
         factorization.emplace(shifted, Factorization::Kind::ldlt, counted_matrix);
       }
       numbers.push_back(n_reference_modes(problem, *factorization));
+      if (k > 0 && omegas[k] > omegas[k - 1] && numbers[k] < numbers[k - 1])
+        throw SolverError(text_of(
+            "The reference problem has ", numbers[k - 1], " modes up to ",
+            omegas[k - 1] / (2 * M_PI), " Hz and ", numbers[k], " up to ", omegas[k] / (2 * M_PI),
+            " Hz: its mass matrix has negative eigenvalues, and no search can be proven "
+            "complete."));
     }
     return numbers;
   }

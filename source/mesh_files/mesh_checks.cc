@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <sstream>
+#include <tuple>
 
 namespace squeal
 {
@@ -22,6 +23,53 @@ namespace squeal
         for (const Point<3> &x : face.nodes)
           result.add(x);
       return result;
+    }
+
+    /// What a surface that reaches along z may be instead: plane across another axis, or tilted.
+    std::string advice_on_plane(const std::vector<SurfaceFace<3>> &surface, const double allowed,
+                                const std::string &axes)
+    {
+      const Box box = box_of(surface);
+      for (unsigned int d = 0; d < 2; ++d)
+        if (box.high[d] - box.low[d] <= allowed)
+          return text_of(". It is plane across ", axes[d], " of the file: Mesh/Axis = ", axes[d],
+                         "?");
+      const FaceElement<3> element(1);
+      Tensor<1, 3> normal;
+      for (const SurfaceFace<3> &face : surface)
+        normal += element.frame(face, Point<2>(0.5, 0.5)).normal;
+      normal /= std::max(normal.norm(), 1e-300);
+      double least = 1e300, most = -1e300;
+      for (const SurfaceFace<3> &face : surface)
+        for (const Point<3> &x : face.nodes)
+        {
+          least = std::min(least, normal * x);
+          most  = std::max(most, normal * x);
+        }
+      if (most - least > allowed)
+        return ".";
+      return text_of(". It is plane, but tilted by ",
+                     number(std::acos(std::min(std::abs(normal[2]), 1.)) * 180 / M_PI, 3),
+                     " degrees against the axis ", axes[2],
+                     " of the file: is that the axis of the disc (Mesh/Axis)?");
+    }
+
+    /// What may be meant where the pad's surface is not in the rotor's plane.
+    std::string advice_on_gap(const std::string &pad_name, const Box &pad, const double gap,
+                              const double allowed, const PairSurroundings &surroundings)
+    {
+      constexpr double small = 0.01; // of the pad's size
+      if (surroundings.rotor_surfaces)
+        for (const auto &[name, box] : surroundings.rotor_surfaces())
+          if (box.high[2] - box.low[2] <= allowed &&
+              std::abs(box.low[2] + box.high[2] - pad.low[2] - pad.high[2]) <= 2 * allowed)
+            return text_of(". '", pad_name, "' lies in the plane of '", name, "': swap the pairs?");
+      if (std::abs(gap) > small * pad.low.distance(pad.high))
+        return ". That is no inaccuracy of a mesh: are the bodies where they belong, and are these "
+               "the surfaces that touch?";
+      return ". Mesh/Contact tolerance = " + formatted("%.2g", 1.1 * std::abs(gap)) +
+             " takes them as touching, without moving nodes. A gap that the load is to close "
+             "belongs into Contact/Initial gap, on surfaces that touch in the mesh.";
     }
   } // namespace
 
@@ -87,7 +135,8 @@ namespace squeal
                                          const std::vector<SurfaceFace<3>> &pad_faces,
                                          const std::string &rotor_name,
                                          const std::vector<SurfaceFace<3>> &rotor_faces,
-                                         const double tolerance)
+                                         const double tolerance,
+                                         const PairSurroundings &surroundings)
   {
     const std::string pair = "'" + pad_name + "' and '" + rotor_name + "'";
     const FaceElement<3> element(1);
@@ -98,11 +147,12 @@ namespace squeal
 
     const Box pad = box_of(pad_faces), rotor = box_of(rotor_faces);
     const double allowed = plane_tolerance * pad.low.distance(pad.high);
-    for (const auto &[name, box] : {std::make_pair(pad_name, pad), {rotor_name, rotor}})
-      if (box.high[2] - box.low[2] > allowed)
+    for (const auto &[name, faces] : {std::tie(pad_name, pad_faces), {rotor_name, rotor_faces}})
+      if (const Box box = box_of(faces); box.high[2] - box.low[2] > allowed)
       {
         message << "'" << name << "' reaches from z = " << box.low[2] << " to " << box.high[2]
-                << " m; contact surfaces must be plane, across the axis z.";
+                << " m; contact surfaces must be plane, across the axis z"
+                << advice_on_plane(faces, allowed, surroundings.axes);
         fail();
       }
     const double up  = element.frame(rotor_faces[0], middle).normal[2] > 0 ? 1. : -1.;
@@ -112,10 +162,8 @@ namespace squeal
     {
       message << pair << " do not lie in a common plane: z = " << pad.low[2] << " and "
               << rotor.low[2] << " m, " << (gap > 0 ? "a gap of " : "an overlap of ")
-              << std::abs(gap) << " m, allowed " << allowed_gap
-              << " m. Mesh/Contact tolerance = " << formatted("%.2g", 1.1 * std::abs(gap))
-              << " takes them as touching, without moving nodes. A gap that the load is to close "
-                 "belongs into Contact/Initial gap, on surfaces that touch in the mesh.";
+              << std::abs(gap) << " m, allowed " << allowed_gap << " m"
+              << advice_on_gap(pad_name, pad, gap, allowed_gap, surroundings);
       fail();
     }
     for (const SurfaceFace<3> &face : pad_faces)

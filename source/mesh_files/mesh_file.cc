@@ -4,6 +4,7 @@
 #include <squeal/mesh_files/element_file.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -131,6 +132,22 @@ namespace squeal
       }
     }
 
+    /// What makes a mesh file of files with other endings, as far as they are known.
+    std::string what_to_do_with(std::string ending)
+    {
+      for (char &c : ending)
+        c = std::tolower(static_cast<unsigned char>(c));
+      for (const char *of_geometry :
+           {".stp", ".step", ".igs", ".iges", ".brep", ".stl", ".x_t", ".geo"})
+        if (ending == of_geometry)
+          return " This is a geometry without a mesh: mesh it first, for example by Gmsh.";
+      for (const char *of_mesh :
+           {".cdb", ".bdf", ".nas", ".dat", ".k", ".unv", ".vtk", ".vtu", ".med"})
+        if (ending == of_mesh)
+          return " Write this mesh as one of these.";
+      return "";
+    }
+
     void sort_unique(std::vector<unsigned int> &list)
     {
       std::sort(list.begin(), list.end());
@@ -145,7 +162,8 @@ namespace squeal
     if (ending != ".msh" && ending != ".inp")
       throw InputError("Mesh/File = " + filename +
                        ": the ending tells the format; allowed are .msh (Gmsh 2.2 or 4.1, text) "
-                       "and .inp (Abaqus, CalculiX).");
+                       "and .inp (Abaqus, CalculiX)." +
+                       what_to_do_with(ending));
     std::ifstream in = open_regular_file(filename);
     if (!in.is_open())
     {
@@ -161,9 +179,12 @@ namespace squeal
     file.name = filename;
     ending == ".msh" ? read_gmsh(in, file) : read_abaqus(in, file);
     if (file.elements.empty())
-      throw InputError("Mesh/File = " + filename +
-                       ": there are no solid elements in it. Gmsh writes only elements of physical "
-                       "groups: the volumes need Physical Volume(\"name\").");
+      throw InputError("Mesh/File = " + filename + ": there are no solid elements in it." +
+                       (ending == ".msh"
+                            ? " Gmsh writes only elements of physical groups: the volumes need "
+                              "Physical Volume(\"name\")."
+                            : " Shells, membranes and beams are no bodies here: mesh their volumes "
+                              "with solids, C3D4, C3D8, C3D10, C3D20 and the like."));
     faces_of_node_sets(file);
     for (auto &[name, elements] : file.volumes)
       sort_unique(elements);

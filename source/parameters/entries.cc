@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/text.h>
 #include <squeal/parameters/entries.h>
 
 #include <deal.II/base/utilities.h>
@@ -23,18 +24,7 @@ namespace squeal::Parameters
 
   std::optional<double> to_number(const std::string &word)
   {
-    // Hexadecimal numbers and what is behind a NUL are known there, too.
-    if (word.find_first_not_of("0123456789+-.eE") != std::string::npos)
-      return std::nullopt;
-    try
-    {
-      const double value = dealii::Utilities::string_to_double(word);
-      return std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
-    }
-    catch (const std::exception &)
-    {
-      return std::nullopt;
-    }
+    return decimal_number(dealii::Utilities::trim(word));
   }
 
   bool read_numbers(const std::string &text, std::vector<double> &numbers)

@@ -1,4 +1,5 @@
 #include <squeal/parameters/declare.h>
+#include <squeal/parameters/entries.h>
 #include <squeal/parameters/parameters.h>
 
 #include <algorithm>
@@ -12,12 +13,13 @@ namespace squeal
     namespace
     {
       using dealii::Utilities::split_string_list;
-      using dealii::Utilities::string_to_double;
-
       /// The numbers of "a : b : ...", as often as the pattern asks for.
       std::vector<double> numbers_of(const std::string &text)
       {
-        return string_to_double(split_string_list(text, ':'));
+        std::vector<double> result;
+        for (const std::string &word : split_string_list(text, ':'))
+          result.push_back(to_number(word).value());
+        return result;
       }
     } // namespace
 

@@ -1,4 +1,5 @@
 #include <squeal/parameters/declare.h>
+#include <squeal/parameters/entries.h>
 #include <squeal/parameters/parameters.h>
 
 #include <deal.II/base/utilities.h>
@@ -35,7 +36,8 @@ namespace squeal
                  "The file's coordinate along the rotor's axis. It becomes z: x y z are "
                  "exchanged cyclically.");
       prm.add_parameter("Origin", origin_text,
-                        "A point of the rotor's axis, coordinates of the file: where z = 0.",
+                        "A point of the rotor's axis, where z = 0, by its coordinates in the "
+                        "file: in its unit of length, before Scale.",
                         Patterns::List(Patterns::Double(), 3, 3, ","));
       add_choice(
           prm, "Curved bodies", curved,
@@ -108,7 +110,7 @@ namespace squeal
       const std::vector<std::string> words = split_string_list(origin_text, ',');
       std::array<double, 3> result{};
       for (unsigned int d = 0; d < 3; ++d)
-        result[d] = dealii::Utilities::string_to_double(words[d]);
+        result[d] = to_number(words[d]).value();
       return result;
     }
 

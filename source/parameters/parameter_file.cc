@@ -1,6 +1,7 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/files.h>
 #include <squeal/base/text.h>
+#include <squeal/parameters/entries.h>
 #include <squeal/parameters/expressions.h>
 #include <squeal/parameters/parameter_file.h>
 
@@ -531,14 +532,9 @@ namespace squeal
       throw InputError("Sweep/Parameter = " + path +
                        ": its value is not a number but a choice, a "
                        "name or a list; only numbers can be varied.");
-    try
-    {
-      return dealii::Utilities::string_to_double(text);
-    }
-    catch (const std::exception &)
-    {
-      throw InputError("Sweep/Parameter = " + path + ": its value " + text + " is not a number.");
-    }
+    if (const std::optional<double> value = Parameters::to_number(text))
+      return *value;
+    throw InputError("Sweep/Parameter = " + path + ": its value " + text + " is not a number.");
   }
 
   void ParameterFile::vary(const std::vector<std::string> &paths, const std::vector<double> &values)

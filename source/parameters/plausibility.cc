@@ -32,7 +32,8 @@ namespace squeal
     std::string meant_density(const double density)
     {
       for (const auto &[unit, factor] :
-           {Unit{"g/cm^3", 1e3}, Unit{"kg/mm^3", 1e9}, Unit{"t/mm^3", 1e12}})
+           {Unit{"g/cm^3", 1e3}, Unit{"kg/mm^3", 1e9}, Unit{"t/mm^3", 1e12},
+            Unit{"kg/mm^3, taken for t/mm^3,", 1e-3}})
         if (usual_density.holds(density * factor))
           return text_of("; in ", unit, " it would be ", number(density * factor, 4), " kg/m^3");
       return "";
@@ -68,9 +69,7 @@ namespace squeal
 
     void add_doubts_about_load(const Parameters::All &prm, std::vector<std::string> &all)
     {
-      const bool varies = prm.sweep.parameter == "Pads/Pressure" ||
-                          prm.sweep.second_parameter == "Pads/Pressure" || prm.sampling.active();
-      if (prm.n_pads() == 0 || !prm.terms().friction || varies)
+      if (prm.n_pads() == 0 || !prm.terms().friction)
         return;
       const double pressure = prm.pads.pressure;
       if (pressure != 0 && !usual_pressure.holds(std::abs(pressure)))
@@ -81,6 +80,60 @@ namespace squeal
         all.push_back(text_of(
             "Warning, no load: ", pressure == 0 ? "Pads/Pressure = 0" : "Mesh/Pressure on is empty",
             ". Pads that nothing presses have no friction."));
+    }
+
+    /// Adds doubts about numbers of the contact, each used by this formulation and law.
+    void add_doubts_about_contact(const Parameters::All &prm, std::vector<std::string> &all)
+    {
+      constexpr double largest_friction = 1.5;
+      constexpr Range usual_penalty     = {1e8, 1e18}; // Pa/m
+      if (prm.n_pads() == 0)
+        return;
+      const FrictionLaw &law = prm.contact.friction;
+      const bool has_numbers = prm.terms().friction && law.kind != FrictionLaw::Kind::expression;
+      if (has_numbers && std::abs(law.coefficient) > largest_friction)
+        all.push_back(text_of("Warning, friction: Contact/Friction/Coefficient = ",
+                              number(law.coefficient), ". Usual are 0 to 1; 40 % are 0.4."));
+      if (const double k = prm.contact.penalty_stiffness;
+          prm.contact.formulation != Formulation::mortar && !usual_penalty.holds(k))
+        all.push_back(text_of("Warning, penalty: Contact/Penalty stiffness = ", number(k),
+                              " Pa/m. Usual are ", usual_penalty.low, " to ", usual_penalty.high,
+                              " Pa/m; 1 MPa/mm is 1e9 Pa/m."));
+    }
+
+    /// Adds doubts about damping that lets nothing vibrate.
+    void add_doubts_about_damping(const Parameters::All &prm, std::vector<std::string> &all)
+    {
+      constexpr double largest_loss = 2;
+      if (!prm.has_damping() || !prm.eigenproblem.is_solved())
+        return;
+      for (const Parameters::BodyMaterial &body : prm.materials())
+      {
+        if (!prm.is_used(body))
+          continue;
+        // Of a mode of the frequency w, beta K damps with the ratio beta w / 2.
+        const double beta = body.material.stiffness_damping, frequency = 1000, // Hz, squeal's least
+            ratio         = beta * M_PI * std::min(frequency, prm.eigenproblem.maximum_frequency),
+                     loss = body.material.stiffness_factor.loss_factor;
+        if (ratio > 1)
+          all.push_back(text_of("Warning, damping: ", body.section,
+                                "/Material/Stiffness proportional damping = ", number(beta),
+                                " s: motions of ", frequency, " Hz have the damping ratio ",
+                                number(ratio, 3), " and do not vibrate; a ratio of 1 % there are ",
+                                number(0.01 / (M_PI * frequency), 2), " s."));
+        if (loss > largest_loss)
+          all.push_back(text_of("Warning, damping: ", body.section, "/Material/Loss factor = ",
+                                number(loss), ". Usual are 0 to 1; 5 % are 0.05."));
+      }
+      constexpr double largest_ratio = 0.5;
+      for (const Parameters::ModalDamping::Ratio &ratio : prm.modal_damping.ratios)
+        if (ratio.value * prm.modal_damping.factor > largest_ratio)
+        {
+          all.push_back(text_of("Warning, damping: Modal damping/Ratios = ... ",
+                                number(ratio.frequency), " : ", number(ratio.value),
+                                ". Usual are below 0.1 of critical damping; 2 % are 0.02."));
+          break;
+        }
     }
 
     void add_doubts_about_motion(const Parameters::All &prm, std::vector<std::string> &all)
@@ -94,6 +147,26 @@ namespace squeal
             number(speed, 6), " revolutions a minute would be ", number(speed * M_PI / 30, 4),
             " rad/s. Beyond the rotor's critical speed the centrifugal stress is missing unless "
             "Prestress/Stress stiffness = true."));
+    }
+
+    /// Adds doubts about lengths of the scenes that parameters give.
+    void add_doubts_about_size(const Parameters::All &prm, std::vector<std::string> &all)
+    {
+      const auto add_one = [&](const char *key, const double length, const Range &usual)
+      {
+        if (!usual.holds(length))
+          all.push_back(text_of("Warning, size: ", key, " = ", number(length), " m. Usual are ",
+                                usual.low, " to ", usual.high, " m; 1 mm is 1e-3 m."));
+      };
+      if (prm.scene == Scene::brake)
+      {
+        add_one("Rotor/Outer radius", prm.rotor.outer_radius, {0.01, 2.5});
+        add_one("Rotor/Thickness", prm.rotor.thickness, {5e-4, 0.3});
+        if (prm.n_pads() > 0)
+          add_one("Pads/Thickness", prm.pads.thickness, {5e-4, 0.3});
+      }
+      else if (prm.scene == Scene::strip)
+        add_one("Strip/Length", prm.strip.length, {5e-3, 5});
     }
 
     /// Adds doubts about the cells of the scene brake, which the parameters give.
@@ -116,6 +189,21 @@ namespace squeal
     }
   } // namespace
 
+  std::string window_of(const Parameters::Eigenproblem &prm)
+  {
+    const std::string maximum = number(prm.maximum_frequency) + " Hz";
+    return prm.minimum_frequency > 0 ? "from " + number(prm.minimum_frequency) + " to " + maximum
+                                     : "up to " + maximum;
+  }
+
+  std::string no_modes(const Parameters::Eigenproblem &prm, const std::string &where)
+  {
+    return "Warning, no modes: there is none " + window_of(prm) + (where.empty() ? "" : " ") +
+           where +
+           ". That says nothing about squeal: is the window (Hz) that of the brake, and are the "
+           "units of moduli (Pa), densities (kg/m^3) and lengths (m) right?";
+  }
+
   // Shear waves of the frequency f are sqrt(G/rho) / f long.
   std::string doubt_about_window(const Parameters::All &prm, const Parameters::BodyMaterial &body,
                                  const double cell_size)
@@ -129,12 +217,12 @@ namespace squeal
                  nodes = wave * prm.discretization.degree / size;
     if (nodes >= fewest)
       return "";
-    return text_of("Warning, coarse mesh: shear waves of Eigenproblem/Maximum frequency = ",
-                   number(prm.eigenproblem.maximum_frequency), " Hz in ", body.section, " are ",
-                   number(1e3 * wave, 3), " mm long, cells ", number(1e3 * size, 3),
-                   " mm of degree ", prm.discretization.degree, ": ", number(nodes, 2),
-                   " nodes in a wavelength, ", fewest,
-                   " are needed. Take a finer mesh, a higher degree or a lower window.");
+    return text_of("Warning, coarse mesh: shear waves in ", body.section,
+                   " of Eigenproblem/Maximum frequency = ",
+                   number(prm.eigenproblem.maximum_frequency), " Hz are ", number(1e3 * wave, 3),
+                   " mm long, cells ", number(1e3 * size, 3), " mm of degree ",
+                   prm.discretization.degree, ": ", number(nodes, 2), " nodes in a wavelength, ",
+                   fewest, " are needed. Take a finer mesh, a higher degree or a lower window.");
   }
 
   std::vector<std::string> doubts(const Parameters::All &prm)
@@ -146,6 +234,9 @@ namespace squeal
       if (prm.is_used(body))
         add(all, doubt_about_material(body, body.section == "Rotor" && prm.scene != Scene::strip));
     add_doubts_about_load(prm, all);
+    add_doubts_about_contact(prm, all);
+    add_doubts_about_damping(prm, all);
+    add_doubts_about_size(prm, all);
     add_doubts_about_motion(prm, all);
     if (prm.eigenproblem.is_solved() && prm.scene != Scene::strip &&
         prm.eigenproblem.maximum_frequency < lowest_squeal)

@@ -6,6 +6,7 @@
 #include <squeal/model/brake_model.h>
 #include <squeal/model/matrix_free_modes.h>
 #include <squeal/model/matrix_model.h>
+#include <squeal/parameters/plausibility.h>
 #include <squeal/run/checkpoint.h>
 #include <squeal/run/driver.h>
 #include <squeal/run/field_output.h>
@@ -20,12 +21,14 @@
 #include <squeal/studies/frequency_response.h>
 #include <squeal/studies/sampling.h>
 #include <squeal/studies/stability_map.h>
+#include <squeal/studies/study_points.h>
 #include <squeal/studies/sweep.h>
 
 #include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 // What happens when a run is started. Run has what all scenes share: directory, log, the verbs for
@@ -72,6 +75,14 @@ namespace squeal
                    !checkpoint.cycles.empty())
       {
         report.log.print(place.message());
+      }
+
+      /// Refuses what a study would make of the parameters, and tells doubts about it, before
+      /// anything is computed.
+      void check_study()
+      {
+        for (const std::string &doubt : squeal::check_study(file))
+          report.log.line(doubt);
       }
 
       void end()
@@ -148,6 +159,25 @@ namespace squeal
       }
     };
 
+    /// An error that names, before what its kinds advise, the warnings that were there before
+    /// anything was computed: wrong units ask for memory, meshes and solvers that nobody needs.
+    SolverError after_warnings(const SolverError &error, const Parameters::All &prm,
+                               const std::string &report)
+    {
+      std::string warnings;
+      for (const std::string &doubt : doubts(prm))
+        warnings += doubt + "\n";
+      std::istringstream lines(report);
+      for (std::string line; std::getline(lines, line);)
+        if (line.rfind("Warning", 0) == 0)
+          warnings += line + "\n";
+      if (warnings.empty())
+        return error;
+      return SolverError(text_of(error.what(), "\nSee to this first:\n", warnings,
+                                 error.kinds.empty() ? "" : "If it is as it should be:"),
+                         error.kinds);
+    }
+
     /// Brakes on meshes of their own, where a study varies what changes the mesh, and the bars of
     /// all.
     template <int dim>
@@ -201,12 +231,26 @@ namespace squeal
                            "rigid body has no static equilibrium without factors. Hold it, or take "
                            "block_krylov.");
         check_scene_at_speeds(file);
+        common.check_study();
         report.log.print(geometry.report);
         if (!geometry.report.empty())
           write_text(directory + "/mesh.csv", geometry.report_table, comm);
       }
 
       void run()
+      {
+        try
+        {
+          pass_meshes();
+        }
+        catch (const SolverError &error)
+        {
+          throw after_warnings(error, prm, model.spaces().geometry.report);
+        }
+      }
+
+    private:
+      void pass_meshes()
       {
         for (unsigned int cycle = meshes.resume(); meshes.has(cycle); ++cycle)
         {
@@ -227,7 +271,6 @@ namespace squeal
         common.end();
       }
 
-    private:
       /// Where a study lets a rotor turn that rests in the file, the scene is made once more and
       /// refuses what it does of rotors that turn. Nothing else of what a scene checks depends on
       /// numbers that keep the mesh.
@@ -437,6 +480,7 @@ namespace squeal
                       const RunDirectory::Options &options)
     {
       Run common(file, directory, comm, options);
+      common.check_study();
       Report &report = common.report;
       std::optional<MatrixModel> model;
       {

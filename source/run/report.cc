@@ -1,3 +1,4 @@
+#include <squeal/assessment/critical_speed.h>
 #include <squeal/bars/locking.h>
 #include <squeal/base/memory.h>
 #include <squeal/model/plausible_load.h>
@@ -23,22 +24,6 @@ namespace squeal
   {
     const std::vector<std::string> phase_names = {"mesh",         "assembly", "contact", "static",
                                                   "eigenproblem", "estimate", "output"};
-
-    /// The window of frequencies, as "up to 6000 Hz" or "from 10000 to 12000 Hz".
-    std::string window_of(const Parameters::Eigenproblem &prm)
-    {
-      const std::string maximum = number(prm.maximum_frequency) + " Hz";
-      return prm.minimum_frequency > 0 ? "from " + number(prm.minimum_frequency) + " to " + maximum
-                                       : "up to " + maximum;
-    }
-
-    /// What a table without a line means.
-    std::string no_modes(const Parameters::Eigenproblem &prm)
-    {
-      return "Warning, no modes: there is none " + window_of(prm) +
-             ". That says nothing about squeal: is the window (Hz) that of the brake, and are the "
-             "units of moduli (Pa), densities (kg/m^3) and lengths (m) right?";
-    }
 
     std::string banner(const MPI_Comm comm)
     {
@@ -184,8 +169,13 @@ namespace squeal
       log.line("Eigenproblem without factors: " + std::to_string(found.cost.n_solves) +
                " multigrid cycles.");
     if (found.proof.n_rigid_body_modes > 0)
-      log.line("Not listed: " + std::to_string(found.proof.n_rigid_body_modes) +
-               " rigid-body modes at zero frequency.");
+      log.line(std::any_of(table.rows.begin(), table.rows.end(),
+                           [](const ModeRow &row) { return row.verdict == Verdict::divergence; })
+                   ? text_of(found.proof.n_rigid_body_modes,
+                             " modes of the reference problem have a stiffness of zero or less: "
+                             "rigid-body modes, which are not listed, and what diverges.")
+                   : text_of("Not listed: ", found.proof.n_rigid_body_modes,
+                             " rigid-body modes at zero frequency."));
     log.print("\n" + modes_table(table.rows));
     unsigned int n_unstable = 0, n_undecided = 0;
     for (const ModeRow &row : table.rows)
@@ -202,6 +192,11 @@ namespace squeal
     if (n_unstable == 0 && n_undecided > 0)
       log.line("Squeal cannot be excluded: the error bars of undecided growth rates reach across "
                "zero.");
+    if (const std::string doubt = doubt_about_critical_speed(
+            table.rows, prm.terms().transport ? prm.operation.angular_velocity : 0,
+            prm.prestress.stress_stiffness);
+        !doubt.empty())
+      log.line(doubt);
     if (found.proof.lacks_growing)
       log.line(lacking_growth);
     if (prm.eigenproblem.minimum_frequency > 0)
@@ -371,6 +366,8 @@ namespace squeal
     for (const ModeRow &row : rows)
       csv.add(fields_of(row));
     log.line(text_of("Stage ", name, ": ", rows.size(), " modes. ", found.proof.completeness, "."));
+    if (rows.empty())
+      log.line(no_modes(prm.eigenproblem, "in the stage " + name));
   }
 
   void Report::ladder(const std::vector<std::string> &stages,
@@ -451,8 +448,9 @@ namespace squeal
     /// Parameters with which results are worse than they might be.
     void warn(const Parameters::All &prm, std::ostream &text)
     {
-      for (const std::string &doubt : doubts(prm))
-        text << doubt << "\n";
+      if (!prm.varies_parameters()) // else check_study() has those of every point
+        for (const std::string &doubt : doubts(prm))
+          text << doubt << "\n";
       if (prm.scene != Scene::matrices)
         for (const Parameters::BodyMaterial &body : prm.materials())
           if (may_lock(body.material, prm.discretization.degree))

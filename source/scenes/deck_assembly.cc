@@ -92,6 +92,24 @@ namespace squeal
       fail("some densities are in kg/m^3, others in t/mm^3, as it seems; a deck has one system "
            "of units.");
     length = *is_in_mm.begin() ? 1e-3 : 1;
+    doubt_units();
+  }
+
+  /// Solids have 5e-7 to 2.5e-5 kg/mm^3, a thousand times their t/mm^3.
+  void DeckAssembly::doubt_units()
+  {
+    constexpr double largest = 1e-7; // t/mm^3
+    for (const DeckSection &of : deck.sections)
+      if (const double density = deck.materials.at(of.material).density;
+          length != 1 && density > largest)
+      {
+        units_doubt =
+            text_of("Warning, units: the density ", density, " of ", of.material,
+                    " is one in kg/mm^3, not in t/mm^3. Of a deck in kg, mm, ms, kN, GPa densities "
+                    "become a thousand times too large here, moduli and pressures a thousand times "
+                    "too small, and frequencies kHz: convert it to mm, t, s, N, MPa.");
+        return;
+      }
   }
 
   std::set<std::string> DeckAssembly::volumes() const

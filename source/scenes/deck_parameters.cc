@@ -28,6 +28,8 @@ namespace squeal
 
       std::string write()
       {
+        if (!all.units_doubt.empty())
+          out << "# " << all.units_doubt << "\n";
         out << "# Written by squeal --from-deck " << all.mesh.name
             << ". Look it through: what it passed over\n# is listed at the end. Units: "
             << (all.length == 1

@@ -79,10 +79,31 @@ namespace squeal
     {
       check_middle_nodes(pad);
       check_middle_nodes(rotor);
+      PairSurroundings surroundings;
+      surroundings.axes           = axes_in_file(prm.mesh);
+      surroundings.rotor_surfaces = [this]() { return boxes_on_rotor(); };
       pairs.push_back(check_contact_pair("Mesh/Contact pairs: " + mesh.file.name + ": ", pad,
                                          mesh.patches(pad), rotor, mesh.patches(rotor),
-                                         prm.mesh.contact_tolerance));
+                                         prm.mesh.contact_tolerance, surroundings));
     }
+  }
+
+  std::map<std::string, Box> ImportedJoints::boxes_on_rotor() const
+  {
+    std::map<std::string, Box> result;
+    for (const auto &[name, faces] : mesh.file.surfaces)
+      if (std::all_of(faces.begin(), faces.end(),
+                      [&](const ImportedMesh::Face &face)
+                      {
+                        const auto cells = mesh.faces.find(face);
+                        return cells != mesh.faces.end() &&
+                               bodies.pieces
+                                   .of_rotor[bodies.pieces.material_of_cell[cells->second[0].cell]];
+                      }))
+        for (const ImportedMesh::Face &face : faces)
+          for (const unsigned int node : face)
+            result[name].add(mesh.file.nodes[node]);
+    return result;
   }
 
   void ImportedJoints::check_middle_nodes(const std::string &name) const

@@ -138,6 +138,13 @@ namespace squeal
     }
   } // namespace
 
+  std::string axes_in_file(const Parameters::Mesh &mesh)
+  {
+    const std::string axes  = "xyz";
+    const unsigned int axis = static_cast<unsigned int>(mesh.axis);
+    return {axes[(axis + 1) % 3], axes[(axis + 2) % 3], axes[axis]};
+  }
+
   std::string plain_capitals(const std::string &name)
   {
     std::string text = plain_name(name);

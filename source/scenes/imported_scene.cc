@@ -1,4 +1,5 @@
 #include <squeal/base/errors.h>
+#include <squeal/base/text.h>
 #include <squeal/mesh/coarse_mesh.h>
 #include <squeal/mesh_files/mesh_checks.h>
 #include <squeal/scenes/deck_doubts.h>
@@ -18,6 +19,39 @@ namespace squeal
 
   namespace
   {
+    /// Where the axis of the rotor may lie, by the box around it: that of a disc is a square across
+    /// its axis, with the axis in its middle. Empty where the file's axis lies there.
+    std::string advice_on_axis(const Parameters::Mesh &section, const ImportedMesh &mesh,
+                               const ImportedPieces &pieces)
+    {
+      constexpr double tolerance = 0.02; // of the size: corners of a coarse disc
+      Box box;
+      for (unsigned int c = 0; c < mesh.file.cells.size(); ++c)
+        if (pieces.of_rotor[pieces.material_of_cell[c]])
+          for (const unsigned int node : mesh.file.cells[c].nodes)
+            box.add(mesh.file.nodes[node]);
+      const Tensor<1, 3> size = box.high - box.low;
+      const Point<3> middle   = box.low + size / 2;
+      const std::string axes  = axes_in_file(section);
+      const auto is_axis      = [&](const unsigned int d)
+      {
+        const double a = size[(d + 1) % 3], b = size[(d + 2) % 3];
+        return std::abs(a - b) <= tolerance * std::max(a, b) && size[d] < std::min(a, b);
+      };
+      for (const unsigned int d : {0u, 1u})
+        if (is_axis(d) && !is_axis(2))
+          return text_of(". It is as wide in ", axes[(d + 1) % 3], " as in ", axes[(d + 2) % 3],
+                         " of the file: Mesh/Axis = ", axes[d], "?");
+      if (!is_axis(2) || std::hypot(middle[0], middle[1]) <= 1e-3 * size[0])
+        return "";
+      std::array<double, 3> there = section.origin();
+      for (unsigned int d = 0; d < 2; ++d)
+        there[std::string("xyz").find(axes[d])] += middle[d] / section.scale;
+      return text_of(". Its middle is not on the axis: Mesh/Origin = ", number(there[0], 6), ", ",
+                     number(there[1], 6), ", ", number(there[2], 6),
+                     ", in the file's unit of length, before Mesh/Scale?");
+    }
+
     constexpr double revolution_tolerance = 1e-3; ///< of a face's size
 
     /// The transport field must be tangential on the rotor's surface, and on surfaces between its
@@ -48,9 +82,13 @@ namespace squeal
         {
           std::ostringstream message;
           message << "a face of the rotor at " << mesh.element(cells[0].cell) << " is " << distance
-                  << " m off every surface of revolution about z (holes, vanes, an axis that "
-                     "Axis and Origin do not name).";
-          mesh.fail("Rotor", message.str() + ways);
+                  << " m off every surface of revolution about z";
+          const std::string place = advice_on_axis(section, mesh, pieces);
+          mesh.fail("Rotor",
+                    message.str() + (place.empty() ? " (holes, vanes, an axis that Axis and Origin "
+                                                     "do not name)." +
+                                                         ways
+                                                   : place));
         }
       }
     }

@@ -300,6 +300,27 @@ namespace squeal
                  "or no curvature (none)."));
     }
 
+    /// A line about elements of a deck that are no solids: points and what joins them are taken
+    /// from the section Joints, where --from-deck writes them.
+    std::string describe_without_volume(const Parameters::Joints &joints, const std::string &type,
+                                        const unsigned int n)
+    {
+      const std::vector<std::pair<std::string, std::pair<std::string, std::size_t>>> sources = {
+          {"SPRING", {"Joints/Springs", joints.list_of_springs().size()}},
+          {"DASHPOT", {"Joints/Dashpots", joints.list_of_dashpots().size()}},
+          {"MASS", {"Joints/Masses", joints.list_of_masses().size()}},
+          {"ROTARYI", {"Joints/Masses", joints.list_of_masses().size()}}};
+      for (const auto &[beginning, source] : sources)
+        if (type.rfind(beginning, 0) == 0)
+          return source.second > 0
+                     ? text_of("  ", n, " elements of type ", type,
+                               " are no volumes: ", source.first, " has ", source.second,
+                               " in their place\n")
+                     : text_of("Warning, passed over: ", n, " elements of type ", type, "; ",
+                               source.first, " is empty. squeal --from-deck writes it.\n");
+      return text_of("  Passed over: ", n, " elements of type ", type, "\n");
+    }
+
     /// What became of the elements, unless all were linear hexahedra, and what that costs.
     std::string describe_division(const Parameters::All &prm, const MeshFacts &facts,
                                   const Geometry<3> &geometry, const Measures &measures)
@@ -307,7 +328,7 @@ namespace squeal
       const Division &division = facts.file.division;
       std::string text;
       for (const auto &[type, n] : division.passed_over)
-        text += text_of("  Passed over: ", n, " elements of type ", type, "\n");
+        text += describe_without_volume(prm.joints, type, n);
       if (division.n_divided + division.n_curved == 0 &&
           division.n_elements.count("linear hexahedron") > 0 && division.n_elements.size() == 1)
         return text;

@@ -1,3 +1,4 @@
+#include <squeal/base/errors.h>
 #include <squeal/base/text.h>
 #include <squeal/studies/interpolated_effects.h>
 
@@ -29,7 +30,16 @@ namespace squeal
         if (place[i] != centre[i])
           where += (where.empty() ? "" : ", ") + varied.parameters[i] + " = " + number(place[i], 6);
       varied.options.progress("  error bars at " + where);
-      EigenSolution shifted = tracker.solve_fully(varied.parameters_at(place));
+      EigenSolution shifted;
+      try
+      {
+        shifted = tracker.solve_fully(varied.parameters_at(place));
+      }
+      catch (const NoLoad &)
+      {
+        at_places.emplace_back(); // the centre must serve
+        continue;
+      }
       BranchPoint there;
       there.modes           = std::move(shifted.modes);
       const auto transition = tracker.transition(at_centre.modes, there.modes);
@@ -48,7 +58,8 @@ namespace squeal
     for (unsigned int i = 0; i < at_places.size(); ++i)
     {
       const KnownEffects &there = at_places[i];
-      if (there.modes.size() != known.modes.size()) // a mode has left: the centre must serve
+      // A mode has left, or the place carries no load: the centre must serve.
+      if (there.modes.size() != known.modes.size())
         continue;
       const auto add = [&](auto &sum, const auto &of_place, const auto &of_centre)
       {

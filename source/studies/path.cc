@@ -1,5 +1,6 @@
 #include <squeal/eigen/growth_search.h>
 #include <squeal/studies/path.h>
+#include <squeal/studies/study_points.h>
 
 #include <algorithm>
 #include <numeric>
@@ -14,17 +15,7 @@ namespace squeal
         keeps_mesh_(Parameters::Sweep::keeps_mesh(parameter)), make_model(make_model), comm(comm),
         log(log)
   {
-    const std::vector<std::string> sections = {"Rotor/", "Pads/", "Strip/", "Mesh/",
-                                               "Discretization/"};
-    const bool makes_mesh = make_model && std::any_of(sections.begin(), sections.end(),
-                                                      [&](const std::string &section)
-                                                      { return parameter.rfind(section, 0) == 0; });
-    if (!keeps_mesh_ && !makes_mesh)
-      throw InputError(
-          "Sweep/Parameter = " + parameter +
-          ": the equations of motion do not depend on it. Allowed are numbers of the sections "
-          "Operation, Contact, Rotor, Pads, Strip, Mesh, Modal damping, Discretization, and of "
-          "Matrices in the scene matrices.");
+    need_effect(parameter, bool(make_model));
   }
 
   void Path::make_mesh(const double value)

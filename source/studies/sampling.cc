@@ -1,13 +1,11 @@
-#include <squeal/base/csv_reader.h>
 #include <squeal/studies/sampling.h>
-
-#include <boost/math/distributions/normal.hpp>
+#include <squeal/studies/study_points.h>
 
 #include <algorithm>
 #include <cmath>
 
-// In the order of a run: points are made from distributions or read from a file; the centre is
-// solved in full and becomes the expansion point; each sample is solved by projection, its modes
+// In the order of a run: points are taken from distributions or a file (study_points.h); the centre
+// is solved in full and becomes the expansion point; each sample is solved by projection, its modes
 // get the centre's branches and the bars of the mesh; growth rates of all samples give the
 // probabilities and the sensitivity indices.
 namespace squeal
@@ -15,110 +13,25 @@ namespace squeal
   using Complex = std::complex<double>;
   using Scope   = ModeTracker::Scope;
 
-  namespace
-  {
-    struct GivenSamples
-    {
-      std::vector<std::string> keys;
-      std::vector<std::vector<double>> points;
-    };
-
-    /// The samples of a file: a first line of keys and a line of numbers for each.
-    GivenSamples read_samples(const std::string &name)
-    {
-      const std::string what = "Sampling/File = " + name;
-      CsvReader reader(what, name);
-      GivenSamples result{reader.columns(), {}};
-      while (reader.next())
-      {
-        result.points.emplace_back();
-        for (std::size_t i = 0; i < result.keys.size(); ++i)
-          result.points.back().push_back(reader.number(i));
-      }
-      if (result.points.empty())
-        throw InputError(what +
-                         ": no samples; a first line of keys and a line for each are wanted.");
-      return result;
-    }
-
-    std::vector<std::string> parameters_of(const Parameters::Sampling &settings)
-    {
-      if (!settings.file.empty())
-        return read_samples(settings.file).keys;
-      std::vector<std::string> result;
-      for (const auto &distribution : settings.distributions())
-        result.push_back(distribution.parameter);
-      return result;
-    }
-  } // namespace
-
   Sampling::Sampling(ParameterFile &file, Model &model, const EigensolverOptions &options,
                      const std::string &directory, const MPI_Comm comm, Log &log,
                      const ErrorEstimator &estimator)
       : Study({"samples", "sample", "samples", {"samples.csv"}}, file,
-              parameters_of(file.parameters().sampling), model, options, directory, comm, log,
+              points_of_study(file.parameters()).parameters, model, options, directory, comm, log,
               estimator),
         settings(file.parameters().sampling)
   {
-    interval = std::chrono::seconds(30);
-    for (const std::string &parameter : varied.parameters)
-      Parameters::Sweep::need_mesh_kept(parameter, "Sampling/File = " + settings.file + ": ",
-                                        "samples keep");
-    make_points();
-    varied.check(points, "Sample");
-    middle = centre();
+    StudyPoints study = points_of_study(file.parameters());
+    points            = std::move(study.points);
+    n_base            = study.n_base;
+    interval          = std::chrono::seconds(30);
+    middle            = centre();
     varied.parameters_at(middle);
   }
 
   bool Sampling::has_indices() const
   {
     return settings.sensitivity_indices;
-  }
-
-  void Sampling::make_points()
-  {
-    if (!settings.file.empty())
-    {
-      points = read_samples(settings.file).points;
-      n_base = points.size();
-      return;
-    }
-    const auto distributions = settings.distributions();
-    const auto factor        = settings.correlation_factor();
-    const unsigned int d = distributions.size(), n = settings.samples;
-    const boost::math::normal standard;
-    // Normal scores z = L Phi^{-1}(u) of a point of the unit cube
-    const auto point_of = [&](const double *u)
-    {
-      Point point(d);
-      for (unsigned int i = 0; i < d; ++i)
-      {
-        double probability = u[i];
-        if (!settings.correlation.empty())
-        {
-          double z = 0;
-          for (unsigned int j = 0; j <= i; ++j)
-            z += factor[i][j] * boost::math::quantile(standard, u[j]);
-          probability = std::clamp(boost::math::cdf(standard, z), 1e-12, 1 - 1e-12);
-        }
-        point[i] = distributions[i].quantile(probability);
-      }
-      return point;
-    };
-    n_base                 = n;
-    const auto unit_points = sobol_points(n, has_indices() ? 2 * d : d);
-    for (const std::vector<double> &u : unit_points)
-      points.push_back(point_of(u.data()));
-    if (!has_indices())
-      return;
-    for (const std::vector<double> &u : unit_points)
-      points.push_back(point_of(u.data() + d));
-    for (unsigned int i = 0; i < d; ++i)
-      for (unsigned int k = 0; k < n; ++k)
-      {
-        points.push_back(points[k]);
-        points.back()[i] = points[n + k][i];
-      }
   }
 
   Sampling::Point Sampling::centre() const
@@ -258,12 +171,28 @@ namespace squeal
       outcome.largest.include(growth);
     }
     samples_csv->add(sample_fields(sample, here, outcome));
+    count_modes(here.modes.size());
     outcomes.push_back(std::move(outcome));
     // Which terms vary is learnt by samples.
     if (is_projected && (!tracker.has_expansion_point() || (was_full && tracker.is_full())))
       expand_about_centre();
     else if (tracker.is_crowded())
       reduced_centre.modes = tracker.restart(reduced_centre.modes);
+  }
+
+  bool Sampling::leave_out(const unsigned int sample)
+  {
+    outcomes.emplace_back();
+    outcomes.back().branches.resize(frequencies.size());
+    return sample + 1 < n_points() || n_with_modes() > 0;
+  }
+
+  unsigned int Sampling::n_with_modes() const
+  {
+    const std::size_t n =
+        std::min<std::size_t>(outcomes.size(), has_indices() ? 2 * n_base : n_base);
+    return std::count_if(outcomes.begin(), outcomes.begin() + n,
+                         [](const Outcome &outcome) { return outcome.largest.is_known(); });
   }
 
   Fields Sampling::sample_fields(const unsigned int sample, const BranchPoint &modes,
@@ -281,8 +210,8 @@ namespace squeal
     fields =
         std::move(fields) +
         Fields{{"modes", unsigned(modes.rows.size())},
-               {"unstable_modes", summary.n_unstable},
-               {"undecided_modes", summary.n_undecided},
+               {"unstable_modes", summary.field(summary.n_unstable)},
+               {"undecided_modes", summary.field(summary.n_undecided)},
                {"solved_fully", unsigned(was_full)},
                {"branch",
                 branch >= 0 && branch < int(frequencies.size()) ? std::to_string(branch + 1) : ""},
@@ -336,10 +265,10 @@ namespace squeal
   Fields Sampling::probability_fields(const int branch) const
   {
     unsigned int n_known = 0, n_grow = 0, of_mesh[2] = {0, 0}, of_solver[2] = {0, 0};
-    const unsigned int n = outcomes.empty() ? 0 : has_indices() ? 2 * n_base : n_base;
+    const unsigned int n = n_with_modes();
     std::vector<double> rates;
     double mean = 0, square = 0;
-    for (unsigned int k = 0; k < n; ++k)
+    for (unsigned int k = 0; n > 0 && k < (has_indices() ? 2 * n_base : n_base); ++k)
     {
       const Growth &growth = growth_of(k, branch);
       if (!growth.is_known())
@@ -410,7 +339,14 @@ namespace squeal
   void Sampling::write_probabilities() const
   {
     const auto probability = table("probability.csv", probability_fields(-1), false);
-    const unsigned int n   = has_indices() ? 2 * n_base : n_base;
+    const unsigned int n   = n_with_modes();
+    if (n == 0)
+    {
+      for (int branch = -1; branch < int(frequencies.size()); ++branch)
+        probability->add(probability_fields(branch));
+      log.line("\n  No sample has a mode: there is no probability.");
+      return;
+    }
     log.line("\n  branch   frequency, Hz   probability of growth   +- samples    +- solver      "
              "+- mesh   growth rate, 1/s: 5 %, 50 %, 95 %");
     for (int branch = -1; branch < int(frequencies.size()); ++branch)
@@ -435,7 +371,7 @@ namespace squeal
           value("growth_rate_95_percent_1_per_s")));
     }
     log.line("  Branches that grow at none of " + std::to_string(n) +
-             " samples, nor may, are in probability.csv only." +
+             " samples with modes, nor may, are in probability.csv only." +
              (estimator ? "" : " There are no bars of the mesh."));
   }
 

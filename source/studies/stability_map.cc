@@ -1,6 +1,7 @@
 #include <squeal/eigen/growth_search.h>
 #include <squeal/linalg/find_root.h>
 #include <squeal/studies/stability_map.h>
+#include <squeal/studies/study_points.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,15 +24,7 @@ namespace squeal
               options, directory, comm, log, estimator),
         values{{file.parameters().sweep.points(), file.parameters().sweep.second_points()}}
   {
-    for (unsigned int k = 0; k < 2; ++k)
-      Parameters::Sweep::need_mesh_kept(
-          varied.parameters[k],
-          k == 0 ? "Sweep/Parameter = " : "Sweep/Second parameter = ", "a stability map keeps");
-    std::vector<std::vector<double>> points;
-    for (const double second : values[1])
-      for (const double first : values[0])
-        points.push_back({first, second});
-    varied.check(points, "Point");
+    points_of_study(file.parameters()); // refuses what changes the mesh
   }
 
   // Positions.
@@ -150,8 +143,8 @@ namespace squeal
     const auto &worst = summary.worst;
     return {{varied.parameters[0], number(parameter_at(0, at[0]), 15)},
             {varied.parameters[1], number(parameter_at(1, at[1]), 15)},
-            {"unstable_modes", summary.n_unstable},
-            {"undecided_modes", summary.n_undecided},
+            {"unstable_modes", summary.field(summary.n_unstable)},
+            {"undecided_modes", summary.field(summary.n_undecided)},
             {"growth_rate_1_per_s", worst ? number(worst->growth_rate()) : ""},
             {"growth_rate_error_1_per_s", worst ? number(worst->growth_rate_error) : ""},
             {"frequency_hz", worst ? number(worst->frequency()) : ""},
@@ -192,6 +185,7 @@ namespace squeal
       set_bars(rows, effects->on(shares_at(at), modes), modes.lambda, modes.parity,
                varied.options.tolerance);
     map_csv->add(map_fields(at, GrowthSummary(rows)));
+    count_modes(rows.size());
   }
 
   void StabilityMap::sort_map() const
@@ -319,6 +313,8 @@ namespace squeal
   void StabilityMap::find_crossings(const unsigned int before, const unsigned int now,
                                     const EigenPairs &modes)
   {
+    if (std::count(left_out.begin(), left_out.end(), before) > 0)
+      return;
     constexpr unsigned int most_halvings = 6;
     // A mode whose growth ends does so in the disc, in which alone modes are followed.
     const auto of_disc = [&](std::vector<Complex> lambda)
@@ -415,6 +411,16 @@ namespace squeal
                std::to_string(crossings.size()) + " crossings of the border so far");
   }
 
+  /// Its line has no modes: every point has one, as the map is sorted by them.
+  bool StabilityMap::leave_out(const unsigned int point)
+  {
+    map_csv->add(map_fields(position_of(point), GrowthSummary({})));
+    eigenvalues.emplace_back();
+    left_out.push_back(point);
+    is_full = false;
+    return left_out.size() < n_points();
+  }
+
   // The boundaries.
 
   bool StabilityMap::correct(const BoundaryFunction &function, Position &at, const int held,
@@ -506,6 +512,9 @@ namespace squeal
       catch (const SolverError &)
       {
         // A mode was lost, or there is no steady state: nearer.
+      }
+      catch (const NoLoad &)
+      {
       }
     log.line("  The border cannot be followed beyond " + varied.parameters[0] + " = " +
              number(parameter_at(0, last.at[0])) + ", " + varied.parameters[1] + " = " +

@@ -1,5 +1,6 @@
 #include <squeal/base/errors.h>
 #include <squeal/base/text.h>
+#include <squeal/parameters/plausibility.h>
 #include <squeal/studies/study.h>
 
 namespace squeal
@@ -30,7 +31,7 @@ namespace squeal
       }
       catch (const NoLoad &error)
       {
-        if (!can_leave_out(n_done))
+        if (!leave_out(n_done))
           throw;
         ++n_done;
         log.line(text_of("Warning, left out: ", names.point, " ", n_done, ". ", error.what()));
@@ -41,19 +42,23 @@ namespace squeal
         save();
     }
     conclude();
+    varied.restore();
+    if (n_without_modes > 0)
+      log.line(
+          no_modes(varied.file.parameters().eigenproblem,
+                   text_of("at ", n_without_modes, " of ", n_points(), " ", names.point, "s")));
     const ModeTracker::Seconds &seconds = tracker.seconds();
     log.line(formatted("  Processor seconds: contact and static states %.1f, counting %.1f, "
                        "projection %.1f, full solutions %.1f",
                        seconds.assembly, seconds.counting, seconds.projection, seconds.full) +
              (estimator ? formatted(", error bars %.1f.", seconds.bars) : "."));
-    varied.restore();
     state.remove(comm);
   }
 
   void Study::save()
   {
     Archive archive;
-    archive(n_done);
+    archive(n_done, n_without_modes);
     visit(archive);
     state.save(archive.numbers(), comm);
     last_saved = Clock::now();
@@ -71,7 +76,7 @@ namespace squeal
     try
     {
       Archive archive(*numbers);
-      archive(n_done);
+      archive(n_done, n_without_modes);
       visit(archive);
       if (archive.is_used_up() && n_done > 0 && n_done <= n_points())
         objection = take_up();
@@ -84,7 +89,7 @@ namespace squeal
       log.line(text_of("Resumed after ", n_done, " of ", n_points(), " ", names.point, "s."));
       return true;
     }
-    n_done = 0;
+    n_done = n_without_modes = 0;
     Archive again(untouched.numbers());
     visit(again);
     log.line("What was interrupted is not resumed, it begins anew: " + objection);

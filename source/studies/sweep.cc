@@ -42,10 +42,6 @@ namespace squeal
             { write(critical, bar); },
             [this](const Course::Stop &stop) { write(stop); })
   {
-    std::vector<std::vector<double>> points;
-    for (const double value : values)
-      points.push_back({value});
-    varied.check(points, "Value");
   }
 
   std::string Sweep::take_up()
@@ -197,12 +193,14 @@ namespace squeal
       sweep_csv->add(sweep_fields(stop.modes.value, stop.modes.branches[j], rows[j],
                                   stop.overlaps[j], stop.reduction_errors[j]));
     const GrowthSummary summary(rows);
-    log.line(
-        formatted("  %14.6g   %5zu   %8u   ", stop.modes.value, rows.size(), summary.n_unstable) +
-        (estimator ? formatted("%9u   ", summary.n_undecided) : "") +
-        (summary.worst ? number(summary.worst->growth_rate()) + " at " +
-                             number(summary.worst->frequency()) + " Hz"
-                       : "-"));
+    count_modes(rows.size());
+    const auto shown = [&](const unsigned int n) { return summary.worst ? summary.field(n) : "-"; };
+    log.line(formatted("  %14.6g   %5zu   %8s   ", stop.modes.value, rows.size(),
+                       shown(summary.n_unstable).c_str()) +
+             (estimator ? formatted("%9s   ", shown(summary.n_undecided).c_str()) : "") +
+             (summary.worst ? number(summary.worst->growth_rate()) + " at " +
+                                  number(summary.worst->frequency()) + " Hz"
+                            : "-"));
   }
 
   Fields Sweep::critical_fields(const CriticalValue &critical,

@@ -40,20 +40,6 @@ namespace squeal
       original.push_back(file.value_of(parameter));
   }
 
-  void VariedModel::check(const std::vector<std::vector<double>> &points, const std::string &name)
-  {
-    for (unsigned int k = 0; k < points.size(); ++k)
-      try
-      {
-        parameters_at(points[k]);
-      }
-      catch (const InputError &error)
-      {
-        throw InputError(text_of(name, " ", k + 1, " is not allowed: ", error.what()));
-      }
-    restore();
-  }
-
   const Parameters::All &VariedModel::parameters_at(const std::vector<double> &values)
   {
     file.vary(parameters, values);

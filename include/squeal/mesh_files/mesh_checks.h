@@ -3,6 +3,8 @@
 #include <squeal/mesh/mortar.h>
 #include <squeal/mesh_files/mesh_file.h>
 
+#include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -47,6 +49,14 @@ namespace squeal
     double least_cover; ///< the smallest part of a face of the pad that lies on the rotor, -
   };
 
+  /// What a message about two contact surfaces goes by beside them.
+  struct PairSurroundings
+  {
+    std::string axes = "xyz"; ///< what the file calls x, y and z
+    /// The boxes of other surfaces of the rotor, by name. Asked for where there is a fault.
+    std::function<std::map<std::string, Box>()> rotor_surfaces;
+  };
+
   /// Contact surfaces must be plane, across the z axis, in a common plane, face each other, and the
   /// rotor's must cover the pad's. Their distance is at most @p tolerance, m, or where that is zero
   /// a part of the pad's size. Patches are of degree 1 with outward normals. Throws InputError,
@@ -55,7 +65,8 @@ namespace squeal
                                          const std::vector<SurfaceFace<3>> &pad_faces,
                                          const std::string &rotor_name,
                                          const std::vector<SurfaceFace<3>> &rotor_faces,
-                                         double tolerance);
+                                         double tolerance,
+                                         const PairSurroundings &surroundings = {});
 
   /// By how much the corners of a face miss a line of the half plane (r, z), which circles about
   /// the z axis sweep to a plane, cylinder or cone; m.

@@ -22,6 +22,13 @@ namespace squeal
   /// Doubts that need no computing, of the parameters of a run or of one value of a study.
   std::vector<std::string> doubts(const Parameters::All &parameters);
 
+  /// The window of frequencies, as "up to 6000 Hz" or "from 10000 to 12000 Hz".
+  std::string window_of(const Parameters::Eigenproblem &parameters);
+
+  /// Says in a line that a window without modes is no verdict; @p where none were found, such as
+  /// "at 3 of 10 values", or nothing.
+  std::string no_modes(const Parameters::Eigenproblem &parameters, const std::string &where = "");
+
   /// A doubt about the window where cells of edge length @p cell_size (m) of the initial mesh are
   /// too long for waves of its upper end in @p body; empty if there is none.
   std::string doubt_about_window(const Parameters::All &parameters,

@@ -63,6 +63,7 @@ namespace squeal
     /// What carries something and is left out.
     std::vector<std::pair<DeckMeaning, std::string>> unread;
     double length = 1;                 ///< metres of the deck's unit
+    std::string units_doubt;           ///< a line that begins with "Warning", or nothing
     std::set<std::string> rotor, pads; ///< no rotor: parts are studied alone
     std::vector<DeckContact> pairs, joints;
     unsigned int axis = 0;
@@ -73,6 +74,7 @@ namespace squeal
     /// A density below 1e-3 is in t/mm^3: solids have 1e-9 to 2e-8 of these, and more than 10
     /// kg/m^3. Without densities there are no modes.
     void choose_units();
+    void doubt_units();
     void choose_rotor(const std::string &names);
     /// What slides on the rotor is a pad; other contacts are joints.
     void sort_contacts();

@@ -27,6 +27,8 @@ namespace squeal
 
   private:
     void check_pairs();
+    /// Surfaces of the file that are the rotor's alone.
+    std::map<std::string, Box> boxes_on_rotor() const;
     /// Middle nodes must not bend a sliding surface; its corners are checked with the pair.
     void check_middle_nodes(const std::string &name) const;
     void check_ties();

@@ -68,4 +68,7 @@ namespace squeal
     find_group(const std::map<std::string, T> &groups, const std::string &name,
                const std::string &key, const std::string &kind) const;
   };
+
+  /// What a mesh file calls the axes x, y, z of the scene, whose z is Mesh/Axis.
+  std::string axes_in_file(const Parameters::Mesh &mesh);
 } // namespace squeal

@@ -44,7 +44,8 @@ namespace squeal
                 growth.by_solver[1]);
       }
     };
-    /// Growth rates by branch of the centre, and the largest of all modes.
+    /// Growth rates by branch of the centre, and the largest of all modes: not known where there
+    /// are no modes, or no load.
     struct Outcome
     {
       std::vector<Growth> branches;
@@ -69,10 +70,10 @@ namespace squeal
     std::string take_up() override;
     void open(bool resumed) override;
     void solve(unsigned int sample) override;
+    bool leave_out(unsigned int sample) override;
     /// Writes probabilities and sensitivity indices.
     void conclude() override;
 
-    void make_points();
     /// Gives the medians; of given samples their means.
     Point centre() const;
     void expand_about_centre();
@@ -92,6 +93,8 @@ namespace squeal
                           const SensitivityIndices &indices) const;
     const Growth &growth_of(unsigned int sample, int branch) const;
     bool has_indices() const;
+    /// Counts the samples that have modes; the others are no verdict.
+    unsigned int n_with_modes() const;
 
     const Parameters::Sampling settings;
     std::vector<Point> points;

@@ -90,11 +90,12 @@ namespace squeal
     void prepare() override;
     void visit(Archive &state) override
     {
-      state(eigenvalues, crossings, n_curves, varying_terms);
+      state(eigenvalues, left_out, crossings, n_curves, varying_terms);
     }
     std::string take_up() override;
     void open(bool resumed) override;
     void solve(unsigned int point) override;
+    bool leave_out(unsigned int point) override;
     bool can_be_saved() const override
     {
       return is_full;
@@ -166,7 +167,8 @@ namespace squeal
     std::unique_ptr<Table> map_csv, border_csv;
 
     std::vector<std::vector<std::complex<double>>>
-        eigenvalues; ///< by point of the grid, walked so far
+        eigenvalues;                    ///< by point of the grid, walked so far
+    std::vector<unsigned int> left_out; ///< points without a load
     std::vector<BoundaryPoint> crossings;
     unsigned int n_curves = 0;
     std::vector<double> varying_terms; ///< of the last expansion point on the grid

@@ -57,11 +57,9 @@ namespace squeal
     {
       return true;
     }
-    /// Whether the study goes on without a point whose state carries no load.
-    virtual bool can_leave_out(unsigned int /*point*/) const
-    {
-      return false;
-    }
+    /// Takes note that a point whose state carries no load is left out. Returns whether the study
+    /// goes on without it.
+    virtual bool leave_out(unsigned int point) = 0;
     virtual void conclude() {}
 
     void save();
@@ -72,6 +70,11 @@ namespace squeal
       return std::make_unique<Table>(directory + "/" + name, sample, comm, resumed);
     }
     void tell_full_solutions(const std::string &besides) const;
+    /// Takes note of how many modes a point has. Those that have none are no verdict.
+    void count_modes(const std::size_t n_modes)
+    {
+      n_without_modes += n_modes == 0;
+    }
     /// What a state is refused for whose numbers are those of another study.
     std::string not_of_this() const
     {
@@ -96,6 +99,7 @@ namespace squeal
     const Names names;
     StateFile state;
     unsigned int n_before        = 0; ///< points done by the run that was interrupted
+    unsigned int n_without_modes = 0; ///< points
     Clock::time_point begin      = Clock::now();
     Clock::time_point last_saved = Clock::now();
     bool has_saved               = false; ///< in this run
@@ -105,6 +109,12 @@ namespace squeal
   struct GrowthSummary
   {
     explicit GrowthSummary(const std::vector<ModeRow> &rows);
+
+    /// A number of modes as a field of a table; empty where there are none, which is no verdict.
+    std::string field(const unsigned int n) const
+    {
+      return worst ? std::to_string(n) : "";
+    }
 
     unsigned int n_unstable  = 0; ///< with the verdict flutter or divergence
     unsigned int n_undecided = 0;

@@ -39,7 +39,7 @@ namespace squeal
     std::string take_up() override;
     void open(bool resumed) override;
     void solve(unsigned int point) override;
-    bool can_leave_out(const unsigned int point) const override
+    bool leave_out(const unsigned int point) override
     {
       return has_begun || point + 1 < values.size();
     }

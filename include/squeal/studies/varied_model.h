@@ -48,10 +48,6 @@ namespace squeal
     VariedModel(ParameterFile &file, const std::vector<std::string> &parameters,
                 const EigensolverOptions &options, const std::string &sought);
 
-    /// Refuses what a study is going to vary before anything is computed: at each of its points,
-    /// which are @p name s, the parameters pass the checks of a run of its own. Throws InputError.
-    void check(const std::vector<std::vector<double>> &points, const std::string &name);
-
     /// Sets the parameters. Throws InputError.
     const Parameters::All &parameters_at(const std::vector<double> &values);
 
