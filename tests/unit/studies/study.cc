@@ -52,6 +52,10 @@ namespace squeal::tests::study_tests
       {
         return squares.size() % 2 == 1;
       }
+      bool leave_out(unsigned int /*point*/) override
+      {
+        return false;
+      }
 
       const unsigned int n_squares;
       const int fails_at;
