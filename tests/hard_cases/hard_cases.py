@@ -13,6 +13,7 @@ import argparse
 import math
 import os
 import pathlib
+import re
 import resource
 import shutil
 import sys
@@ -229,6 +230,9 @@ def beyond_critical(run):
     critical = min(2 * math.pi * plate_frequencies(n, 320)[0] / n for n in (2, 3, 4))
     off = largest([abs(a - b) / f for a, (b, f) in zip(result.f, waves)])
     yield "Omega = 400 rad/s is beyond the critical speed", f"{critical:.0f} rad/s", critical < 400
+    told = re.search(r"Warning, critical speed: .* whose critical speed is (\S+) rad/s", result.log)
+    told = float(told[1]) if told else 0
+    yield "the log warns of it, and tells it to 2 %", f"{told:.0f} rad/s", abs(told / critical - 1) < 0.02
     yield ("all |f_n +- n Omega/2 pi|, to 2 % of f_n", f"{len(result.f)} of {len(waves)} modes, {off:.1e}",
            len(result.f) == len(waves) and off < 0.02)
     growth = largest([abs(l.real) for l in result.l])

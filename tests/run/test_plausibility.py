@@ -36,7 +36,15 @@ CHECKED = {
     "nopress": ({"Mesh/Pressure on": ""}, "Warning, no load: Mesh/Pressure on is empty"),
     "nopressure": ({"Pads/Pressure": 0}, "Warning, no load: Pads/Pressure = 0"),
     "swept": ({"Pads/Pressure": 0, "Sweep/Parameter": "Pads/Pressure", "Sweep/Values": "1e6, 2e6"}, ""),
-    "window": ({"Scene": "brake", "Eigenproblem/Maximum frequency": 60000}, "Warning, coarse mesh: shear waves"),
+    "swept to MPa": ({"Sweep/Parameter": "Pads/Pressure", "Sweep/Values": "1e6, 2, 1, 0"},
+                     "Pads/Pressure = 2 Pa. Usual are 1e3 to 1e8 Pa; 1 MPa is 1e6. (Value 2 of 4; 2 of them are like this)"),
+    "swept by a map": ({"Sweep/Parameter": "Rotor/Material/Density", "Sweep/Values": "7200, 7.2",
+                        "Sweep/Second parameter": "Pads/Material/Young modulus", "Sweep/Second values": "1e10, 1e9"},
+                       "Warning, units: Rotor/Material: Density = 7.2 kg/m^3"),
+    "sampled rpm": ({"Sampling/Parameters": "Operation/Angular velocity uniform 100 900", "Sampling/Samples": 4},
+                    "Warning, speed: Operation/Angular velocity = "),
+    "every value": ({**MPA, "Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.1, 0.2"}, "1.15e+11 Pa. Units are"),
+    "window": ({"Scene": "brake", "Eigenproblem/Maximum frequency": 60000}, "Warning, coarse mesh: shear waves in Rotor"),
 }
 # name: (settings, exit status, what the screen must say)
 RUN = {
@@ -91,14 +99,76 @@ class Mistakes(st.TestCase):
         self.assertLess(page.index("Warning, pressure"), page.index('<p class="summary "') if '<p class="summary "' in page
                         else page.index("modes up to"))
 
-    def test_value_without_load_is_left_out(self):
-        """A sweep goes on after it."""
-        settings = {"Scene": "brake", **st.TINY_BRAKE, "Discretization/Degree": 1, "Sweep/Parameter": "Pads/Pressure"}
-        status, text = self.say({**settings, "Sweep/Values": "0, 5e5, 1e6"})
+    def study(self, settings, table):
+        """What a study of the smallest brake says, and the rows of its table."""
+        status, text = self.say({"Scene": "brake", **st.TINY_BRAKE, "Discretization/Degree": 1, **settings}, "--overwrite")
         self.assertEqual(status, 0, text)
+        return text, st.read_table(self.directory / "output/it" / table)
+
+    def test_value_without_load_is_left_out(self):
+        """A sweep, a map and samples go on after it."""
+        swept = {"Sweep/Parameter": "Pads/Pressure", "Sweep/Values": "0, 5e5, 1e6"}
+        text, rows = self.study(swept, "sweep.csv")
         self.assertIn("Warning, left out: ", text)
-        values = {row["parameter"] for row in st.read_table(self.directory / "output/it/sweep.csv")}
-        self.assertEqual(values, {5e5, 1e6})
+        self.assertEqual({row["parameter"] for row in rows}, {5e5, 1e6})
+        mapped = {"Sweep/Second parameter": "Contact/Friction/Coefficient", "Sweep/Second values": "0.1, 0.6"}
+        for bars in ("false", "true"):
+            text, rows = self.study({**swept, **mapped, "Eigenproblem/Error bars": bars}, "map.csv")
+            self.assertEqual(text.count("Warning, left out: point"), 4, text)  # and again after the table
+            self.assertEqual([row["Pads/Pressure"] for row in rows], 2 * [0, 5e5, 1e6])
+            self.assertEqual([row["unstable_modes"] is None for row in rows], 2 * [True, False, False])
+        self.write("given.csv", "Pads/Pressure,Contact/Friction/Coefficient\n5e5,0.4\n0,0.5\n1e6,0.6\n")
+        text, rows = self.study({"Sampling/File": "given.csv"}, "samples.csv")
+        self.assertIn("Warning, left out: sample 2. The pad", text)
+        self.assertEqual([row["sample"] for row in rows], [1, 3])
+        probability = st.read_table(self.directory / "output/it/probability.csv")[0]
+        self.assertEqual(probability["samples"], 2)
+
+    def test_no_load_at_all(self):
+        """Nothing is left of a study."""
+        for study in [{"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.1, 0.2"},
+                      {"Sampling/Parameters": "Contact/Friction/Coefficient uniform 0.1 0.2", "Sampling/Samples": 2}]:
+            status, text = self.say({"Scene": "brake", **st.TINY_BRAKE, "Discretization/Degree": 1, "Pads/Pressure": 0, **study},
+                                    "--overwrite")
+            self.assertEqual(status, 2, text)
+            self.assertIn("carries no force", text)
+
+    def test_studies_without_modes(self):
+        """No number of unstable modes, no probability; the page says it, too."""
+        window = {"Eigenproblem/Maximum frequency": 100}
+        numbers = {"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.1, 0.2"}
+        text, rows = self.study({**window, **numbers}, "sweep.csv")
+        self.assertEqual(rows, [])
+        self.assertIn("Warning, no modes: there is none up to 100 Hz at 2 of 2 values.", text)
+        text, rows = self.study({**window, **numbers, "Sweep/Second parameter": "Pads/Pressure", "Sweep/Second values": "1e6, 2e6"},
+                                "map.csv")
+        self.assertEqual([row["unstable_modes"] for row in rows], 4 * [None])
+        self.assertIn("at 4 of 4 points", text)
+        text, rows = self.study({**window, "Sampling/Parameters": "Contact/Friction/Coefficient uniform 0.1 0.6",
+                                 "Sampling/Samples": 4}, "samples.csv")
+        self.assertEqual([row["unstable_modes"] for row in rows], 4 * [None])
+        self.assertIn("at 4 of 4 samples", text)
+        self.assertNotIn("nan", text)
+        rows = st.read_table(self.directory / "output/it/probability.csv")
+        self.assertEqual([(row["samples"], row["probability"]) for row in rows], [(0, None)])
+        subprocess.run([sys.executable, st.PROJECT / "scripts/report.py", "output/it"], cwd=self.directory, check=True,
+                       capture_output=True, timeout=120)
+        page = (self.directory / "output/it/report.html").read_text()
+        self.assertIn("No sample has a mode in the window", page)
+        self.assertNotIn("probability of 0", page)
+
+    def test_checks_of_studies(self):
+        """--check refuses a value that a run of its own would refuse."""
+        for settings, words in [({"Sweep/Parameter": "Operation/Angular velocity", "Sweep/Values": "20, 0"}, "Value 2 is not allowed"),
+                                ({"Sweep/Parameter": "Pads/Material/Poisson ratio", "Sweep/Values": "0.3, 0.6"}, "Value 2"),
+                                ({"Sampling/Parameters": "Pads/Material/Poisson ratio uniform 0.4 0.6", "Sampling/Samples": 4},
+                                 "is not allowed"),
+                                ({"Sweep/Parameter": "Eigenproblem/Tolerance", "Sweep/Values": "1e-9, 1e-8"}, "do not depend on it"),
+                                ({"Sweep/Parameter": "Contact/Friction/Coeficient", "Sweep/Values": "0.3, 0.4"}, "nearest known key")]:
+            with self.subTest(**settings):
+                status, text = self.say(settings, "--check")
+                self.assertEqual(status, 2, text)
+                self.assertIn(words, text)
 
 
 if __name__ == "__main__":
