@@ -139,7 +139,8 @@ class EveryKey(st.TestCase):
                 ({"Sweep/Parameter": "Operation/Angular velocity", "Sweep/Values": "20, 0"}, ["Value 2", "at rest"]),
                 ({"Sweep/Parameter": "Operation/Angular velocity", "Sweep/Values": "20, 10, 0",
                   "Sweep/Second parameter": "Contact/Friction/Coefficient", "Sweep/Second values": "0.1, 0.2"}, ["Point 3"]),
-                ({"Sweep/Parameter": "Output/Superelement", "Sweep/Values": "1, 2"}, ["not a number"])]:
+                ({"Sweep/Parameter": "Output/Superelement", "Sweep/Values": "1, 2"}, ["do not depend on it"]),
+                ({"Sweep/Parameter": "Mesh/Rotor", "Sweep/Values": "1, 2"}, ["not a number"])]:
             with self.subTest(**settings):
                 self.refused({**BRAKE, **settings}, *words)
         for number, words in (("0x1p-2", "not a number"), ("0.4\0", "NUL")):
