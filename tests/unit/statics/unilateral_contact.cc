@@ -261,7 +261,7 @@ namespace squeal::tests::unilateral_contact_tests
 
   TEST_CASE(
       "unilateral_contact: scattered states by factors nearby, in a space that has learnt them" *
-      doctest::test_suite("slow"))
+      doctest::test_suite("slow, two ranks at most"))
   {
     const Geometry<3> geometry = make_brake(brake("both", "1 + 25*y"));
     FiniteElementSpace<3> spaces(geometry, 2, true, MPI_COMM_WORLD);
