@@ -160,25 +160,32 @@ namespace squeal
     }
   }
 
+  std::vector<bool> ElementProblems::free_functions(const Element &element,
+                                                    const DenseMatrix &at_nodes)
+  {
+    std::vector<bool> is_there(dim * at_nodes.n_rows), result(dim * at_nodes.n_columns, true);
+    for (const auto &unknown : element.unknowns)
+      if (unknown.field < dim)
+        is_there[unknown.field * at_nodes.n_rows + unknown.node] = true;
+    for (unsigned int c = 0; c < dim; ++c)
+      for (unsigned int w = 0; w < at_nodes.n_columns; ++w)
+        for (unsigned int k = 0; k < at_nodes.n_rows; ++k)
+          if (at_nodes(k, w) != 0 && !is_there[c * at_nodes.n_rows + k])
+            result[c * at_nodes.n_columns + w] = false;
+    return result;
+  }
+
   LocalProblem ElementProblems::make(const Element &element, const Material &material)
   {
     const Functions &of    = functions_of(element.shape);
     const unsigned int n_w = of.moves.n_added(), n_f = of.n_functions;
     LocalProblem problem;
-    std::vector<int> &kept = problem.unknowns;
-    DenseMatrix direct(dim, of.moves_at_nodes.n_rows);
-    for (const auto &unknown : element.unknowns)
-      if (unknown.field < dim)
-        direct(unknown.field, unknown.node) = 1;
+    std::vector<int> &kept       = problem.unknowns;
+    const std::vector<bool> free = free_functions(element, of.moves_at_nodes);
     for (unsigned int c = 0; c < dim; ++c)
       for (unsigned int w = 0; w < n_w; ++w)
-      {
-        bool is_free = true;
-        for (unsigned int k = 0; k < direct.n_columns && is_free; ++k)
-          is_free = of.moves_at_nodes(k, w) == 0 || direct(c, k) != 0;
-        if (is_free)
+        if (free[c * n_w + w])
           kept.push_back(c * n_f + w);
-      }
     const unsigned int n_moves = kept.size();
 
     // Faces of contacts and ties, and their multipliers
@@ -242,16 +249,7 @@ namespace squeal
   {
     const Functions &of    = functions_of(element.shape);
     const unsigned int n_w = of.moves.n_added(), n_base = of.moves.n_base(), n = n_w + n_base;
-    std::vector<bool> movable(dim * n_base, true);
-    DenseMatrix direct(dim, of.base_at_nodes.n_rows);
-    for (const auto &unknown : element.unknowns)
-      if (unknown.field < dim)
-        direct(unknown.field, unknown.node) = 1;
-    for (unsigned int c = 0; c < dim; ++c)
-      for (unsigned int b = 0; b < n_base; ++b)
-        for (unsigned int k = 0; k < direct.n_columns; ++k)
-          if (of.base_at_nodes(k, b) != 0 && direct(c, k) == 0)
-            movable[c * n_base + b] = false;
+    const std::vector<bool> movable = free_functions(element, of.base_at_nodes);
     std::vector<unsigned int> moves, base;
     for (const int unknown : problem.unknowns)
       if (unknown < int(dim * of.n_functions))

@@ -279,7 +279,7 @@ namespace squeal
         parts.resize(m); // an element's are its first cell's
     }
 
-    /// The same sums over elements with own polynomials.
+    /// Eliminates the local problems of elements with own polynomials.
     template <int dim>
     void Estimator<dim>::eliminate_elements(EigenvalueErrors &errors)
     {

@@ -305,10 +305,14 @@ namespace squeal
     DoFTools::extract_locally_relevant_dofs(nodes, relevant_nodes);
     Constraints seen(relevant_nodes);
     DoFTools::make_hanging_node_constraints(nodes, seen);
-    const Constraints before_elements(seen);
+    Constraints of_multipliers;
     if constexpr (dim == 3)
       if (!geometry.own.empty())
+      {
+        of_multipliers.copy_from(seen);
+        add_elements(nodes, geometry.own, multiplier_degree, is_enriched(), of_multipliers);
         add_elements(nodes, geometry.own, fe.degree, is_enriched(), seen);
+      }
     hanging = resolve(seen, owned, relevant_nodes, comm);
     shape_cells(hanging);
     if (geometry.is_periodic())
@@ -322,13 +326,8 @@ namespace squeal
       hanging = resolve(seen, owned, relevant_nodes, comm);
     }
     relevant_nodes = hanging.get_local_lines();
-    if constexpr (dim == 3)
-      if (!geometry.own.empty())
-      {
-        Constraints of_multipliers(before_elements);
-        add_elements(nodes, geometry.own, multiplier_degree, is_enriched(), of_multipliers);
-        multiplier_lines = resolve(of_multipliers, owned, relevant_nodes, comm);
-      }
+    if (!geometry.own.empty())
+      multiplier_lines = resolve(of_multipliers, owned, relevant_nodes, comm);
     const Constraints &lines = lines_of(dim);
 
     const auto [fixed, in_contact, in_tie, in_stick] =

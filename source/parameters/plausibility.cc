@@ -111,7 +111,7 @@ namespace squeal
       {
         if (!prm.is_used(body))
           continue;
-        // Of a mode of the frequency w, beta K damps with the ratio beta w / 2.
+        // beta K damps a mode of the frequency w with the ratio beta w / 2.
         const double beta = body.material.stiffness_damping, frequency = 1000, // Hz, squeal's least
             ratio         = beta * M_PI * std::min(frequency, prm.eigenproblem.maximum_frequency),
                      loss = body.material.stiffness_factor.loss_factor;

@@ -416,8 +416,8 @@ namespace squeal
       deck.speed = -deck.speed;
     if (axis_is_told || rotor.empty())
       return;
-    // Of the origin of the file where that is about in the middle, which of a coarse mesh no
-    // box is.
+    // The file's origin where that is about in the middle: the middle of a coarse mesh's box is
+    // not.
     Box box;
     for (const std::string &volume : rotor)
       for (const unsigned int e : mesh.volumes.at(volume))

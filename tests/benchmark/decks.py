@@ -11,7 +11,6 @@ same elements with the pads tied. Processor seconds are of the process and all t
 import argparse
 import os
 import pathlib
-import resource
 import shutil
 import subprocess
 import sys
@@ -20,6 +19,19 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
 import squeal_testing as st  # noqa: E402
+from runs import processor_seconds  # noqa: E402
+
+# The faces in one plane: the disc's is the larger one.
+FACES_AT = """s() = Surface In BoundingBox{{-141,-141,{z}-e,141,141,{z}+e}};
+For i In {{0:#s()-1}}
+  bb() = BoundingBox Surface{{s(i)}};
+  If (bb(0) < -100)
+    Physical Surface("disc {side}") = {{s(i)}};
+  Else
+    Physical Surface("{pad} contact") = {{s(i)}};
+  EndIf
+EndFor
+"""
 
 GEOMETRY = """
 SetFactory("OpenCASCADE");
@@ -38,25 +50,7 @@ Physical Volume("disc") = {10};
 Physical Volume("upper") = {20};
 Physical Volume("lower") = {30};
 e = 0.01;
-s() = Surface In BoundingBox{-141,-141,10-e,141,141,10+e};
-For i In {0:#s()-1}
-  b() = Boundary{ Surface{s(i)}; };
-  bb() = BoundingBox Surface{s(i)};
-  If (bb(0) < -100)
-    Physical Surface("disc top") = {s(i)};
-  Else
-    Physical Surface("upper contact") = {s(i)};
-  EndIf
-EndFor
-s() = Surface In BoundingBox{-141,-141,-10-e,141,141,-10+e};
-For i In {0:#s()-1}
-  bb() = BoundingBox Surface{s(i)};
-  If (bb(0) < -100)
-    Physical Surface("disc bottom") = {s(i)};
-  Else
-    Physical Surface("lower contact") = {s(i)};
-  EndIf
-EndFor
+@FACES@
 Physical Surface("upper back") = Surface In BoundingBox{-141,-141,25-e,141,141,25+e};
 Physical Surface("lower back") = Surface In BoundingBox{-141,-141,-25-e,141,141,-25+e};
 s() = Surface In BoundingBox{-51,-51,-11,51,51,11};
@@ -64,7 +58,7 @@ Physical Surface("bore") = {s()};
 Mesh.MeshSizeMin = h; Mesh.MeshSizeMax = h;
 Mesh.ElementOrder = 2;
 Mesh.MshFileVersion = 2.2;
-"""
+""".replace("@FACES@\n", FACES_AT.format(z=10, side="top", pad="upper") + FACES_AT.format(z=-10, side="bottom", pad="lower"))
 
 SETTINGS = {"Scene": "mesh", "Stage": "full", "Mesh/File": "brake.msh", "Mesh/Scale": 1e-3, "Mesh/Rotor": "disc",
             "Mesh/Pads": "upper, lower", "Mesh/Contact pairs": "upper contact : disc top, lower contact : disc bottom",
@@ -122,12 +116,11 @@ def write_deck(path, nodes, volumes, surfaces):
         deck.write("*BOUNDARY\nbore, 1, 3\nupperback, 1, 2\nlowerback, 1, 2\n*STEP\n*FREQUENCY\n12\n*END STEP\n")
 
 
-def used_by_children(run):
+def used_by(run):
     """Processor seconds of what run() starts, and its result."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = processor_seconds()
     result = run()
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, result
+    return processor_seconds() - before, result
 
 
 def main():
@@ -147,7 +140,7 @@ def main():
             nodes, volumes, surfaces = read_mesh(directory / "brake.msh")
             used = {n for elements in volumes.values() for _, own in elements for n in own}
             (directory / "brake.prm").write_text(st.parameter_file(SETTINGS))
-            seconds, result = used_by_children(lambda: st.run("brake.prm", "--overwrite", directory=directory, timeout=7200))
+            seconds, result = used_by(lambda: st.run("brake.prm", "--overwrite", directory=directory, timeout=7200))
             if result.returncode != 0:
                 sys.exit(result.stdout + result.stderr)
             modes = st.read_table(directory / "output/brake/modes.csv")
@@ -156,7 +149,7 @@ def main():
             line = f"{size:4g}{len(used):8}{int(cycle['dofs']):11}{len(modes):8}{bar:13.1e}{seconds:11.0f}{cycle['memory_mib']:7.0f}"
             if with_ccx:
                 write_deck(directory / "elastic.inp", {n: nodes[n] for n in used}, volumes, surfaces)
-                seconds, result = used_by_children(lambda: subprocess.run(
+                seconds, result = used_by(lambda: subprocess.run(
                     ["/usr/bin/env", "python3", "-c",
                      "import resource, subprocess, sys\n"
                      "code = subprocess.run(['ccx', '-i', 'elastic'], capture_output=True).returncode\n"

@@ -34,7 +34,7 @@ namespace squeal
     const DenseMatrix &values(ElementShape shape, unsigned int field);
 
   private:
-    /// Of a shape.
+    /// Holds a shape's functions by their values and derivatives.
     struct Functions
     {
       ElementFunctions moves, multipliers;
@@ -46,7 +46,8 @@ namespace squeal
       std::vector<std::uint8_t> carrier_of_node;
       unsigned int n_functions; ///< of the more numerous ones
     };
-    /// Of a cell as its vertices lie in its element: (node of the cell, function).
+    /// Holds the functions by their values at a cell's nodes, (node of the cell, function), for
+    /// each way in which the cell's vertices lie in its element.
     struct OnCell
     {
       DenseMatrix moves, multipliers;
@@ -57,6 +58,9 @@ namespace squeal
     {
       return space.base.geometry.own.cells[cell->index()].between;
     }
+    /// Tells which functions, by component and number, move no node without an equation. @p
+    /// at_nodes has their values: (own node, function).
+    static std::vector<bool> free_functions(const Element &element, const DenseMatrix &at_nodes);
     /// The stiffness of the added functions, or with @p with_base of those and V_h's.
     DenseMatrix stiffness_of(const Element &element, const Material &material, bool with_base);
     /// The corners of an element's face on which a cell's face lies.

@@ -45,8 +45,8 @@ namespace squeal
   private:
     struct Function
     {
-      /// Of the triangle or tetrahedron, by number in simplex_functions(), and of the line; or of
-      /// three lines.
+      /// Factors by number: one of simplex_functions(), in wedges and one of a line; or three of
+      /// lines.
       std::array<unsigned int, 3> factors;
     };
     DenseMatrix at(const std::vector<dealii::Point<3>> &places, unsigned int first,
