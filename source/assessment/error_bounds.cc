@@ -137,8 +137,16 @@ namespace squeal
         }
       }
       ErrorBounds bounds;
+      bounds.parts = {{"one degree more", "", {}, {}}, {"unlike parts of the mesh", "", {}, {}}};
+      for (const ErrorEffects::Alternatives &group : effects.alternatives)
+        bounds.parts.push_back({group.name, "", {}, {}});
       for (unsigned int k = 0; k < m; ++k)
       {
+        const auto note = [&](const unsigned int part, const double re, const double im)
+        {
+          bounds.parts[part].growth_rate.push_back(re);
+          bounds.parts[part].imaginary.push_back(im);
+        };
         bounds.correction.push_back(corrected[k] - lambda[k]);
         UncertainChange growth_rate, imaginary;
         const auto include = [&](const Complex &changed)
@@ -161,7 +169,10 @@ namespace squeal
           if (const double t = j == k ? 0 : closest_approach(lambda, f, k, j);
               t >= 1 - unequal && t <= (1 + unequal) * whole)
             include(coupled(lambda, f, members, std::vector<double>(members.size(), t))[0]);
-        growth_rate.set_parts(unequal_parts * whole * effects.growth_rate_parts(k));
+        const double unlike = unequal_parts * whole * effects.growth_rate_parts(k);
+        growth_rate.set_parts(unlike);
+        note(0, growth_rate.largest_change(), imaginary.largest_change());
+        note(1, unlike, 0);
         for (unsigned int g = 0; g < shifted.size(); ++g)
         {
           std::vector<double> re, im;
@@ -170,8 +181,8 @@ namespace squeal
             re.push_back((roots[k] - extrapolated[k]).real());
             im.push_back((roots[k] - extrapolated[k]).imag());
           }
-          growth_rate.add(effects.alternatives[g], re);
-          imaginary.add(effects.alternatives[g], im);
+          note(2 + g, growth_rate.add(effects.alternatives[g], re),
+               imaginary.add(effects.alternatives[g], im));
         }
         bounds.growth_rate.push_back(growth_rate.bound());
         bounds.imaginary.push_back(imaginary.bound());
@@ -199,13 +210,14 @@ namespace squeal
     return sum;
   }
 
-  void UncertainChange::add(const ErrorEffects::Alternatives &alternatives,
-                            const std::vector<double> &changes)
+  double UncertainChange::add(const ErrorEffects::Alternatives &alternatives,
+                              const std::vector<double> &changes)
   {
     double &sum = alternatives.with_likeliest ? both_sides : at_most, of_these = 0;
     for (const double change : changes)
       of_these = std::max(of_these, std::abs(change));
     sum += of_these;
+    return of_these;
   }
 
   double whole_effect(const unsigned int degree)
@@ -234,11 +246,20 @@ namespace squeal
       for (const unsigned int j : members)
         own_lambda.push_back(lambda[j]);
       const ErrorBounds own = bound_errors_of_sector(own_lambda, select(effects, members));
+      if (bounds.parts.empty())
+        for (const BarPart &part : own.parts)
+          bounds.parts.push_back(
+              {part.cause, part.at, std::vector<double>(m), std::vector<double>(m)});
       for (unsigned int k = 0; k < members.size(); ++k)
       {
         bounds.correction[members[k]]  = own.correction[k];
         bounds.growth_rate[members[k]] = own.growth_rate[k];
         bounds.imaginary[members[k]]   = own.imaginary[k];
+        for (unsigned int part = 0; part < own.parts.size(); ++part)
+        {
+          bounds.parts[part].growth_rate[members[k]] = own.parts[part].growth_rate[k];
+          bounds.parts[part].imaginary[members[k]]   = own.parts[part].imaginary[k];
+        }
       }
     }
     return bounds;
@@ -262,7 +283,7 @@ namespace squeal
       result.kinds.push_back(within(effect));
     for (const ErrorEffects::Alternatives &group : effects.alternatives)
     {
-      result.alternatives.push_back({{}, group.with_likeliest});
+      result.alternatives.push_back({{}, group.with_likeliest, group.name});
       for (const Effect &effect : group.effects)
         result.alternatives.back().effects.push_back(within(effect));
     }

@@ -230,7 +230,7 @@ namespace squeal
     {
       for (const ErrorEffects::Alternatives &group : of.effects.alternatives)
       {
-        ErrorEffects::Alternatives parts{{}, group.with_likeliest};
+        ErrorEffects::Alternatives parts{{}, group.with_likeliest, group.name};
         double largest = 0;
         for (const Effect &effect : group.effects)
         {

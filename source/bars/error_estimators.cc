@@ -8,6 +8,7 @@
 #include <squeal/bars/static_correction.h>
 #include <squeal/bars/surface_vectors.h>
 #include <squeal/base/errors.h>
+#include <squeal/base/text.h>
 #include <squeal/contact/contact_matrices.h>
 
 #include <algorithm>
@@ -64,7 +65,7 @@ namespace squeal
                              unsigned int material, const Kind &kind,
                              std::vector<std::complex<float>> &parts);
       DenseMatrix soften(unsigned int number, unsigned int material, const LocalProblem &problem);
-      std::vector<ErrorEffects::Alternatives> other_edges(EigenvalueErrors &errors) const;
+      std::vector<ErrorEffects::Alternatives> other_edges(EigenvalueErrors &errors);
       void add_state_correction(const DenseMatrix &functions, unsigned int number,
                                 const std::vector<int> &unknowns, const double *solution);
       void add_effect_of_pressure(ErrorEffects &effects);
@@ -77,6 +78,8 @@ namespace squeal
       Kind kind_of(const std::vector<CellIterator> &cells) const;
       std::vector<std::vector<Complex>> parts_by_kind();
       void find_corrections(EigenvalueErrors &errors);
+      std::vector<BarPart> parts_by_body(const EigenvalueErrors &errors) const;
+      std::vector<BarPart> parts_by_contact() const;
 
       const BrakeModel<dim> &model;
       const EigenPairs &modes;
@@ -95,6 +98,8 @@ namespace squeal
       std::map<Kind, std::vector<Complex>> kinds;   ///< parts of F by kinds of cells, of this rank
       ComplexDenseMatrix more_yielding;     ///< what T becomes more where V_h follows, at most
       std::vector<Column> state_correction; ///< sums and numbers of summands
+      /// Of EdgeEffects.
+      std::map<unsigned int, std::vector<Complex>> edges_by_interface;
     };
 
     template <int dim>
@@ -434,7 +439,9 @@ namespace squeal
       }
       local *= 2;
       effects.alternatives.push_back(
-          {{effect_of_pressure(pressure_with(std::move(local)), x_vectors, z_vectors)}, false});
+          {{effect_of_pressure(pressure_with(std::move(local)), x_vectors, z_vectors)},
+           false,
+           "steady pressure"});
     }
 
     /// int max(-p, 0) by int |p| of the steady pressure, on all that slides.
@@ -578,6 +585,7 @@ namespace squeal
       effects = {std::move(t.values), parts_by_kind(), space.base.fe.degree, {}};
       if (residuals.with_state)
         add_effect_of_pressure(effects);
+      const std::vector<BarPart> of_bodies = parts_by_body(errors);
       for (ErrorEffects::Alternatives &edges : other_edges(errors))
       {
         for (std::vector<Complex> &edge : edges.effects)
@@ -587,28 +595,84 @@ namespace squeal
       // The same on all ranks, whichever has such cells
       if (std::any_of(yielding_effect.begin(), yielding_effect.end(),
                       [](const Complex e) { return e != 0.; }))
-        effects.alternatives.push_back({{yielding_effect}, false});
+        effects.alternatives.push_back({{yielding_effect}, false, "locking"});
       errors.bounds = bound_errors(modes.lambda, modes.parity, effects);
+      for (const std::vector<BarPart> &parts : {of_bodies, parts_by_contact()})
+        errors.bounds.parts.insert(errors.bounds.parts.end(), parts.begin(), parts.end());
+    }
+
+    /// What one degree more may change by the cells of each body alone, without coupling of modes.
+    /// Call it before cells get parts of the edge of contact. Collective.
+    template <int dim>
+    std::vector<BarPart> Estimator<dim>::parts_by_body(const EigenvalueErrors &errors) const
+    {
+      const Geometry<dim> &geometry = space.base.geometry;
+      std::vector<std::pair<std::string, Body>> bodies;
+      for (const auto &[name, body] : geometry.named_bodies())
+        bodies.emplace_back(name, body);
+      std::vector<Complex> sums(bodies.size() * m);
+      unsigned int number = 0;
+      for (const auto &cell : space.base.triangulation.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          const Body body = geometry.parts[cell->material_id()].body;
+          const std::size_t b =
+              std::find_if(bodies.begin(), bodies.end(),
+                           [&](const auto &named) { return named.second == body; }) -
+              bodies.begin();
+          for (unsigned int j = 0; j < m && b < bodies.size(); ++j)
+            sums[b * m + j] += errors.cells[number][j];
+          ++number;
+        }
+      MPI_Allreduce(MPI_IN_PLACE, sums.data(), sums.size(), MPI_CXX_DOUBLE_COMPLEX, MPI_SUM,
+                    space.fine.comm);
+      const double whole = whole_effect(space.base.fe.degree);
+      std::vector<BarPart> parts;
+      for (std::size_t b = 0; b < bodies.size(); ++b)
+      {
+        parts.push_back({"one degree more", bodies[b].first, {}, {}});
+        for (unsigned int j = 0; j < m; ++j)
+          parts.back().add(whole * sums[b * m + j]);
+      }
+      return parts;
+    }
+
+    /// What the edge of each contact alone may change.
+    template <int dim>
+    std::vector<BarPart> Estimator<dim>::parts_by_contact() const
+    {
+      std::vector<BarPart> parts;
+      for (const auto &[interface, change] : edges_by_interface)
+      {
+        parts.push_back(
+            {"edge of contact", model.contact()->paired_interfaces()[interface].name, {}, {}});
+        for (unsigned int j = 0; j < m; ++j)
+          parts.back().add(change[j] / (-2. * modes.lambda[j]));
+      }
+      return parts;
     }
 
     /// First-order changes of the eigenvalues by another edge of the contact zone, like F, level by
     /// level of the pads' cells, so that what one says of another is little. Their parts go to the
     /// pads' cells that share the edge's nodes.
     template <int dim>
-    std::vector<ErrorEffects::Alternatives>
-    Estimator<dim>::other_edges(EigenvalueErrors &errors) const
+    std::vector<ErrorEffects::Alternatives> Estimator<dim>::other_edges(EigenvalueErrors &errors)
     {
       if (!model.equilibrium())
         return {};
       EdgeEffects effects = edge_effects(model.equilibrium()->edge, modes.right, modes.left);
       if (effects.rows.empty())
         return {};
+      edges_by_interface = effects.by_interface;
       std::vector<ErrorEffects::Alternatives> alternatives;
       for (EdgeEffects::Shifts &shifts : effects.by_level)
       {
+        const std::string level =
+            effects.by_level.size() > 1 ? text_of(", level ", alternatives.size()) : "";
         alternatives.push_back(
             {{std::move(shifts.smaller), std::move(shifts.larger), std::move(shifts.likeliest)},
-             true});
+             true,
+             "edge of contact" + level});
         for (std::vector<Complex> &products : alternatives.back().effects)
           for (unsigned int k = 0; k < m * m; ++k)
             products[k] /= -2. * modes.lambda[k % m];

@@ -2,6 +2,7 @@
 #include <squeal/base/text.h>
 #include <squeal/mesh/quadratic_manifold.h>
 #include <squeal/mesh_files/element_file.h>
+#include <squeal/mesh_files/element_map.h>
 #include <squeal/mesh_files/joined_surfaces.h>
 #include <squeal/mesh_files/mesh_checks.h>
 
@@ -10,8 +11,7 @@
 #include <set>
 #include <unordered_map>
 
-// Elements become hexahedra. The tables of the shapes come first; ElementMap is an element's
-// polynomial of degree 2, or its map to circles about the axis. Divider finds which edges are
+// Elements become hexahedra. The tables of the shapes come first. Divider finds which edges are
 // halved, until no element asks for more, makes the new nodes, which neighbours share, and the
 // cells with their curved shapes, and gives groups and faces to the parts.
 
@@ -22,6 +22,14 @@ namespace squeal
   bool ElementFile::Element::is_quadratic() const
   {
     return nodes.size() > n_corners(shape);
+  }
+
+  std::string ElementFile::Element::kind() const
+  {
+    const std::string name = shape == ElementShape::tetrahedron ? "tetrahedron"
+                             : shape == ElementShape::wedge     ? "wedge"
+                                                                : "hexahedron";
+    return (is_quadratic() ? "quadratic " : "linear ") + name;
   }
 
   unsigned int ElementFile::n_corners(const ElementShape shape)
@@ -88,190 +96,20 @@ namespace squeal
     return free;
   }
 
+  void ElementFile::fail(const Element &element, const std::string &message) const
+  {
+    throw InputError(text_of("Mesh/File: ", name, ", line ", element.line, ": element ",
+                             element.number, ", ", element.kind(), ", ", message));
+  }
+
+  void ElementFile::fail_beside_another(const Element &element) const
+  {
+    fail(element, "shares an edge or face with another element that is curved otherwise there: "
+                  "linear beside quadratic elements need straight edges in between.");
+  }
+
   namespace
   {
-    /// A place in an element: barycentric coordinates of a tetrahedron; of a wedge those of its
-    /// triangle and the height in [0, 1]; coordinates of a hexahedron in the unit cube.
-    using CellPlace = std::array<double, 4>;
-
-    /// The polynomial of an element: three coordinates, and the distance from the z axis.
-    class ElementMap
-    {
-    public:
-      ElementMap(const std::vector<Point<3>> &all_nodes, const ElementFile::Element &element,
-                 const bool on_circle)
-          : shape(element.shape), on_circle(on_circle)
-      {
-        std::vector<Value> nodes;
-        for (const unsigned int node : element.nodes)
-        {
-          const Point<3> &x = all_nodes[node];
-          nodes.push_back({{x[0], x[1], x[2], std::hypot(x[0], x[1])}});
-        }
-        const unsigned int n_corners = ElementFile::n_corners(shape);
-        corners.assign(nodes.begin(), nodes.begin() + n_corners);
-        const auto &edges = ElementFile::edges(shape);
-        const bool middle = element.is_quadratic();
-        size              = 0;
-        for (unsigned int e = 0; e < edges.size(); ++e)
-        {
-          const Value &a = corners[edges[e][0]], &b = corners[edges[e][1]];
-          Value straight{};
-          add(straight, 0.5, a);
-          add(straight, 0.5, b);
-          middles.push_back(middle ? nodes[n_corners + e] : straight);
-          size    = std::max(size, distance(a, b));
-          sagitta = std::max(sagitta, placed(straight).distance(placed(middles.back())));
-        }
-        if (shape == ElementShape::tetrahedron)
-          return;
-        unsigned int next = n_corners + edges.size();
-        for (const auto &face : ElementFile::faces(shape))
-          if (face[3] != ElementFile::none)
-          {
-            // Serendipity: a quarter of the corners less than half of the middles
-            Value centre{};
-            for (unsigned int e = 0; e < edges.size(); ++e)
-              if (std::count(face.begin(), face.end(), edges[e][0]) > 0 &&
-                  std::count(face.begin(), face.end(), edges[e][1]) > 0)
-                add(centre, 0.5, middles[e]);
-            for (const unsigned int corner : face)
-              add(centre, -0.25, corners[corner]);
-            if (next < nodes.size())
-            {
-              sagitta = std::max(sagitta, placed(centre).distance(placed(nodes[next])));
-              centre  = nodes[next];
-            }
-            ++next;
-            quadrilaterals.push_back(centre);
-          }
-        if (shape == ElementShape::wedge)
-          return;
-        for (const Value &corner : corners)
-          add(centre, -0.25, corner);
-        for (const Value &edge : middles)
-          add(centre, 0.25, edge);
-        if (next < nodes.size())
-          centre = nodes[next];
-      }
-
-      /// Whether edges and faces are straight, or on circles, but for the digits of the file.
-      bool is_straight() const
-      {
-        return sagitta <= 1e-6 * size;
-      }
-
-      Point<3> at(const CellPlace &place) const
-      {
-        Value value{};
-        if (shape == ElementShape::tetrahedron)
-          add_simplex(value, place, 4, 1, 0, 0);
-        else if (shape == ElementShape::wedge)
-        {
-          const std::array<double, 3> up = line(place[3]);
-          add_simplex(value, place, 3, up[0], 0, 0);
-          add_simplex(value, place, 3, up[2], 3, 3);
-          // Between both triangles: edges upwards and middles of quadrilaterals
-          for (unsigned int i = 0; i < 3; ++i)
-          {
-            add(value, up[1] * place[i] * (2 * place[i] - 1), middles[6 + i]);
-            add(value, up[1] * 4 * place[i] * place[(i + 1) % 3], quadrilaterals[i]);
-          }
-        }
-        else
-          add_hexahedron(value, place);
-        return placed(value);
-      }
-
-      double size; ///< the longest edge
-
-    private:
-      using Value = std::array<double, 4>;
-
-      static void add(Value &sum, const double factor, const Value &value)
-      {
-        for (unsigned int k = 0; k < 4; ++k)
-          sum[k] += factor * value[k];
-      }
-
-      Point<3> placed(const Value &value) const
-      {
-        Point<3> x(value[0], value[1], value[2]);
-        const double r = std::hypot(x[0], x[1]);
-        if (on_circle && r > 0)
-          for (unsigned int d = 0; d < 2; ++d)
-            x[d] *= value[3] / r;
-        return x;
-      }
-
-      static double distance(const Value &a, const Value &b)
-      {
-        return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-      }
-
-      /// Polynomials of degree 2 that are 1 at 0, 1/2 and 1.
-      static std::array<double, 3> line(const double s)
-      {
-        return {{(1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1)}};
-      }
-
-      /// A triangle's or tetrahedron's polynomial of degree 2; its edges come first in the table.
-      void add_simplex(Value &value, const CellPlace &place, const unsigned int n,
-                       const double factor, const unsigned int first_corner,
-                       const unsigned int first_edge) const
-      {
-        for (unsigned int i = 0; i < n; ++i)
-          add(value, factor * place[i] * (2 * place[i] - 1), corners[first_corner + i]);
-        const auto &edges = ElementFile::edges(shape);
-        for (unsigned int e = first_edge; e < first_edge + (n == 3 ? 3 : 6); ++e)
-          add(value,
-              factor * 4 * place[edges[e][0] - first_corner] * place[edges[e][1] - first_corner],
-              middles[e]);
-      }
-
-      void add_hexahedron(Value &value, const CellPlace &place) const
-      {
-        std::array<std::array<double, 3>, 3> values{};
-        for (unsigned int d = 0; d < 3; ++d)
-          values[d] = line(place[d]);
-        // A point that lies between corners has the coordinate 1/2 where these differ.
-        const auto weight = [&](const auto &between)
-        {
-          double product = 1;
-          for (unsigned int d = 0; d < 3; ++d)
-          {
-            const unsigned int low = coordinate(between[0], d);
-            const bool differs     = std::any_of(between.begin(), between.end(),
-                                                 [&](const unsigned int corner)
-                                                 { return coordinate(corner, d) != low; });
-            product *= values[d][differs ? 1 : 2 * low];
-          }
-          return product;
-        };
-        for (unsigned int v = 0; v < 8; ++v)
-          add(value, weight(std::array<unsigned int, 1>{{v}}), corners[v]);
-        for (unsigned int e = 0; e < 12; ++e)
-          add(value, weight(ElementFile::edges(shape)[e]), middles[e]);
-        for (unsigned int f = 0; f < 6; ++f)
-          add(value, weight(ElementFile::faces(shape)[f]), quadrilaterals[f]);
-        add(value, weight(std::array<unsigned int, 8>{{0, 1, 2, 3, 4, 5, 6, 7}}), centre);
-      }
-
-    public:
-      /// Coordinate @p d of a corner of the unit hexahedron: 0 or 1.
-      static unsigned int coordinate(const unsigned int corner, const unsigned int d)
-      {
-        return d == 2 ? corner / 4 : d == 1 ? corner % 4 / 2 : (corner % 4 + 1) / 2 % 2;
-      }
-
-    private:
-      const ElementShape shape;
-      const bool on_circle;
-      std::vector<Value> corners, middles, quadrilaterals;
-      Value centre{};
-      double sagitta = 0;
-    };
-
     class Divider
     {
     public:
@@ -299,26 +137,12 @@ namespace squeal
       }
 
     private:
-      [[noreturn]] void fail(const ElementFile::Element &element, const std::string &message) const
-      {
-        throw InputError(text_of("Mesh/File: ", in.name, ", line ", element.line, ": element ",
-                                 element.number, ", ", kind(element), ", ", message));
-      }
-
-      static std::string kind(const ElementFile::Element &element)
-      {
-        const std::string name = element.shape == ElementShape::tetrahedron ? "tetrahedron"
-                                 : element.shape == ElementShape::wedge     ? "wedge"
-                                                                            : "hexahedron";
-        return (element.is_quadratic() ? "quadratic " : "linear ") + name;
-      }
-
       void count()
       {
         std::vector<bool> has_element(in.nodes.size());
         for (const ElementFile::Element &element : in.elements)
         {
-          ++out.division.n_elements[kind(element)];
+          ++out.division.n_elements[element.kind()];
           out.division.n_linear_simplices +=
               element.shape != ElementShape::hexahedron && !element.is_quadratic();
           for (const unsigned int node : element.nodes)
@@ -411,9 +235,9 @@ namespace squeal
       }
 
       /// The places of the corners of the cells that an element is divided into.
-      std::vector<std::array<CellPlace, 8>> cells_of(const ElementFile::Element &element) const
+      std::vector<std::array<ElementPlace, 8>> cells_of(const ElementFile::Element &element) const
       {
-        std::vector<std::array<CellPlace, 8>> cells;
+        std::vector<std::array<ElementPlace, 8>> cells;
         const auto along = [&](const unsigned int a, const unsigned int b)
         {
           return is_halved(element.nodes[a], element.nodes[b]) ? std::vector<double>{0, 0.5, 1}
@@ -422,7 +246,7 @@ namespace squeal
         // The centre of some corners of a simplex
         const auto centre = [](const std::vector<unsigned int> &corners)
         {
-          CellPlace place{};
+          ElementPlace place{};
           for (const unsigned int corner : corners)
             place[corner] = 1. / corners.size();
           return place;
@@ -445,10 +269,10 @@ namespace squeal
           for (unsigned int k = 0; k + 1 < z.size(); ++k)
             for (unsigned int v = 0; v < 3; ++v)
             {
-              const std::array<CellPlace, 4> quadrilateral = {
+              const std::array<ElementPlace, 4> quadrilateral = {
                   {centre({v}), centre({v, (v + 1) % 3}), centre({0, 1, 2}),
                    centre({v, (v + 2) % 3})}};
-              std::array<CellPlace, 8> cell;
+              std::array<ElementPlace, 8> cell;
               for (unsigned int w = 0; w < 8; ++w)
               {
                 cell[w]    = quadrilateral[w % 4];
@@ -463,7 +287,7 @@ namespace squeal
           for (unsigned int j = 0; j + 1 < x[1].size(); ++j)
             for (unsigned int i = 0; i + 1 < x[0].size(); ++i)
             {
-              std::array<CellPlace, 8> cell;
+              std::array<ElementPlace, 8> cell;
               for (unsigned int w = 0; w < 8; ++w)
                 cell[w] = {{x[0][i + ElementMap::coordinate(w, 0)],
                             x[1][j + ElementMap::coordinate(w, 1)],
@@ -473,49 +297,16 @@ namespace squeal
         return cells;
       }
 
-      /// The corners of an element between which a place lies, as nodes in ascending order.
-      static std::vector<unsigned int> between(const ElementFile::Element &element,
-                                               const CellPlace &place)
-      {
-        std::vector<unsigned int> nodes;
-        for (unsigned int v = 0; v < ElementFile::n_corners(element.shape); ++v)
-          if (set_of(element.shape, place) >> v & 1)
-            nodes.push_back(element.nodes[v]);
-        std::sort(nodes.begin(), nodes.end());
-        return nodes;
-      }
-
-      /// The corners between which a place lies: bit v for corner v.
-      static std::uint8_t set_of(const ElementShape shape, const CellPlace &place)
-      {
-        std::uint8_t set = 0;
-        for (unsigned int v = 0; v < ElementFile::n_corners(shape); ++v)
-        {
-          bool takes_part = true;
-          if (shape == ElementShape::tetrahedron)
-            takes_part = place[v] > 0;
-          else if (shape == ElementShape::wedge)
-            takes_part = place[v % 3] > 0 && (v < 3 ? place[3] < 1 : place[3] > 0);
-          else
-            for (unsigned int d = 0; d < 3; ++d)
-              takes_part =
-                  takes_part && (ElementMap::coordinate(v, d) == 0 ? place[d] < 1 : place[d] > 0);
-          if (takes_part)
-            set |= 1u << v;
-        }
-        return set;
-      }
-
       /// Enters a divided element whose displacements stay its own polynomials.
       void keep_element(const ElementShape shape,
-                        const std::vector<std::array<CellPlace, 8>> &places)
+                        const std::vector<std::array<ElementPlace, 8>> &places)
       {
         for (unsigned int k = 0; k < places.size(); ++k)
         {
           OwnElements::Cell cell;
           cell.element = out.own.shapes.size();
           for (unsigned int v = 0; v < 8; ++v)
-            cell.between[v] = set_of(shape, places[k][v]);
+            cell.between[v] = corners_between(shape, places[k][v]);
           out.own.cells.resize(out.cells.size() - places.size() + k);
           out.own.cells.push_back(cell);
         }
@@ -524,9 +315,9 @@ namespace squeal
 
       /// The node at a place of an element. Inner ones belong to the element alone.
       unsigned int node_at(const ElementFile::Element &element, const ElementMap &map,
-                           const CellPlace &place, unsigned int &inner)
+                           const ElementPlace &place, unsigned int &inner)
       {
-        const std::vector<unsigned int> corners = between(element, place);
+        const std::vector<unsigned int> corners = nodes_between(element, place);
         if (corners.size() == 1)
           return corners[0];
         const Point<3> x = map.at(place);
@@ -542,8 +333,8 @@ namespace squeal
         const auto [shared, is_new] = shared_nodes.emplace(corners, out.nodes.size());
         if (is_new)
           out.nodes.push_back(x);
-        else if (out.nodes[shared->second].distance(x) > same_place * map.size)
-          fail_beside_another(element);
+        else if (out.nodes[shared->second].distance(x) > map.tolerance())
+          in.fail_beside_another(element);
         return shared->second;
       }
 
@@ -571,7 +362,7 @@ namespace squeal
             high = std::max(high, jacobian);
           }
         };
-        for (const std::array<CellPlace, 8> &place : places)
+        for (const std::array<ElementPlace, 8> &place : places)
         {
           MeshFile::Cell cell{{}, element.number};
           for (unsigned int v = 0; v < 8; ++v)
@@ -588,9 +379,9 @@ namespace squeal
         out.division.n_curved += has_shape;
         // A hexahedron that stays one is looked at with the others, as the file has it.
         if ((places.size() > 1 || has_shape) && !(low > 0 || high < 0))
-          fail(element, text_of("is flat or folded: the hexahedra that it is divided into have "
-                                "scaled Jacobians from ",
-                                low, " to ", high, "; all must be positive."));
+          in.fail(element, text_of("is flat or folded: the hexahedra that it is divided into have "
+                                   "scaled Jacobians from ",
+                                   low, " to ", high, "; all must be positive."));
       }
 
       /// Some corners of a cell by their nodes, ascending.
@@ -606,33 +397,28 @@ namespace squeal
 
       /// The point of an element half way between some corners of one of its cells.
       template <std::size_t n>
-      static Point<3> half_way(const ElementMap &map, const std::array<CellPlace, 8> &corners,
+      static Point<3> half_way(const ElementMap &map, const std::array<ElementPlace, 8> &corners,
                                const std::array<unsigned int, n> &some)
       {
-        CellPlace place{};
+        ElementPlace place{};
         for (const unsigned int corner : some)
           for (unsigned int k = 0; k < 4; ++k)
             place[k] += corners[corner][k] / n;
         return map.at(place);
       }
 
-      [[noreturn]] void fail_beside_another(const ElementFile::Element &element) const
-      {
-        fail(element, "shares an edge or face with another element that is curved otherwise there: "
-                      "linear beside quadratic elements need straight edges in between.");
-      }
-
       /// Gives the next cell the points of the element's polynomial between its corners.
       QuadraticManifold shape_cell(const ElementFile::Element &element, const MeshFile::Cell &cell,
-                                   const std::array<CellPlace, 8> &corners, const ElementMap &map)
+                                   const std::array<ElementPlace, 8> &corners,
+                                   const ElementMap &map)
       {
         QuadraticCells &shapes = out.quadratic;
         const auto add         = [&](auto &points, const auto &some)
         {
           const Point<3> x            = half_way(map, corners, some);
           const auto [shared, is_new] = points.emplace(nodes_of(cell, some), x);
-          if (!is_new && shared->second.distance(x) > same_place * map.size)
-            fail_beside_another(element);
+          if (!is_new && shared->second.distance(x) > map.tolerance())
+            in.fail_beside_another(element);
         };
         for (const auto &edge : ElementFile::edges(ElementShape::hexahedron))
           add(shapes.edges, edge);
@@ -668,8 +454,8 @@ namespace squeal
             {
               const auto shared = out.quadratic.edges.find(nodes_of(out.cells[parts[e][k]], edge));
               if (shared != out.quadratic.edges.end() &&
-                  shared->second.distance(half_way(map, places[k], edge)) > same_place * map.size)
-                fail_beside_another(element);
+                  shared->second.distance(half_way(map, places[k], edge)) > map.tolerance())
+                in.fail_beside_another(element);
             }
         }
       }
@@ -749,9 +535,6 @@ namespace squeal
         }
         out.node_sets = in.node_sets;
       }
-
-      /// What the digits of a file may miss, of an element's longest edge.
-      static constexpr double same_place = 1e-5;
 
       const ElementFile &in;
       const std::function<bool(unsigned int)> &follows_circles;

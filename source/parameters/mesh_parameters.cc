@@ -49,6 +49,10 @@ namespace squeal
                  "Discretization/Degree on the element, at degree 2 by the nodes of the file. "
                  "divided: those of the hexahedra that it is divided into, for adaptive meshes; 17 "
                  "to 21 times as many unknowns.");
+      prm.add_parameter("Refinements", refinements,
+                        "How often every element of the file is divided into eight, with new nodes "
+                        "on its shape, before anything is made of it.",
+                        Patterns::Integer(0, 4));
       prm.add_parameter("Rotor", rotor,
                         "Names of the rotor's volume groups, of the material Rotor/Material. Empty "
                         "where parts are studied alone.");

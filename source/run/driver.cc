@@ -222,9 +222,7 @@ namespace squeal
              const MPI_Comm comm, const RunDirectory::Options &options)
           : common(file, directory, comm, options), prm(common.prm), wanted(prm),
             report(common.report), reference(prm.refinement.reference_eigenvalues()),
-            model(geometry, prm, comm, report.log, report.timer),
-            meshes(model, prm, wanted, common.checkpoint, report, directory),
-            brakes(model, comm, report)
+            meshes(geometry, prm, wanted, common.checkpoint, report, directory, comm)
       {
         if (prm.eigenproblem.is_matrix_free() && geometry.may_move_rigidly)
           throw InputError("Eigenproblem/Solver = block_davidson: a body that is free to move as a "
@@ -245,7 +243,7 @@ namespace squeal
         }
         catch (const SolverError &error)
         {
-          throw after_warnings(error, prm, model.spaces().geometry.report);
+          throw after_warnings(error, prm, meshes.model().spaces().geometry.report);
         }
       }
 
@@ -300,7 +298,7 @@ namespace squeal
         if (!wanted.equations)
           return {};
         return_freed_memory();
-        return model.linearise();
+        return meshes.model().linearise();
       }
 
       void report_steady_state(const unsigned int cycle, const SteadyState<dim> &state)
@@ -308,9 +306,9 @@ namespace squeal
         PhaseTimer::Scope scope(report.timer, "static");
         std::optional<SelfLocking> locking;
         if (wanted.self_locking)
-          locking = model.self_locking();
+          locking = meshes.model().self_locking();
         report.steady_state(cycle, state.equilibrium ? &*state.equilibrium : nullptr,
-                            model.resultants(), locking ? &*locking : nullptr);
+                            meshes.model().resultants(), locking ? &*locking : nullptr);
       }
 
       EigenSolution find_modes(const EquationsOfMotion &equations)
@@ -321,10 +319,11 @@ namespace squeal
         if (prm.eigenproblem.is_matrix_free())
         {
           PhaseTimer::Scope scope(report.timer, "eigenproblem");
-          found = find_modes_without_factors(model, options_of(prm.eigenproblem, report.log));
+          found =
+              find_modes_without_factors(meshes.model(), options_of(prm.eigenproblem, report.log));
         }
         else
-          found = common.find_modes(model, equations);
+          found = common.find_modes(meshes.model(), equations);
         return_freed_memory();
         return found;
       }
@@ -337,7 +336,7 @@ namespace squeal
         {
           PhaseTimer::Scope scope(report.timer, "estimate");
           report.log.progress("  error bars");
-          errors = squeal::estimate_errors(model, modes);
+          errors = squeal::estimate_errors(meshes.model(), modes);
           return_freed_memory();
         }
         seconds_of_bars = watch.lap();
@@ -350,18 +349,21 @@ namespace squeal
       {
         if (!wanted.modes)
           return {};
-        ModeTable table = common.assess_stability(model, found.modes, cycle, bars);
-        if (model.spaces().geometry.has_rotor())
+        ModeTable table = common.assess_stability(meshes.model(), found.modes, cycle, bars);
+        if (meshes.model().spaces().geometry.has_rotor())
         {
           PhaseTimer::Scope scope(report.timer, "eigenproblem");
           std::vector<double> densities;
           for (const Parameters::BodyMaterial &part : prm.materials())
             densities.push_back(part.material.density);
-          const std::vector<ModeShape> shapes = mode_shapes(model.spaces(), densities, found.modes);
+          const std::vector<ModeShape> shapes =
+              mode_shapes(meshes.model().spaces(), densities, found.modes);
           for (unsigned int j = 0; j < shapes.size(); ++j)
             table.rows[j].shape = shapes[j];
         }
-        common.tell(model, cycle, found, table, seconds_of_bars);
+        common.tell(meshes.model(), cycle, found, table, seconds_of_bars);
+        if (wanted.bars)
+          report.bars(cycle, table.rows, bars.parts, meshes.next_degree());
         return table;
       }
 
@@ -370,7 +372,7 @@ namespace squeal
       {
         PhaseTimer::Scope scope(report.timer, "output");
         if (wanted.fields)
-          squeal::write_fields(model, modes, rows, common.directory, cycle, report.log);
+          squeal::write_fields(meshes.model(), modes, rows, common.directory, cycle, report.log);
       }
 
       /// Exports matrices and answers forces on the last mesh, which is known to be that once it
@@ -380,17 +382,17 @@ namespace squeal
       {
         if (!common.checkpoint.finished)
           return;
-        if (model.spaces().geometry.superelement_out)
+        if (meshes.model().spaces().geometry.superelement_out)
         {
           PhaseTimer::Scope scope(report.timer, "output");
           report.log.progress("  superelement");
-          report.log.line(export_superelement(model, equations, common.directory));
+          report.log.line(export_superelement(meshes.model(), equations, common.directory));
         }
         if (wanted.matrices)
         {
           PhaseTimer::Scope scope(report.timer, "output");
           report.log.progress("  matrices");
-          export_matrices(model, equations, modes, common.directory);
+          export_matrices(meshes.model(), equations, modes, common.directory);
           report.log.line(
               text_of("\nMatrices, unknowns and modes of mesh ", cycle,
                       " written for other programs: M.mtx and others, doc/matrices.md."));
@@ -404,7 +406,7 @@ namespace squeal
       {
         constexpr unsigned int n_components   = dim;
         const Parameters::Response &section   = prm.response;
-        const FiniteElementSpace<dim> &spaces = model.spaces();
+        const FiniteElementSpace<dim> &spaces = meshes.model().spaces();
         MultiVector forces =
             motions_at(spaces, section.list_of_forces(n_components), "Response/Forces");
         MultiVector observations =
@@ -419,7 +421,7 @@ namespace squeal
         const auto [forces, observations]   = find_places();
         const Parameters::Response &section = prm.response;
         const FrequencyResponse response =
-            frequency_response(equations, model.sectors(), modes, forces, observations,
+            frequency_response(equations, meshes.model().sectors(), modes, forces, observations,
                                section.list_of_frequencies(prm.eigenproblem.maximum_frequency),
                                {section.method, section.tolerance,
                                 [this](const std::string &text) { report.log.progress(text); }});
@@ -455,12 +457,14 @@ namespace squeal
         if (!wanted.studies)
           return;
         meshes.make_last();
+        Brakes<dim> brakes(meshes.model(), common.comm, report);
         ErrorEstimator estimator;
         if (prm.eigenproblem.error_bars)
-          estimator = [this](const Model &any, const EigenPairs &modes)
+          estimator = [&brakes](const Model &any, const EigenPairs &modes)
           { return brakes.estimate_errors(any, modes); };
         common.continue_along_parameters(
-            model, [this](const Parameters::All &parameters) { return brakes.make(parameters); },
+            meshes.model(),
+            [&brakes](const Parameters::All &parameters) { return brakes.make(parameters); },
             estimator);
       }
 
@@ -469,9 +473,7 @@ namespace squeal
       const Wanted wanted;
       Report &report;
       const std::vector<std::complex<double>> reference; ///< as it was when the run began
-      BrakeModel<dim> model;
       MeshSequence<dim> meshes;
-      Brakes<dim> brakes;
       double seconds_of_bars = 0; ///< of the processor, on the present mesh
     };
 

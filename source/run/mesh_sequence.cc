@@ -1,19 +1,26 @@
 #include <squeal/run/mesh_sequence.h>
+#include <squeal/scenes/make_scene.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+// From mesh to mesh: resume() makes the last one of an interrupted run again, make() numbers the
+// unknowns of the present one and compares what it needs with the memory that there is, refine()
+// divides cells, or the elements of the file, for the next one. In front of the first there may be
+// some that are refined at the edge of the contact.
 
 namespace squeal
 {
   using namespace dealii;
 
   template <int dim>
-  MeshSequence<dim>::MeshSequence(BrakeModel<dim> &model, const Parameters::All &prm,
+  MeshSequence<dim>::MeshSequence(const Geometry<dim> &geometry, const Parameters::All &prm,
                                   const Wanted &wanted, Checkpoint &checkpoint, Report &report,
-                                  const std::string &directory)
-      : model(model), prm(prm), wanted(wanted), checkpoint(checkpoint), report(report),
-        directory(directory), budget(prm.refinement)
+                                  const std::string &directory, const MPI_Comm comm)
+      : model_(std::make_unique<BrakeModel<dim>>(geometry, prm, comm, report.log, report.timer)),
+        prm(prm), wanted(wanted), checkpoint(checkpoint), report(report), directory(directory),
+        comm(comm), budget(prm.refinement)
   {
   }
 
@@ -21,13 +28,15 @@ namespace squeal
   unsigned int MeshSequence<dim>::resume()
   {
     for (const CellNames &divided : checkpoint.divided_at_edge)
-      divide_again(model.spaces().triangulation, divided);
+      divide_again(model().spaces().triangulation, divided);
     for (const Checkpoint::Cycle &done : checkpoint.cycles)
     {
       budget.add_mesh({double(done.n_unknowns), done.seconds, done.memory_gib});
-      divide_again(model.spaces().triangulation, done.divided_cells);
+      divide_again(model().spaces().triangulation, done.divided_cells);
     }
     const unsigned int n_done = checkpoint.cycles.size();
+    if (divides_elements())
+      divide_elements(n_done - (checkpoint.finished ? 1 : 0));
     if (n_done > 0)
       report.log.line("\nResumed after " + std::to_string(n_done) +
                       (n_done == 1 ? " mesh." : " meshes."));
@@ -42,7 +51,7 @@ namespace squeal
     if (!has_state)
       number_unknowns();
     present                               = cycle;
-    const FiniteElementSpace<dim> &spaces = model.spaces();
+    const FiniteElementSpace<dim> &spaces = model().spaces();
     report.log.line(
         text_of("\nMesh ", cycle, ": ", spaces.triangulation.n_global_active_cells(),
                 " cells of degree ", spaces.fe.degree, ", ", spaces.n_displacements,
@@ -75,7 +84,7 @@ namespace squeal
                                                  const SteadyState<dim> &state)
   {
     PhaseTimer::Scope scope(report.timer, "mesh");
-    auto &mesh                  = model.spaces().triangulation;
+    auto &mesh                  = model().spaces().triangulation;
     const std::size_t n_steps   = state.equilibrium->iterations.size();
     std::vector<double> by_cell = cells_at_contact_edge(*state.contact);
     if (Utilities::MPI::max(by_cell.size(), mesh.get_communicator()) == 0)
@@ -84,13 +93,13 @@ namespace squeal
       has_state = true; // no edge is left that bars would ask for
       return false;
     }
-    model.keep_sectors(by_cell);
+    model().keep_sectors(by_cell);
     unsigned int number = 0;
     for (const auto &cell : mesh.active_cell_iterators())
       if (cell->is_locally_owned() && by_cell[number++] > 0)
         cell->set_refine_flag();
     const std::string objection =
-        budget.objection(model.spaces().rows.size * growth_by_flags(mesh));
+        budget.objection(model().spaces().rows.size * growth_by_flags(mesh));
     if (!objection.empty())
     {
       report.log.line("\n" + objection);
@@ -108,13 +117,14 @@ namespace squeal
   template <int dim>
   const SteadyState<dim> &MeshSequence<dim>::find_steady_state()
   {
-    return std::exchange(has_state, false) ? model.steady_state() : find_steady_state(true);
+    return std::exchange(has_state, false) ? model().steady_state() : find_steady_state(true);
   }
 
   template <int dim>
   const SteadyState<dim> &MeshSequence<dim>::find_steady_state(const bool with_edge)
   {
-    const SteadyState<dim> &state = model.find_steady_state(prm, {}, {&checkpoint.zone, with_edge});
+    const SteadyState<dim> &state =
+        model().find_steady_state(prm, {}, {&checkpoint.zone, with_edge});
     checkpoint.zone = state.contact && state.equilibrium ? zone_of(*state.contact) : ContactZone();
     return state;
   }
@@ -123,28 +133,41 @@ namespace squeal
   void MeshSequence<dim>::number_unknowns()
   {
     PhaseTimer::Scope scope(report.timer, "mesh");
-    model.distribute();
+    model().distribute();
   }
 
   /// What a mesh that is @p growth times as large as the present one asks for.
   template <int dim>
   RunSize MeshSequence<dim>::size_of_run(const double growth) const
   {
-    const FiniteElementSpace<dim> &spaces = model.spaces();
+    const FiniteElementSpace<dim> &spaces = model().spaces();
     const OwnElements &own                = spaces.geometry.own;
-    const double n_parts                  = std::count_if(own.cells.begin(), own.cells.end(),
-                                                          [](const OwnElements::Cell &cell)
-                                                          { return cell.element != OwnElements::none; });
-    return {growth * (spaces.triangulation.n_global_active_cells() - n_parts) +
-                cells_like(own, spaces.fe.degree),
+    const double of_own                   = divides_elements() ? growth : 1;
+    const double n_parts = of_own * std::count_if(own.cells.begin(), own.cells.end(),
+                                                  [](const OwnElements::Cell &cell)
+                                                  { return cell.element != OwnElements::none; });
+    return {growth * spaces.triangulation.n_global_active_cells() - growth / of_own * n_parts +
+                of_own * cells_like(own, spaces.fe.degree),
             growth * spaces.rows.size,
             spaces.fe.degree,
             Utilities::MPI::n_mpi_processes(spaces.comm),
             expected_number_of_modes(prm, plate_like_rotor(spaces)),
             prm.eigenproblem.error_bars,
             prm.eigenproblem.solver,
-            model.sectors().are_two(),
+            model().sectors().are_two(),
             n_parts};
+  }
+
+  template <int dim>
+  NextDegree MeshSequence<dim>::next_degree() const
+  {
+    RunSize size    = size_of_run();
+    const double p  = size.degree;
+    const auto &own = model().spaces().geometry.own;
+    size.degree     = p + 1;
+    size.n_unknowns *= std::pow((p + 1) / p, dim);
+    size.n_cells += cells_like(own, size.degree) - cells_like(own, size.degree - 1);
+    return {size.n_unknowns, dim == 3 ? expected_peak_mib(size) : 0};
   }
 
   /// In three dimensions, to which the prediction was fitted, and not of iterative statics alone.
@@ -170,9 +193,9 @@ namespace squeal
       return;
     const RunSize size = size_of_run();
     const double mib   = expected_peak_mib(size),
-                 load  = expected_memory_load(size, model.spaces().comm);
+                 load  = expected_memory_load(size, model().spaces().comm);
     report.log.line(formatted("Expected peak memory about %.0f MiB", mib) +
-                    (wanted.modes && model.spaces().geometry.has_rotor()
+                    (wanted.modes && model().spaces().geometry.has_rotor()
                          ? formatted(", with about %.0f modes", size.n_modes)
                          : ""));
     if (load > 1 && !has_other_way() && prm.refinement.check_memory)
@@ -185,7 +208,7 @@ namespace squeal
   void MeshSequence<dim>::refine(const unsigned int cycle, const EigenSolution::Cost &cost,
                                  const std::vector<ModeRow> &rows, const EigenvalueErrors &errors)
   {
-    const FiniteElementSpace<dim> &spaces = model.spaces();
+    const FiniteElementSpace<dim> &spaces = model().spaces();
     const unsigned int n_unknowns         = spaces.rows.size;
     const auto [seconds, memory_gib] =
         report.cycle(cycle, spaces.triangulation.n_global_active_cells(), n_unknowns,
@@ -202,7 +225,7 @@ namespace squeal
   template <int dim>
   bool MeshSequence<dim>::flag(const std::vector<ModeRow> &rows, const EigenvalueErrors &errors)
   {
-    auto &mesh = model.spaces().triangulation;
+    auto &mesh = model().spaces().triangulation;
     if (prm.refinement.strategy == Strategy::uniform)
     {
       mesh.set_all_refine_flags();
@@ -215,7 +238,7 @@ namespace squeal
                                                    : "\nAll verdicts are decided.");
       return false;
     }
-    model.keep_sectors(by_cell);
+    model().keep_sectors(by_cell);
     if (!leave_elements_whole(by_cell))
     {
       report.log.line("\nWhat errors are left is of elements with polynomials of their own, which "
@@ -226,13 +249,31 @@ namespace squeal
     return true;
   }
 
+  template <int dim>
+  bool MeshSequence<dim>::divides_elements() const
+  {
+    return prm.refinement.strategy == Strategy::uniform && !model().spaces().geometry.own.empty();
+  }
+
+  template <int dim>
+  void MeshSequence<dim>::divide_elements(const unsigned int times)
+  {
+    if (times == 0)
+      return;
+    Parameters::All finer = prm;
+    finer.mesh.refinements += times;
+    model_.reset(); // both need not have place
+    model_ = std::make_unique<BrakeModel<dim>>(make_scene<dim>(finer), prm, comm, report.log,
+                                               report.timer);
+  }
+
   /// Takes the cells of elements with own polynomials out of what is to be divided; whether some
   /// are left. Collective.
   template <int dim>
   bool MeshSequence<dim>::leave_elements_whole(std::vector<double> &by_cell) const
   {
-    const auto &mesh       = model.spaces().triangulation;
-    const OwnElements &own = model.spaces().geometry.own;
+    const auto &mesh       = model().spaces().triangulation;
+    const OwnElements &own = model().spaces().geometry.own;
     unsigned int number    = 0;
     double largest         = 0;
     for (const auto &cell : mesh.active_cell_iterators())
@@ -249,9 +290,9 @@ namespace squeal
   std::string MeshSequence<dim>::objection(const double growth) const
   {
     // Ranks measure different times: the first one's word counts.
-    const MPI_Comm comm = model.spaces().comm;
+    const MPI_Comm comm = model().spaces().comm;
     const std::string too_costly =
-        Utilities::MPI::broadcast(comm, budget.objection(model.spaces().rows.size * growth));
+        Utilities::MPI::broadcast(comm, budget.objection(model().spaces().rows.size * growth));
     if (!too_costly.empty() || !predicts_memory() || has_other_way() ||
         !prm.refinement.check_memory)
       return too_costly;
@@ -269,14 +310,17 @@ namespace squeal
     PhaseTimer::Scope scope(report.timer, "mesh");
     if (!flag(rows, errors))
       return false;
-    auto &mesh            = model.spaces().triangulation;
+    auto &mesh            = model().spaces().triangulation;
     const std::string why = objection(growth_by_flags(mesh));
     if (!why.empty())
     {
       report.log.line("\n" + why);
       return false;
     }
-    checkpoint.cycles.back().divided_cells = divide(mesh);
+    if (divides_elements())
+      divide_elements(checkpoint.cycles.size());
+    else
+      checkpoint.cycles.back().divided_cells = divide(mesh);
     return true;
   }
 

@@ -241,6 +241,16 @@ namespace squeal
                  "perturbation and sensitivities hold only for tiny changes.");
   }
 
+  void Report::bars(const unsigned int cycle, const std::vector<ModeRow> &rows,
+                    const std::vector<BarPart> &parts, const NextDegree &next)
+  {
+    Table &csv = table("bars.csv", bar_fields(cycle, 0, {}, 0));
+    for (unsigned int j = 0; j < rows.size(); ++j)
+      for (const BarPart &part : parts)
+        csv.add(bar_fields(cycle, rows[j].mode, part, j));
+    log.print(describe_bars(rows, parts, prm, next));
+  }
+
   void Report::sensitivities(const unsigned int cycle, const EigenPairs &modes,
                              const ModeTable &table,
                              const std::vector<ParameterDerivative> &derivatives)

@@ -10,14 +10,15 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <iterator>
 #include <set>
 #include <sstream>
 
 // From a mesh file to hexahedra in metres: what is left out goes first, nodes are placed, surfaces
-// are divided by planes where a parameter file names such parts, then elements become hexahedra
-// (element_division.cc). ImportedMesh finds groups by name, the cells of each face, and the shapes
-// of surfaces.
+// are divided by planes where a parameter file names such parts, elements are refined, then they
+// become hexahedra (element_division.cc). ImportedMesh finds groups by name, the cells of each
+// face, and the shapes of surfaces.
 
 namespace squeal
 {
@@ -123,6 +124,17 @@ namespace squeal
       }
     }
 
+    /// Numbers of nodes and cells have 32 bits, and memory ends before.
+    void check_refined_size(const unsigned int levels, const ElementFile &file)
+    {
+      constexpr double most = 2e7;
+      const double n        = file.elements.size() * std::pow(8., levels);
+      if (levels > 0 && n > most)
+        throw InputError(text_of("Mesh/Refinements = ", levels, ": ", file.name, " has ",
+                                 file.elements.size(), " elements, which would become ", n,
+                                 "; allowed are ", most, "."));
+    }
+
     /// The mesh of the section Mesh as hexahedra: nodes in metres, axis z.
     MeshFile read_placed_mesh(const Parameters::All &prm)
     {
@@ -131,6 +143,12 @@ namespace squeal
         leave_out_others(prm, file);
       place_nodes(prm.mesh, file);
       add_plane_parts(file, named_surfaces(prm), 2);
+      check_refined_size(prm.mesh.refinements, file);
+      for (unsigned int level = 0; level < prm.mesh.refinements; ++level)
+      {
+        const std::vector<bool> circles = on_circles(prm, file);
+        file = refine(file, [&](const unsigned int e) { return circles[e]; });
+      }
       const std::vector<bool> circles = on_circles(prm, file);
       return divide(
           file, [&](const unsigned int e) { return circles[e]; },

@@ -165,8 +165,6 @@ namespace squeal
       refuse(prm.discretization.degree > highest,
              text_of("Discretization/Degree = ", prm.discretization.degree),
              text_of(", or a degree of at most ", highest));
-      refuse(prm.refinement.strategy == Strategy::uniform && prm.refinement.cycles > 1,
-             "Refinement/Strategy = uniform", ", or finer elements in the file");
       refuse(prm.refinement.edge_levels > 0, "Refinement/Contact edge levels", "");
       refuse(prm.eigenproblem.solver == ModeSolver::block_davidson,
              "Eigenproblem/Solver = block_davidson", ", or another solver");

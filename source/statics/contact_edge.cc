@@ -237,6 +237,16 @@ namespace squeal
         shifts.likeliest[k] += F(at.likeliest);
         shifts.larger[k] += F(at.larger);
       }
+      std::vector<std::complex<double>> &here = effects.by_interface[edge.parts[i].interface];
+      here.resize(m);
+      for (unsigned int j = 0; j < m; ++j)
+      {
+        const std::size_t jj = j * (std::size_t(m) + 1);
+        const auto F         = [&](const double s)
+        { return of_opening(s) * F_o[jj] + of_closing(s) * F_c[jj]; };
+        const std::complex<double> smaller = F(at.smaller), larger = F(at.larger);
+        here[j] += std::abs(smaller) > std::abs(larger) ? smaller : larger;
+      }
       const auto largest = [&](const auto &weight)
       { return std::max(std::abs(weight(at.smaller)), std::abs(weight(at.larger))); };
       largest_of_opening.push_back(largest(of_opening));

@@ -86,7 +86,7 @@ namespace squeal
       ErrorEffects::Effect bent(effects.f.size());
       for (std::size_t k = 0; k < bent.size(); ++k)
         bent[k] = weight * (there.effects.f[k] - effects.f[k]);
-      known.effects.alternatives.push_back({{std::move(bent)}, false});
+      known.effects.alternatives.push_back({{std::move(bent)}, false, "between values"});
     }
     return known;
   }

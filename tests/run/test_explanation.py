@@ -102,6 +102,34 @@ class Explanation(st.TestCase):
             self.assertLess(abs(float(of_page.group(1)) - growth), 1e-2 * growth)
             self.assertRegex(page, r"(?s)Why modes grow.*<th>elasticity</th><th>friction</th>")
 
+    def test_bars(self):
+        """Bars are made of their parts, and the part of a body is that of its mesh: smaller cells in the pads make theirs
+        shorter, and leave that of the rotor."""
+        parts = {}
+        for name, cells in (("coarse", "2, 3, 1"), ("fine", "4, 6, 2")):
+            directory = self.analyse({**st.SMALL_BRAKE, **st.MORTAR, "Stage": "full", "Eigenproblem/Error bars": "true",
+                                      "Discretization/Degree": 2, "Discretization/Pad cells": cells})
+            rows = st.read_table(directory / "bars.csv")
+            for mode in st.read_table(directory / "modes.csv"):
+                own = [row for row in rows if row["mode"] == mode["mode"]]
+                whole = [(row["cause"], row["growth_rate_1_per_s"]) for row in own if not row["at"]]
+                self.assertEqual([cause for cause, _ in whole[:2]], ["one degree more", "unlike parts of the mesh"])
+                squares = sum(x ** 2 for cause, x in whole if cause.startswith(("one", "unlike", "edge")))
+                others = sum(x for cause, x in whole if not cause.startswith(("one", "unlike", "edge")))
+                # The solver's own error comes to it.
+                self.assertLess(abs(math.sqrt(squares) + others - mode["growth_rate_error_1_per_s"]),
+                                1e-3 * mode["growth_rate_error_1_per_s"] + 1e-4)
+            self.assertEqual({row["at"] for row in rows if row["cause"] == "one degree more" and row["at"]},
+                             {"rotor", "upper", "lower"})
+            parts[name] = {at: sorted(row["frequency_hz"] for row in rows if row["at"] == at and row["cause"] == "one degree more")
+                           for at in ("rotor", "upper")}
+        middle = len(parts["fine"]["rotor"]) // 2
+        self.assertLess(parts["fine"]["upper"][middle], 0.5 * parts["coarse"]["upper"][middle])
+        self.assertLess(abs(parts["fine"]["rotor"][middle] / parts["coarse"]["rotor"][middle] - 1), 0.3)
+        log = (directory / "log.txt").read_text()
+        if any(row["verdict"] in ("flutter", "undecided") for row in st.read_table(directory / "modes.csv")):
+            self.assertIn("What the bars are made of", log)
+
     def test_ladder(self):
         """All stages side by side: those of separate runs; undamped friction with a turning rotor is unstable."""
         directory = self.analyse({**st.SMALL_BRAKE, **st.MORTAR, "Stage": "ladder"})

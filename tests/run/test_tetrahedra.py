@@ -48,12 +48,12 @@ class Part(st.TestCase):
             "Discretization/Degree": 5, "Eigenproblem/Error bars": "false"})[0]
         exact = [row["frequency_hz"] for row in reference][:8]
         self.assertEqual(len(exact), 8)
-        for n_corners, degree, n in ((4, 2, 2), (6, 2, 2), (4, 3, 1)):
-            with self.subTest(corners=n_corners, degree=degree):
+        for n_corners, degree, n, refinements in ((4, 2, 2, 0), (6, 2, 2, 0), (4, 3, 1, 0), (4, 2, 1, 1)):
+            with self.subTest(corners=n_corners, degree=degree, refinements=refinements):
                 elements = element_files.Elements(block(n), lambda name: n_corners)
                 elements.make_quadratic()
-                modes, cycle = self.solve(elements, **{"Discretization/Degree": degree})
-                if (n_corners, degree) == (4, 2):
+                modes, cycle = self.solve(elements, **{"Discretization/Degree": degree, "Mesh/Refinements": refinements})
+                if (n_corners, degree, refinements) == (4, 2, 0):
                     self.assertEqual(cycle["dofs"], 3 * len(elements.nodes))
                 errors = [(row["frequency_hz"] - f, row["frequency_error_hz"], f)
                           for row, f in zip(modes, exact)]
@@ -80,6 +80,24 @@ class Part(st.TestCase):
         self.assertGreater(min(map(len, both)), 6)
         for a, b in zip(*(modes[:7] for modes in both)):
             self.assertLessEqual(abs(a["frequency_hz"] - b["frequency_hz"]), a["frequency_error_hz"] + b["frequency_error_hz"])
+
+
+class Refinements(st.TestCase):
+    def test_elements_and_cells(self):
+        """Elements of a file are divided as cells of the mesh are: hexahedra curved by middle nodes, those of the rotor on
+        circles. The meshes of a uniform refinement of tetrahedra are those of files that are refined so often."""
+        one_pad = {"Mesh/Pads": "upper", "Mesh/Contact pairs": "upper.low : rotor.high", "Mesh/Guided": "upper.high",
+                   "Mesh/Pressure on": "upper.high"}
+        for n_corners in (8, 4):
+            elements = element_files.Elements(mesh_files.brake((2, 12, 1), (1, 2, 1), pads=("upper",)),
+                                              lambda name: 8 if name == "rotor" else n_corners)
+            elements.make_quadratic({"rotor": element_files.on_circle, "upper": element_files.on_circle})
+            self.write("brake.msh", element_files.msh2(elements))
+            settings = {**BRAKE, **one_pad, "Eigenproblem/Error bars": "false", "Eigenproblem/Maximum frequency": 1500}
+            once = st.read_table(self.analyse({**settings, "Mesh/Refinements": 1}) / "modes.csv")
+            cycles = st.read_table(self.analyse({**settings, "Refinement/Strategy": "uniform", "Refinement/Cycles": 2}) / "modes.csv")
+            self.assertSameModes([st.eigenvalue(row) for row in once],
+                                 [st.eigenvalue(row) for row in cycles if row["cycle"] == 1], 1e-9)
 
 
 class Brake(st.TestCase):
@@ -141,7 +159,6 @@ class Brake(st.TestCase):
     def test_what_is_refused(self):
         self.write("brake.msh", element_files.msh2(brake(4)))
         for settings, words in [({"Discretization/Degree": 4}, "Degree = 4"),
-                                ({"Refinement/Strategy": "uniform", "Refinement/Cycles": 2}, "uniform"),
                                 ({"Refinement/Contact edge levels": 1}, "Contact edge levels"),
                                 ({"Static equilibrium/Linear solver": "iterative"}, "iterative")]:
             self.write("brake.prm", {**BRAKE, **settings})

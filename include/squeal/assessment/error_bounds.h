@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace squeal
@@ -26,6 +27,7 @@ namespace squeal
       /// Whether the last one is the likeliest and belongs to the correction; the others lie on
       /// both sides of it. Else they are bounds of what may come to it.
       bool with_likeliest = false;
+      std::string name    = {}; ///< what they are of: "edge of contact", ...
     };
 
     Effect f; ///< of one polynomial degree more
@@ -52,6 +54,21 @@ namespace squeal
   /// Finds the effects on modes of the model as it is assembled now; modes are whole vectors.
   using ErrorEstimator = std::function<ErrorEffects(const Model &, const EigenPairs &)>;
 
+  /// A part of the bars of a set of modes: how much one cause alone may change Re l and Im l, 1/s.
+  struct BarPart
+  {
+    std::string cause;
+    std::string at; ///< body or contact; empty: all of them
+    std::vector<double> growth_rate, imaginary;
+
+    /// Appends the next mode's.
+    void add(const std::complex<double> &change)
+    {
+      growth_rate.push_back(std::abs(change.real()));
+      imaginary.push_back(std::abs(change.imag()));
+    }
+  };
+
   struct ErrorBounds
   {
     /// What one polynomial degree more would change, coupling of the modes included: l_j plus this
@@ -59,6 +76,8 @@ namespace squeal
     std::vector<std::complex<double>> correction;
     /// Bounds of the whole error of Re l and Im l, 1/s.
     std::vector<double> growth_rate, imaginary;
+    /// e, g and each group of alternatives below, then what is known of them by body and contact.
+    std::vector<BarPart> parts;
   };
 
   /// Bounds of the discretisation's error from its first-order effects on the eigenvalues.
@@ -104,8 +123,13 @@ namespace squeal
     {
       of_parts = change;
     }
-    /// The changes by some alternatives: part of d or b.
-    void add(const ErrorEffects::Alternatives &alternatives, const std::vector<double> &changes);
+    /// Adds the largest of the changes by some alternatives, which it returns, to d or b.
+    double add(const ErrorEffects::Alternatives &alternatives, const std::vector<double> &changes);
+    /// e
+    double largest_change() const
+    {
+      return largest;
+    }
     double bound() const
     {
       return std::sqrt(largest * largest + of_parts * of_parts + both_sides * both_sides) + at_most;

@@ -24,6 +24,8 @@ namespace squeal
       unsigned int line; ///< in the file
 
       bool is_quadratic() const;
+      /// Order and shape in words.
+      std::string kind() const;
     };
 
     std::string name;
@@ -46,7 +48,17 @@ namespace squeal
     static Face ascending(Face face);
     /// The faces that one element alone has, by their nodes in ascending order.
     std::map<Face, Face> free_faces() const;
+    /// Throws an InputError that says where the element stands.
+    [[noreturn]] void fail(const Element &element, const std::string &message) const;
+    [[noreturn]] void fail_beside_another(const Element &element) const;
   };
+
+  /// Divides every element into eight of its shape, with middle nodes where it has some. New nodes
+  /// lie where the element's polynomial of degree 2 has them, or on circles about the z axis in
+  /// elements for which @p follows_circles, by number. Groups become those of the parts; sets of
+  /// nodes keep their nodes. Throws InputError where neighbours are curved differently.
+  ElementFile refine(const ElementFile &elements,
+                     const std::function<bool(unsigned int)> &follows_circles);
 
   /// Hexahedra of a file: a tetrahedron becomes four, with the centres of its edges, its faces and
   /// itself, a wedge three. What shares an edge that is halved by that, or lies across a

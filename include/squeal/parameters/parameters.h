@@ -192,6 +192,7 @@ namespace squeal
       DividedElements divided  = DividedElements::own;
       OtherVolumes others      = OtherVolumes::refused;
       double scale             = 1;
+      unsigned int refinements = 0;
       double contact_tolerance = 0; ///< m; 0: a part of the pad's size
       std::string rotor = "rotor", pads = "", contact_pairs = "", pressure_on = "";
       std::string clamped = "", guided = "";

@@ -6,6 +6,7 @@
 #include <squeal/base/stopwatch.h>
 #include <squeal/contact/contact_forces.h>
 #include <squeal/projection/eigenpairs.h>
+#include <squeal/run/bar_report.h>
 #include <squeal/statics/self_locking.h>
 #include <squeal/statics/static_equilibrium.h>
 #include <squeal/studies/frequency_response.h>
@@ -34,6 +35,9 @@ namespace squeal
     /// seconds_of_bars of the processor.
     void modes(unsigned int cycle, const EigenSolution &found, const ModeTable &table,
                double seconds_of_bars);
+    /// bars.csv, and what makes up the bars of flutter and undecided modes.
+    void bars(unsigned int cycle, const std::vector<ModeRow> &rows,
+              const std::vector<BarPart> &parts, const NextDegree &next);
     /// sensitivities.csv.
     void sensitivities(unsigned int cycle, const EigenPairs &modes, const ModeTable &table,
                        const std::vector<ParameterDerivative> &derivatives);

@@ -7,6 +7,7 @@
 #include <array>
 #include <complex>
 #include <functional>
+#include <map>
 
 namespace squeal
 {
@@ -84,6 +85,8 @@ namespace squeal
       Effect likeliest;       ///< F(s); zero for edges that are not known better than the spacing
     };
     std::vector<Shifts> by_level; ///< of the faces' refinement: what one says of another is little
+    /// By interface: z_j^H dQ x_j of the shifts that change it most, one for each mode.
+    std::map<unsigned int, std::vector<std::complex<double>>> by_interface;
     /// The multipliers beside the edge and their parts of z_j^H dQ x_j, one for each mode.
     std::vector<unsigned int> rows;
     std::vector<std::vector<std::complex<double>>> parts;

@@ -312,8 +312,8 @@ namespace squeal::tests::error_estimators_tests
     const std::vector<Complex> lambda = {1000. * j}, f = {3. + 20. * j};
     const std::vector<std::vector<Complex>> parts = {{5. + 30. * j}, {-3. + 10. * j}};
     using Alternatives                            = ErrorEffects::Alternatives;
-    const Alternatives edge{{{-5. + 1. * j}, {7. - 2. * j}, {1. + 0.5 * j}}, true},
-        locking{{{4. + 30. * j}}, false};
+    const Alternatives edge{{{-5. + 1. * j}, {7. - 2. * j}, {1. + 0.5 * j}}, true, "edge"},
+        locking{{{4. + 30. * j}}, false, "locking"};
     const auto bounds = [&](const std::vector<Alternatives> &alternatives) {
       return bound_errors(lambda, {}, {f, parts, 2, alternatives});
     };
@@ -325,6 +325,16 @@ namespace squeal::tests::error_estimators_tests
     CHECK(both.growth_rate[0] == doctest::Approx(std::hypot(re, of_parts, 7.) + 4));
     CHECK(both.imaginary[0] == doctest::Approx(std::hypot(im, 2.) + 30));
     CHECK(twice.growth_rate[0] == doctest::Approx(std::hypot(re, of_parts, 14.)));
+    // Parts: e, g, and each group of alternatives.
+    REQUIRE(both.parts.size() == 4);
+    const std::vector<double> expected = {re, of_parts, 7, 4}, expected_imaginary = {im, 0, 2, 30};
+    for (unsigned int part = 0; part < 4; ++part)
+    {
+      CHECK(both.parts[part].growth_rate[0] == doctest::Approx(expected[part]));
+      CHECK(both.parts[part].imaginary[0] == doctest::Approx(expected_imaginary[part]));
+    }
+    CHECK(both.parts[2].cause == "edge");
+    CHECK(both.parts[3].cause == "locking");
     // The likeliest edge is part of the correction.
     CHECK(std::abs(alone.correction[0] - f[0]) <= 1e-9);
     CHECK(std::abs(both.correction[0] - (f[0] + 1. + 0.5 * j)) <= 1e-9);

@@ -362,6 +362,83 @@ namespace squeal::tests::element_division_tests
     }
   }
 
+  TEST_CASE("element refinement: eight parts that have the element's shape, and groups follow")
+  {
+    ElementFile file = mixed();
+    for (const bool quadratic : {false, true})
+    {
+      if (quadratic)
+        add_middles(file);
+      file.surfaces["begin"]  = {file.face(file.elements[0], 5)}; // x = 0
+      file.surfaces["end"]    = {file.face(file.elements[2], 1)}; // a triangle
+      file.surfaces["none"]   = {{{0, 1, 12, ElementFile::none}}};
+      const auto straight     = [](const unsigned int) { return false; };
+      const ElementFile parts = refine(file, straight);
+      CHECK(parts.elements.size() == 8 * file.elements.size());
+      CHECK(parts.volumes.at("all").size() == parts.elements.size());
+      CHECK(parts.free_faces().size() == 4 * file.free_faces().size());
+      const auto free_faces = parts.free_faces();
+      for (const char *name : {"begin", "end"})
+      {
+        CHECK(parts.surfaces.at(name).size() == 4);
+        for (const ElementFile::Face &face : parts.surfaces.at(name))
+          CHECK(free_faces.count(ElementFile::ascending(face)) == 1);
+      }
+      CHECK(parts.surfaces.at("none") == file.surfaces.at("none"));
+      // No part is inside out: all have the volume of the whole together.
+      CHECK(std::abs(volume(geometry_of(divided(parts))) - (2 + 2 * 0.5 / 3)) <= 1e-13);
+      check_patch(geometry_of(divided(parts)), 2, false);
+    }
+    // Nodes of parts are images of those of the parts before the element was bent by a map of
+    // degree 2.
+    const ElementFile before = refine(file, [](const unsigned int) { return false; });
+    for (Point<3> &x : file.nodes)
+      x = bend(0.5 * x);
+    const ElementFile after = refine(file, [](const unsigned int) { return false; });
+    // What is bent has the middles of its faces and of itself, too.
+    CHECK(after.nodes.size() > before.nodes.size());
+    for (const Point<3> &y : before.nodes)
+    {
+      double nearest = 1;
+      for (const Point<3> &x : after.nodes)
+        nearest = std::min(nearest, x.distance(bend(0.5 * y)));
+      CHECK(nearest <= 1e-14);
+    }
+    check_patch(geometry_of(divided(after)), 2, false);
+  }
+
+  TEST_CASE("element refinement: new nodes of bodies that follow circles lie on them")
+  {
+    // A sector of 60 degrees stays one that its corners tell: no part is divided for its bend.
+    ElementFile sector = element(ElementShape::hexahedron, {{1, 0, 0},
+                                                            {2, 0, 0},
+                                                            {1, std::sqrt(3.), 0},
+                                                            {0.5, std::sqrt(0.75), 0},
+                                                            {1, 0, 1},
+                                                            {2, 0, 1},
+                                                            {1, std::sqrt(3.), 1},
+                                                            {0.5, std::sqrt(0.75), 1}});
+    add_middles(sector);
+    for (Point<3> &x : sector.nodes)
+    {
+      const double r = std::hypot(x[0], x[1]), wanted = r < 1.1 ? 1 : r < 1.6 ? 1.5 : 2;
+      x = Point<3>(x[0] * wanted / r, x[1] * wanted / r, x[2]);
+    }
+    const auto all = [](const unsigned int) { return true; };
+    CHECK(divided(sector, true).cells.size() == 1);
+    CHECK(divided(refine(refine(sector, all), all), true).cells.size() == 64);
+
+    ElementFile file         = element(ElementShape::tetrahedron, {{1, 0, 0},
+                                                                   {std::cos(0.4), std::sin(0.4), 0},
+                                                                   {std::cos(0.2), std::sin(0.2), 0.3},
+                                                                   {0.6, 0.1, 0.1}});
+    file.surfaces["outside"] = {{{0, 1, 2, ElementFile::none}}};
+    const ElementFile parts  = refine(file, [](const unsigned int) { return true; });
+    for (const ElementFile::Face &face : parts.surfaces.at("outside"))
+      for (unsigned int v = 0; v < 3; ++v)
+        CHECK(std::abs(1 - std::hypot(parts.nodes[face[v]][0], parts.nodes[face[v]][1])) <= 1e-15);
+  }
+
   TEST_CASE("element division: flat elements, and neighbours of another shape, are refused")
   {
     ElementFile flat = element(ElementShape::tetrahedron, corner_tetrahedron);
