@@ -1,5 +1,8 @@
 #include <squeal/studies/course.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace squeal
 {
   void Course::begin(const BranchPoint &point, std::vector<CriticalValue> critical)
@@ -47,21 +50,63 @@ namespace squeal
 
   void Course::write(const std::vector<KnownEffects> &known)
   {
+    if (!known.empty())
+      for (unsigned int s = 0; s < stops.size(); ++s)
+        if (stops[s].is_value)
+        {
+          set_bars(stops[s].rows, known[s], stops[s].modes.lambda, stops[s].modes.parity,
+                   tolerance);
+          note_decided(stops[s]);
+        }
     for (unsigned int s = 0; s < stops.size(); ++s)
     {
-      Stop &stop = stops[s];
-      for (const CriticalValue &critical : stop.critical)
-        write_critical(critical, known.empty() ? std::nullopt : bar_of(critical, s, known));
-      if (!stop.is_value)
-        continue;
-      if (!known.empty())
-        set_bars(stop.rows, known[s], stop.modes.lambda, stop.modes.parity, tolerance);
-      write_stop(stop);
+      for (const CriticalValue &critical : stops[s].critical)
+        write_critical(critical, known.empty() ? std::nullopt
+                                               : limited(bar_of(critical, s, known), critical));
+      if (stops[s].is_value)
+        write_stop(stops[s]);
     }
     // The last one begins what follows.
     stops.erase(stops.begin(), stops.end() - 1);
     stops.front().is_value = false;
     stops.front().critical.clear();
+  }
+
+  void Course::note_decided(const Stop &stop)
+  {
+    for (unsigned int j = 0; j < stop.rows.size(); ++j)
+    {
+      const double growth = stop.rows[j].growth_rate(),
+                   bar    = stop.rows[j].growth_rate_error.value_or(INFINITY) +
+                         (j < stop.reduction_errors.size() ? stop.reduction_errors[j] : 0);
+      if (std::abs(growth) > bar)
+        decided.push_back({stop.modes.value, stop.modes.branches[j], growth > 0});
+    }
+  }
+
+  std::optional<CriticalBar> Course::limited(std::optional<CriticalBar> bar,
+                                             const CriticalValue &critical) const
+  {
+    if (!bar || (critical.kind != "onset" && critical.kind != "end"))
+      return bar;
+    // Beside the value the branch grows on one side: a place on that side where it does, and one
+    // on the other side where it does not, say that the onset lies between it and them.
+    const bool grows_above = critical.slope > 0;
+    double lowest = -INFINITY, highest = INFINITY;
+    for (const Decided &known : decided)
+      if (known.branch == unsigned(critical.branch))
+      {
+        if (known.value <= critical.value && known.grows != grows_above)
+          lowest = std::max(lowest, known.value);
+        if (known.value >= critical.value && known.grows == grows_above)
+          highest = std::min(highest, known.value);
+      }
+    bar->lowest  = std::max(critical.value - bar->error, lowest);
+    bar->highest = std::min(critical.value + bar->error, highest);
+    bar->error   = std::max(critical.value - *bar->lowest, *bar->highest - critical.value);
+    bar->correction =
+        std::clamp(bar->correction, *bar->lowest - critical.value, *bar->highest - critical.value);
+    return bar;
   }
 
   std::optional<CriticalBar> Course::bar_of(const CriticalValue &critical, const unsigned int stop,

@@ -207,19 +207,23 @@ namespace squeal
                                 const std::optional<CriticalBar> &bar) const
   {
     const auto of_bar = [&](const double x) { return bar ? number(x, 15) : ""; };
-    return {{"kind", critical.kind},
-            {"parameter", parameter},
-            {"value", number(critical.value, 15)},
-            {"accuracy", critical.accuracy()},
-            {"frequency_hz", std::abs(critical.lambda.imag()) / (2 * M_PI)},
-            {"growth_rate_1_per_s", critical.lambda.real()},
-            {"branch", number_of(critical.branch)},
-            {"other_branch", critical.other < 0 ? "" : std::to_string(number_of(critical.other))},
-            {"iterations", critical.iterations},
-            {"search_error", critical.search_error},
-            {"reduction_error", critical.reduction_error},
-            {"mesh_error", bar ? number(bar->error, 6) : ""},
-            {"corrected_value", of_bar(critical.value + (bar ? bar->correction : 0))}};
+    return {
+        {"kind", critical.kind},
+        {"parameter", parameter},
+        {"value", number(critical.value, 15)},
+        {"accuracy", critical.accuracy()},
+        {"frequency_hz", std::abs(critical.lambda.imag()) / (2 * M_PI)},
+        {"growth_rate_1_per_s", critical.lambda.real()},
+        {"branch", number_of(critical.branch)},
+        {"other_branch", critical.other < 0 ? "" : std::to_string(number_of(critical.other))},
+        {"iterations", critical.iterations},
+        {"search_error", critical.search_error},
+        {"reduction_error", critical.reduction_error},
+        {"mesh_error", bar ? number(bar->error, 6) : ""},
+        {"corrected_value", of_bar(critical.value + (bar ? bar->correction : 0))},
+        {"lowest_value", bar ? number(bar->lowest.value_or(critical.value - bar->error), 9) : ""},
+        {"highest_value",
+         bar ? number(bar->highest.value_or(critical.value + bar->error), 9) : ""}};
   }
 
   void Sweep::write(const CriticalValue &critical, const std::optional<CriticalBar> &bar)
@@ -234,7 +238,11 @@ namespace squeal
       value.erase(value.find_last_not_of(' ') + 1);
       value += " (mesh +- " + number(bar->error, 2) + ", search and reduction +- " +
                number(critical.accuracy(), 2) + "; corrected " +
-               number(critical.value + bar->correction, 4) + ")";
+               number(critical.value + bar->correction, 4) +
+               (bar->lowest
+                    ? text_of("; from ", number(*bar->lowest, 4), " to ", number(*bar->highest, 4))
+                    : "") +
+               ")";
     }
     log.line(
         "  Critical: " + critical.kind + " of branch " +

@@ -118,6 +118,18 @@ class Sweeps(st.TestCase):
                 self.assertLess(abs(coarse["mesh_error"] - other["mesh_error"]), 0.2 * coarse["mesh_error"])
                 self.assertLess(abs(coarse["corrected_value"] - other["corrected_value"]), 0.1 * coarse["mesh_error"])
 
+    def test_bars_of_onsets_and_of_rates(self):
+        """The bar of an onset ends where the rates' own bars are stable on its one side and flutter on the other."""
+        directory = self.analyse({**st.SMALL_BRAKE, "Operation/Angular velocity": 20, "Eigenproblem/Maximum frequency": 1600,
+                                  "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1, 0.4, 0.6", "Sweep/Critical values": "true"})
+        [onset] = [row for row in st.read_table(directory / "critical.csv") if row["kind"] == "onset"]
+        rates = {row["parameter"]: row for row in st.read_table(directory / "sweep.csv") if row["branch"] == onset["branch"]}
+        self.assertEqual([rates[value]["verdict"] for value in (0.1, 0.4, 0.6)], ["stable", "stable", "undecided"])
+        self.assertEqual(onset["lowest_value"], 0.4)
+        self.assertGreater(onset["highest_value"], 0.6)
+        self.assertLess(abs(onset["value"] + onset["mesh_error"] - onset["highest_value"]), 1e-5)
+        self.assertGreaterEqual(onset["corrected_value"], 0.4)
+
     def test_bars_of_divergences(self):
         """A fast disc between pads at rest: the bar is that of the value, wherever the steps of the sweep are. 2852.08 +- 0.29
         is the corrected value of degree 4 on smaller cells (tests/benchmark/onsets.py, scene divergence)."""

@@ -62,6 +62,8 @@ namespace squeal
   {
     double correction = 0; ///< the value with one degree more, less the computed one
     double error      = 0; ///< a bound
+    /// The interval of the value, where other values of a sweep make it shorter.
+    std::optional<double> lowest = {}, highest = {};
   };
 
   /// What becomes critical between two places.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <squeal/base/archive.h>
 #include <squeal/studies/critical_search.h>
 
 #include <functional>
@@ -51,8 +52,32 @@ namespace squeal
       effects = std::move(here);
     }
 
+    /// Collects what a resumed sweep needs of the values before, or fills it in.
+    void visit(Archive &state)
+    {
+      state(decided);
+    }
+
   private:
+    /// A value at which the growth rate of a branch has a sign beyond its bar.
+    struct Decided
+    {
+      double value        = 0;
+      unsigned int branch = 0;
+      bool grows          = false;
+
+      friend void serialize(Archive &archive, Decided &decided)
+      {
+        archive(decided.value, decided.branch, decided.grows);
+      }
+    };
     void write(const std::vector<KnownEffects> &known);
+    /// Notes the growth rates of a value that have a sign beyond their bars.
+    void note_decided(const Stop &stop);
+    /// Keeps the bar of an onset or an end within the values nearest to it at which the rates' own
+    /// bars say that the branch is stable, and that it grows.
+    std::optional<CriticalBar> limited(std::optional<CriticalBar> bar,
+                                       const CriticalValue &critical) const;
     std::optional<CriticalBar> bar_of(const CriticalValue &critical, unsigned int stop,
                                       const std::vector<KnownEffects> &known) const;
 
@@ -61,5 +86,6 @@ namespace squeal
     const WriteStop write_stop;
     std::vector<Stop> stops;
     std::optional<ErrorEffects> effects; ///< at the first of them
+    std::vector<Decided> decided;
   };
 } // namespace squeal

@@ -35,6 +35,7 @@ namespace squeal
     void visit(Archive &state) override
     {
       state(last.value, last.n_branches, last.branches, last.overlaps, varying_terms);
+      course.visit(state);
     }
     std::string take_up() override;
     void open(bool resumed) override;
