@@ -548,6 +548,27 @@ class Report:
                                [[body, *(number(values[body, origin], 4) if (body, origin) in values else "" for origin in origins)]
                                 for body in bodies]))
 
+    def bars(self):
+        """What the bars of flutter and undecided growth rates are made of."""
+        names = {row["mode"]: row for row in self.modes if row["verdict"] in UNSTABLE + ("undecided",)}
+        rows = [row for row in self.rows("bars.csv") if int(row["cycle"]) == self.cycle and row["mode"] in names]
+        if not rows:
+            return
+        self.section("What the bars are made of")
+        causes = list(dict.fromkeys(row["cause"] for row in rows if not row["at"]))
+        parts = {(row["mode"], row["cause"]): float(row["growth_rate_1_per_s"]) for row in rows if not row["at"]}
+
+        def places(mode):
+            own = sorted(((float(row["growth_rate_1_per_s"]), row["at"]) for row in rows if row["mode"] == mode and row["at"]),
+                         reverse=True)
+            return ", ".join(f"{at} {number(value, 2)}" for value, at in own[:3])
+        self.body.append(table(["mode", "growth rate, 1/s", *causes, "mostly of<"],
+                               [[mode, with_bar(row, GROWTH, GROWTH_ERROR, 4),
+                                 *(number(parts.get((mode, cause), 0), 2) for cause in causes), places(mode)]
+                                for mode, row in names.items()]))
+        self.note("How much of the bar each cause alone makes up, 1/s. The last column: bodies whose cells, and contacts whose edges, "
+                  "have most of it; finer cells there make the bar shorter. bars.csv has all modes.")
+
     def remedies(self):
         """What a tenth more of each parameter would do to the mode that grows fastest, or would first."""
         if not self.modes:
@@ -855,7 +876,7 @@ class Report:
         title = f"squeal: {self.directory.name}"
         described = f"Scene {scene}, stage {self.parameters.get('Stage', '')}" if scene else ""
         self.body.append(f"<h1>{html.escape(title)}</h1><p>{html.escape(described)}</p>")
-        for part in (self.summary, self.computed, self.verdicts, self.causes, self.remedies, self.sweeps, self.stability_map, self.sampling, self.response,
+        for part in (self.summary, self.computed, self.verdicts, self.causes, self.bars, self.remedies, self.sweeps, self.stability_map, self.sampling, self.response,
                      self.pictures_of_modes, self.contact, self.convergence, self.input_and_log):
             try:
                 part()

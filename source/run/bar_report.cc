@@ -1,3 +1,4 @@
+#include <squeal/assessment/stability.h>
 #include <squeal/base/text.h>
 #include <squeal/run/bar_report.h>
 
@@ -141,5 +142,39 @@ namespace squeal
       lines += text_of("To decide mode", modes.find(',') == std::string::npos ? " " : "s ", modes,
                        ": ", what, ".\n");
     return "What the bars are made of, each part alone, 1/s\n" + lines;
+  }
+
+  std::string describe_margins(const std::vector<ModeRow> &rows, std::vector<VerdictMargin> margins)
+  {
+    constexpr unsigned int most_lines = 10, most_parameters = 3;
+    constexpr double far = 1; // doubled: derivatives say nothing of that
+    margins.erase(std::remove_if(margins.begin(), margins.end(),
+                                 [](const VerdictMargin &margin)
+                                 { return !(std::abs(margin.relative_change) < far); }),
+                  margins.end());
+    std::stable_sort(margins.begin(), margins.end(),
+                     [](const VerdictMargin &a, const VerdictMargin &b)
+                     { return std::abs(a.relative_change) < std::abs(b.relative_change); });
+    std::vector<unsigned int> shown;
+    for (unsigned int j = 0; j < rows.size() && shown.size() < most_lines; ++j)
+      if (rows[j].is_unstable() || rows[j].verdict == Verdict::undecided)
+        shown.push_back(j);
+    if (shown.empty() && !rows.empty())
+      shown = {least_stable(rows)};
+    std::string lines;
+    for (const unsigned int j : shown)
+    {
+      std::string changes;
+      unsigned int n = 0;
+      for (const VerdictMargin &margin : margins)
+        if (margin.row == j && n < most_parameters)
+          changes += text_of(n++ > 0 ? ", " : "", margin.parameter, " ",
+                             formatted("%+.2g %%", 100 * margin.relative_change));
+      lines += text_of("  Mode ", rows[j].mode, ", ", name_of(rows[j].verdict), ": ",
+                       changes.empty() ? "no parameter within its double" : changes, "\n");
+    }
+    return lines.empty()
+               ? lines
+               : "The growth rate is zero, by derivatives of single parameters, at\n" + lines;
   }
 } // namespace squeal

@@ -256,12 +256,18 @@ namespace squeal
                              const std::vector<ParameterDerivative> &derivatives)
   {
     Table &csv = this->table("sensitivities.csv", sensitivities_fields(cycle, 0, {}, 0));
+    std::vector<VerdictMargin> margins;
     for (const ParameterDerivative &derivative : derivatives)
     {
       const auto d_lambda = squeal::sensitivities(derivative, modes);
       for (unsigned int j = 0; j < table.rows.size(); ++j)
+      {
         csv.add(sensitivities_fields(cycle, table.rows[j].mode, derivative, d_lambda[j]));
+        margins.push_back({derivative.parameter, j,
+                           -table.rows[j].growth_rate() / (derivative.value * d_lambda[j].real())});
+      }
     }
+    log.print(describe_margins(table.rows, std::move(margins)));
   }
 
   namespace

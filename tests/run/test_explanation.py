@@ -107,8 +107,9 @@ class Explanation(st.TestCase):
         shorter, and leave that of the rotor."""
         parts = {}
         for name, cells in (("coarse", "2, 3, 1"), ("fine", "4, 6, 2")):
-            directory = self.analyse({**st.SMALL_BRAKE, **st.MORTAR, "Stage": "full", "Eigenproblem/Error bars": "true",
-                                      "Discretization/Degree": 2, "Discretization/Pad cells": cells})
+            directory = self.analyse({**st.SMALL_BRAKE, **st.MORTAR, "Stage": "full", "Output/Sensitivities": "true",
+                                      "Operation/Angular velocity": 50, "Discretization/Degree": 2,
+                                      "Discretization/Pad cells": cells})
             rows = st.read_table(directory / "bars.csv")
             for mode in st.read_table(directory / "modes.csv"):
                 own = [row for row in rows if row["mode"] == mode["mode"]]
@@ -127,8 +128,26 @@ class Explanation(st.TestCase):
         self.assertLess(parts["fine"]["upper"][middle], 0.5 * parts["coarse"]["upper"][middle])
         self.assertLess(abs(parts["fine"]["rotor"][middle] / parts["coarse"]["rotor"][middle] - 1), 0.3)
         log = (directory / "log.txt").read_text()
-        if any(row["verdict"] in ("flutter", "undecided") for row in st.read_table(directory / "modes.csv")):
-            self.assertIn("What the bars are made of", log)
+        modes = st.read_table(directory / "modes.csv")
+        told = [row for row in modes if row["verdict"] in ("flutter", "undecided")]
+        self.assertTrue(told)
+        bars, margins = (log.split(head)[1].split("\n\n")[0] for head in ("What the bars are made of", "The growth rate is zero"))
+        sensitivities = st.read_table(directory / "sensitivities.csv")
+        for mode in told:
+            self.assertRegex(bars, rf"(?m)^  Mode {mode['mode']:g}, {mode['verdict']}, .* one degree more")
+            changes = {row["parameter"]: -mode["growth_rate_1_per_s"] / row["relative_d_growth_rate_1_per_s"]
+                       for row in sensitivities if row["mode"] == mode["mode"] and row["relative_d_growth_rate_1_per_s"]}
+            nearest = sorted((abs(change), parameter) for parameter, change in changes.items() if abs(change) < 1)[:3]
+            line = re.search(rf"(?m)^  Mode {mode['mode']:g}, {mode['verdict']}: (.*)$", margins).group(1)
+            if not nearest:
+                self.assertEqual(line, "no parameter within its double")
+                continue
+            shown = re.findall(r"(\S+(?: \S+)*?) ([+-][\d.e+-]+) %", line)
+            self.assertEqual([parameter.lstrip(", ") for parameter, _ in shown], [parameter for _, parameter in nearest])
+            for parameter, percent in shown:
+                self.assertLess(abs(float(percent) - 100 * changes[parameter.lstrip(", ")]), 0.06 * abs(float(percent)) + 1e-9)
+        subprocess.run([sys.executable, st.PROJECT / "scripts/report.py", directory], check=True, capture_output=True)
+        self.assertIn("What the bars are made of", (directory / "report.html").read_text())
 
     def test_ladder(self):
         """All stages side by side: those of separate runs; undamped friction with a turning rotor is unstable."""

@@ -127,6 +127,26 @@ class Brake(st.TestCase):
                     for a, b in zip(static, other_static):
                         self.assertLess(abs(a["normal_force_n"] - b["normal_force_n"]), 1e-8 * a["normal_force_n"])
 
+    def test_constant_pressure(self):
+        """Contact on triangles: a ring on a ring that is held from below, both without Poisson's ratio, on meshes that do not
+        match, has the pressure of its load everywhere."""
+        angles = mesh_files.equal(0, 2 * math.pi, 12)
+        for n_pad, n_rotor in ((4, 8), (8, 4), (6, 4)):
+            mesh = mesh_files.Mesh()
+            mesh.sector("rotor", [0.05, 0.09, 0.14], angles, [-0.006, 0.006], ring=True)
+            mesh.sector("upper", [0.05, 0.07, 0.11, 0.14], angles, [0.006, 0.018], ring=True)
+            elements = element_files.Elements(mesh, lambda name: n_rotor if name == "rotor" else n_pad)
+            elements.make_quadratic({name: element_files.on_circle for name in mesh.volumes})
+            self.write("brake.msh", element_files.msh2(elements))
+            results = self.analyse({
+                **BRAKE, "Stage": "friction", "Mesh/Pads": "upper", "Mesh/Contact pairs": "upper.low : rotor.high",
+                "Mesh/Guided": "upper.high", "Mesh/Pressure on": "upper.high", "Mesh/Clamped": "rotor.low", "Pads/Pressure": 1e6,
+                "Contact/Friction/Coefficient": 0, "Pads/Material/Poisson ratio": 0, "Rotor/Material/Poisson ratio": 0,
+                "Eigenproblem/Solver": "none"})
+            [pad] = st.read_table(results / "static.csv")
+            self.assertLess(abs(pad["max_pressure_pa"] / 1e6 - 1), 2e-10)
+            self.assertLess(abs(pad["normal_force_n"] / (1e6 * pad["contact_area_m2"]) - 1), 1e-6)
+
     def test_formulations_and_materials(self):
         """What pads of tetrahedra have on them: penalties, lift-off, prestress, a lining softer along the axis, lossy: no
         verdict differs from that of divided elements, and values by the bars of both at most."""

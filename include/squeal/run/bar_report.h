@@ -21,4 +21,17 @@ namespace squeal
   /// ten of them, and for undecided ones what would make the bars shorter.
   std::string describe_bars(const std::vector<ModeRow> &rows, const std::vector<BarPart> &parts,
                             const Parameters::All &parameters, const NextDegree &next);
+
+  /// The relative change of a parameter that takes a growth rate to zero, by its derivative.
+  struct VerdictMargin
+  {
+    std::string parameter;
+    unsigned int row; ///< of the mode
+    double relative_change;
+  };
+
+  /// Tells which changes of single parameters turn the verdicts of flutter and undecided modes, and
+  /// of the mode that grows first otherwise: a line each with the three smallest.
+  std::string describe_margins(const std::vector<ModeRow> &rows,
+                               std::vector<VerdictMargin> margins);
 } // namespace squeal
