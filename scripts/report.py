@@ -426,11 +426,15 @@ class Report:
         if has_pads and of("Stage") not in ("elastic", "transport"):
             lines.append(("Friction", f"{friction} ({law})"))
         if has_pads:
-            profile = of("Pads/Pressure profile", "1")
-            lines.append(("Pressure", ("varied" if "Pads/Pressure" in varied else
-                                       f"{number(1e-6 * float(of('Pads/Pressure')))} MPa") +
-                          (f" times {profile}" if profile != "1" else "") +
-                          f" on the pads; in the contact {of('Contact/Steady pressure')}"))
+            profile, own, parts = of("Pads/Pressure profile", "1"), of("Mesh/Pressures", ""), []
+            if not own or of("Mesh/Pressure on", ""):
+                parts.append(("varied" if "Pads/Pressure" in varied else f"{number(1e-6 * float(of('Pads/Pressure')))} MPa") +
+                             (f" times {profile}" if profile != "1" else "") + " on the pads")
+            if own:
+                parts.append(f"of surfaces, Pa: {own}")
+                parts += [f"{name[len('Mesh/Pressures/'):]} varied" for name in varied
+                          if name and name.startswith("Mesh/Pressures/")]
+            lines.append(("Pressure", "; ".join([*parts, f"in the contact {of('Contact/Steady pressure')}"])))
         speed = float(of("Operation/Angular velocity"))
         if "Operation/Angular velocity" in varied:
             lines.append(("Speed", "varied"))

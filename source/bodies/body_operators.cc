@@ -333,7 +333,8 @@ namespace squeal
   }
 
   template <int dim>
-  MultiVector assemble_pressure_load(const FiniteElementSpace<dim> &spaces)
+  MultiVector assemble_pressure_load(const FiniteElementSpace<dim> &spaces,
+                                     const std::function<double(const PressureLoad<dim> &)> &factor)
   {
     std::vector<PetscInt> rows;
     std::vector<double> values;
@@ -351,12 +352,13 @@ namespace squeal
             {
               fe_values.reinit(cell, f);
               cell->get_dof_indices(cell_nodes);
+              const double scale = factor ? factor(pressure_load) : 1;
               for (unsigned int a = 0; a < n; ++a)
               {
                 // f_a = int -p n N_a
                 Tensor<1, dim> force;
                 for (const unsigned int q : fe_values.quadrature_point_indices())
-                  force -= pressure_load.pressure(fe_values.quadrature_point(q)) *
+                  force -= scale * pressure_load.pressure(fe_values.quadrature_point(q)) *
                            fe_values.JxW(q) * fe_values.shape_value(a, q) *
                            fe_values.normal_vector(q);
                 for (const WeightedNode &w : spaces.expand(cell_nodes[a]))
@@ -384,6 +386,10 @@ namespace squeal
   template std::vector<std::shared_ptr<const Matrix>>
   assemble_stiffnesses<3>(const FiniteElementSpace<3> &, const std::vector<Body> &,
                           const Material &);
-  template MultiVector assemble_pressure_load<2>(const FiniteElementSpace<2> &);
-  template MultiVector assemble_pressure_load<3>(const FiniteElementSpace<3> &);
+  template MultiVector
+  assemble_pressure_load<2>(const FiniteElementSpace<2> &,
+                            const std::function<double(const PressureLoad<2> &)> &);
+  template MultiVector
+  assemble_pressure_load<3>(const FiniteElementSpace<3> &,
+                            const std::function<double(const PressureLoad<3> &)> &);
 } // namespace squeal

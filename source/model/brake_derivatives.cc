@@ -117,6 +117,12 @@ namespace squeal
       add("Tangential dashpot", &Parameters::Contact::tangential_dashpot);
     parameters.push_back(parameter_at(
         "Pads/Pressure", [](Parameters::All &all) -> double & { return all.pads.pressure; }));
+    if (prm.scene == Scene::mesh)
+      for (unsigned int k = 0; k < prm.mesh.surface_pressures.size(); ++k)
+        parameters.push_back(
+            parameter_at(Parameters::Mesh::pressure_path + prm.mesh.surface_pressures[k].first,
+                         [k](Parameters::All &all) -> double &
+                         { return all.mesh.surface_pressures[k].second; }));
   }
 
   template <int dim>

@@ -455,8 +455,13 @@ namespace squeal
   MultiVector BrakeModel<dim>::static_load(const Parameters::All &parameters,
                                            const FiniteElementSpace<dim> &spaces) const
   {
-    MultiVector load = assemble_pressure_load(spaces);
-    load *= parameters.pads.pressure / load_pressure;
+    MultiVector load = assemble_pressure_load<dim>(
+        spaces,
+        [&](const PressureLoad<dim> &of)
+        {
+          return of.entry ? parameters.mesh.surface_pressures[*of.entry].second
+                          : parameters.pads.pressure / load_pressure;
+        });
     if (parameters.prestress.centrifugal_load)
       load += centrifugal_load(parameters, spaces);
     return load;

@@ -11,12 +11,14 @@ namespace squeal
   {
     std::string reason_for_no_load(const Parameters::All &prm)
     {
-      if (prm.pads.pressure == 0)
+      const bool has_own = prm.scene == Scene::mesh && !prm.mesh.surface_pressures.empty();
+      if (prm.pads.pressure == 0 && !has_own)
         return "Pads/Pressure = 0.";
-      if (prm.scene == Scene::mesh && prm.mesh.pressure_on.empty())
-        return "Mesh/Pressure on is empty: Pads/Pressure acts on no surface.";
+      if (prm.scene == Scene::mesh && prm.mesh.pressure_on.empty() && !has_own)
+        return "Mesh/Pressure on and Mesh/Pressures are empty: no surface is pressed.";
       if (prm.scene == Scene::mesh)
         return "Pads/Pressure acts on Mesh/Pressure on = " + prm.mesh.pressure_on +
+               (has_own ? ", beside Mesh/Pressures = " + prm.mesh.pressures : "") +
                ": these surfaces are held (Mesh/Clamped, Guided, Fixed), or are not of this pad, "
                "or Pads/Pressure profile is zero there.";
       return "What Pads/Pressure acts on is held (Pads/Back face), or Pads/Pressure profile is "

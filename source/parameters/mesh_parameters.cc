@@ -1,3 +1,4 @@
+#include <squeal/base/text.h>
 #include <squeal/parameters/declare.h>
 #include <squeal/parameters/entries.h>
 #include <squeal/parameters/parameters.h>
@@ -5,6 +6,7 @@
 #include <deal.II/base/utilities.h>
 
 #include <algorithm>
+#include <set>
 
 namespace squeal
 {
@@ -71,6 +73,11 @@ namespace squeal
                         not_negative());
       prm.add_parameter("Pressure on", pressure_on,
                         "Names of surface groups under Pads/Pressure times Pads/Pressure profile.");
+      prm.add_parameter(
+          "Pressures", pressures,
+          "Surface groups with a pressure of their own: surface : value in Pa, and so on, against "
+          "the outward normal. It adds to that of Pressure on; Pads/Pressure and its profile leave "
+          "it as it is. Studies vary Mesh/Pressures/surface.");
       prm.add_parameter("Clamped", clamped,
                         "Names of surface groups on which all displacements are zero.");
       prm.add_parameter("Guided", guided,
@@ -109,6 +116,53 @@ namespace squeal
       return pairs_of_names("Mesh/Contact pairs", contact_pairs, "pad surface : rotor surface");
     }
 
+    namespace
+    {
+      std::vector<std::pair<std::string, double>> read_pressures(const std::string &text)
+      {
+        const std::string key = "Mesh/Pressures", wanted = "surface : pressure in Pa";
+        std::vector<std::pair<std::string, double>> result;
+        std::set<std::string> seen;
+        for (const auto &[surface, value] : pairs_of_names(key, text, wanted))
+        {
+          const std::optional<double> number = to_number(value);
+          if (!number)
+            throw InputError(key + " = " + text + ": '" + value + "' is not a number; allowed is " +
+                             wanted + ", pairs separated by commas.");
+          if (!seen.insert(surface).second)
+            throw InputError(key + " = " + text + ": '" + surface +
+                             "' is named twice; write the sum of its pressures.");
+          result.emplace_back(surface, *number);
+        }
+        return result;
+      }
+    } // namespace
+
+    std::string Mesh::pressures_with(const std::string &surface, const double value,
+                                     const std::string &where) const
+    {
+      std::string list, known;
+      bool found = false;
+      for (const auto &[name, present] : read_pressures(pressures))
+      {
+        list += (list.empty() ? "" : ", ") + name + " : " +
+                number(name == surface ? value : present, 17);
+        known += (known.empty() ? "" : ", ") + name;
+        found = found || name == surface;
+      }
+      if (!found)
+        throw InputError(where + ": " + pressure_path + surface + ": Mesh/Pressures has " +
+                         (known.empty() ? "no surfaces" : known) + ", as they are written there.");
+      return list;
+    }
+
+    bool Mesh::is_loaded(const double pads_pressure) const
+    {
+      return (pads_pressure != 0 && !pressure_on.empty()) ||
+             std::any_of(surface_pressures.begin(), surface_pressures.end(),
+                         [](const auto &entry) { return entry.second != 0; });
+    }
+
     std::array<double, 3> Mesh::origin() const
     {
       const std::vector<std::string> words = split_string_list(origin_text, ',');
@@ -118,8 +172,9 @@ namespace squeal
       return result;
     }
 
-    void Mesh::check() const
+    void Mesh::check()
     {
+      surface_pressures = read_pressures(pressures);
       if (file.empty())
         throw InputError("Mesh/File: the scene mesh needs the name of a mesh file, .msh or .inp.");
       if (rotor.empty() && !pairs().empty())

@@ -493,9 +493,36 @@ namespace squeal
                      " has: " + there + ".";
   }
 
+  namespace
+  {
+    /// The surface of a path Mesh/Pressures/surface; empty: another path.
+    std::string surface_of(const std::string &path)
+    {
+      const std::string start = Parameters::Mesh::pressure_path;
+      return path.rfind(start, 0) == 0 ? path.substr(start.size()) : "";
+    }
+  } // namespace
+
+  void ParameterFile::set_pressure(const std::string &path, const std::string &value,
+                                   const std::string &where)
+  {
+    std::optional<double> number = Parameters::to_number(value);
+    if (!number)
+      number = constant_expression(value);
+    if (!number)
+      throw InputError(where + ": " + path + " = " + value +
+                       ": not allowed. Allowed: a pressure in Pa.");
+    const Entry &list = entry_of("Mesh/Pressures", where);
+    Parameters::Mesh mesh;
+    mesh.pressures = prm->get(list.section, list.key);
+    set(list.path, mesh.pressures_with(surface_of(path), *number, where), where);
+  }
+
   void ParameterFile::set(const std::string &path, const std::string &value,
                           const std::string &where)
   {
+    if (!surface_of(path).empty())
+      return set_pressure(path, value, where);
     const Entry *entry = &entry_of(path, where);
     // Lists are taken apart in a time that grows like the square of their length.
     constexpr std::size_t longest = 1 << 16;
@@ -523,6 +550,13 @@ namespace squeal
   double ParameterFile::value_of(const std::string &path) const
   {
     // Expressions of the position or the speed; a number is one.
+    if (const std::string surface = surface_of(path); !surface.empty())
+    {
+      for (const auto &[name, pressure] : all->mesh.surface_pressures)
+        if (name == surface)
+          return pressure;
+      all->mesh.pressures_with(surface, 0, "Sweep/Parameter"); // throws
+    }
     const std::set<std::string> expressions = {"Pads/Pressure profile", "Contact/Initial gap",
                                                "Contact/Friction/Expression"};
     const Entry &entry                      = entry_of(path, "Sweep/Parameter");

@@ -677,6 +677,12 @@ namespace squeal
           throw InputError("Pads/Pressure profile = " + pads.profile +
                            ": Contact/Steady pressure = uniform takes Pads/Pressure itself for the "
                            "contact pressure; allowed is computed, or the profile 1.");
+        if (n_pads() > 0 && contact.steady_pressure == SteadyPressure::uniform &&
+            scene == Scene::mesh && !mesh.surface_pressures.empty())
+          throw InputError(
+              "Mesh/Pressures = " + mesh.pressures +
+              ": Contact/Steady pressure = uniform takes Pads/Pressure for the contact "
+              "pressure; allowed is computed.");
       }
       if (prestress.needs_state() && has_contact() &&
           contact.steady_pressure != SteadyPressure::computed)

@@ -71,15 +71,27 @@ namespace squeal
     {
       if (prm.n_pads() == 0 || !prm.terms().friction)
         return;
-      const double pressure = prm.pads.pressure;
-      if (pressure != 0 && !usual_pressure.holds(std::abs(pressure)))
-        all.push_back(text_of("Warning, pressure: Pads/Pressure = ", number(pressure),
-                              " Pa. Usual are 1e3 to 1e8 Pa; 1 MPa is 1e6."));
-      if (pressure == 0 || (prm.scene == Scene::mesh && prm.mesh.pressure_on.empty() &&
-                            prm.contact.steady_pressure == SteadyPressure::computed))
-        all.push_back(text_of(
-            "Warning, no load: ", pressure == 0 ? "Pads/Pressure = 0" : "Mesh/Pressure on is empty",
-            ". Pads that nothing presses have no friction."));
+      const auto look_at = [&](const std::string &key, const double pressure)
+      {
+        if (pressure != 0 && !usual_pressure.holds(std::abs(pressure)))
+          all.push_back(text_of("Warning, pressure: ", key, " = ", number(pressure),
+                                " Pa. Usual are 1e3 to 1e8 Pa; 1 MPa is 1e6."));
+      };
+      const bool is_of_surfaces = prm.scene == Scene::mesh &&
+                                  prm.contact.steady_pressure == SteadyPressure::computed,
+                 is_loaded = is_of_surfaces ? prm.mesh.is_loaded(prm.pads.pressure)
+                                            : prm.pads.pressure != 0;
+      if (!is_of_surfaces || !prm.mesh.pressure_on.empty())
+        look_at("Pads/Pressure", prm.pads.pressure);
+      if (is_of_surfaces)
+        for (const auto &[surface, pressure] : prm.mesh.surface_pressures)
+          look_at(Parameters::Mesh::pressure_path + surface, pressure);
+      if (!is_loaded)
+        all.push_back(
+            text_of("Warning, no load: ",
+                    prm.pads.pressure == 0 ? "Pads/Pressure = 0" : "Mesh/Pressure on is empty",
+                    is_of_surfaces ? ", and so is Mesh/Pressures" : "",
+                    ". Pads that nothing presses have no friction."));
     }
 
     /// Adds doubts about numbers of the contact, each used by this formulation and law.

@@ -34,8 +34,9 @@ namespace squeal
     bool Sweep::keeps_mesh(const std::string &parameter)
     {
       // A load's profile is made with the mesh.
-      const std::vector<std::string> starts = {"Operation/",     "Contact/",  "Rotor/Material/",
-                                               "Pads/Material/", "Matrices/", "Modal damping/"};
+      const std::vector<std::string> starts = {"Operation/",       "Contact/",  "Rotor/Material/",
+                                               "Pads/Material/",   "Matrices/", "Modal damping/",
+                                               Mesh::pressure_path};
       const bool is_of_part                 = parameter.rfind("Mesh/Part ", 0) == 0 &&
                               parameter.find("/Material/") != std::string::npos;
       return parameter == "Pads/Pressure" || is_of_part ||
@@ -50,7 +51,7 @@ namespace squeal
         throw InputError(where + parameter + ": " + what +
                          " the mesh. Allowed are numbers of the sections Operation, Contact, "
                          "Rotor/Material, Pads/Material, a Material of Mesh/Part, Modal damping, "
-                         "Matrices, and Pads/Pressure.");
+                         "Matrices, Pads/Pressure, and Mesh/Pressures/surface.");
     }
 
     std::vector<double> Sweep::points() const

@@ -58,7 +58,7 @@ namespace squeal
     DeckNames held, loaded, joined;
     held.take({prm.mesh.clamped, prm.mesh.guided, prm.mesh.fixed[0], prm.mesh.fixed[1],
                prm.mesh.fixed[2]});
-    loaded.take({prm.mesh.pressure_on});
+    loaded.take({prm.mesh.pressure_on, prm.mesh.pressures});
     joined.take({prm.mesh.contact_pairs, prm.joints.ties, prm.joints.contacts, prm.joints.points,
                  prm.joints.superelements});
     std::vector<std::string> missing;

@@ -16,7 +16,8 @@ namespace squeal
     public:
       explicit DeckLoadReader(DeckAssembly &all) : all(all) {}
 
-      /// One pressure on all surfaces is that of the pads; several are left out.
+      /// One pressure on all surfaces is that of the pads, which a study may vary; several have a
+      /// list of their own.
       DeckLoads loads()
       {
         for (const DeckPressure &of : all.deck.pressures)
@@ -35,14 +36,10 @@ namespace squeal
           append(surfaces, surface);
           append(with_values, surface + " : " + digits(value / (all.length * all.length)));
         }
-        if (!is_one)
-        {
-          all.leave_out(DeckMeaning::load,
-                        "the pressures " + with_values + " (Pa): the parameter file has one");
-          return result;
-        }
-        result.pads_pressure = first / (all.length * all.length);
-        result.of_mesh.push_back({"Pressure on", surfaces});
+        if (is_one)
+          result.pads_pressure = first / (all.length * all.length);
+        result.of_mesh.push_back(is_one ? DeckSetting{"Pressure on", surfaces}
+                                        : DeckSetting{"Pressures", with_values});
         return result;
       }
 

@@ -19,16 +19,18 @@ namespace squeal
     {
       std::array<bool, 3> fixed{};
       bool is_loaded = false;
-      std::string contact; ///< or tied surface
+      std::set<unsigned int> pressures; ///< entries of Mesh/Pressures
+      std::string contact;              ///< or tied surface
       std::set<unsigned int> points;
       std::set<unsigned int> superelements;
       std::set<std::string> places; ///< of the frequency response
       bool is_exported = false;
       bool operator<(const Use &other) const
       {
-        return std::tie(fixed, is_loaded, contact, points, superelements, places, is_exported) <
-               std::tie(other.fixed, other.is_loaded, other.contact, other.points,
-                        other.superelements, other.places, other.is_exported);
+        return std::tie(fixed, is_loaded, pressures, contact, points, superelements, places,
+                        is_exported) < std::tie(other.fixed, other.is_loaded, other.pressures,
+                                                other.contact, other.points, other.superelements,
+                                                other.places, other.is_exported);
       }
     };
 
@@ -66,6 +68,8 @@ namespace squeal
             geometry.loads.push_back(
                 {id->second, [=](const Point<3> &x) { return pressure * profile(x); }});
           }
+          for (const unsigned int k : use.pressures)
+            geometry.loads.push_back({id->second, [](const Point<3> &) { return 1.; }, k});
           if (!use.contact.empty() && !geometry.boundaries.emplace(use.contact, id->second).second)
             mesh.fail(exported_key, "its surfaces have some of the faces of '" + use.contact +
                                         "', which is in contact or tied; allowed are all or none.");
@@ -133,6 +137,9 @@ namespace squeal
         fix(prm.mesh.fixed[1], "Fixed in y", {{false, true, false}});
         fix(prm.mesh.fixed[2], "Fixed in z", {{false, false, true}});
         add(prm.mesh.pressure_on, "Pressure on", [](Use &use) { use.is_loaded = true; });
+        for (unsigned int k = 0; k < prm.mesh.surface_pressures.size(); ++k)
+          add(prm.mesh.surface_pressures[k].first, "Pressures",
+              [&](Use &use) { use.pressures.insert(k); });
       }
 
       /// A rotor's surface is as large as the disc, which may be held where no pad lies: faces that
@@ -160,8 +167,8 @@ namespace squeal
                 add(name, key,
                     [&](Use &use)
                     {
-                      if (use.is_loaded || use.fixed != std::array<bool, 3>() ||
-                          !use.contact.empty())
+                      if (use.is_loaded || !use.pressures.empty() ||
+                          use.fixed != std::array<bool, 3>() || !use.contact.empty())
                         mesh.fail(key,
                                   "a face of '" + name +
                                       "' is supported, loaded or in another contact surface or "

@@ -45,9 +45,9 @@ namespace squeal
     {
       std::vector<std::string> names;
       for (const std::string &list :
-           {prm.mesh.contact_pairs, prm.mesh.pressure_on, prm.mesh.clamped, prm.mesh.guided,
-            prm.mesh.fixed[0], prm.mesh.fixed[1], prm.mesh.fixed[2], prm.joints.ties,
-            prm.joints.contacts, prm.joints.points})
+           {prm.mesh.contact_pairs, prm.mesh.pressure_on, prm.mesh.pressures, prm.mesh.clamped,
+            prm.mesh.guided, prm.mesh.fixed[0], prm.mesh.fixed[1], prm.mesh.fixed[2],
+            prm.joints.ties, prm.joints.contacts, prm.joints.points})
         for (const std::vector<std::string> &entry : Parameters::entries_of(list))
           names.insert(names.end(), entry.begin(), entry.end());
       return names;

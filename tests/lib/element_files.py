@@ -210,24 +210,41 @@ U
 """
 
 
-def brake_deck(mesh):
-    """(deck, included file) of the default brake with parts, in mm, up to MODEL: sections, sets of its supports."""
+# Parts of the default brake and their materials, and node sets of its supports.
+BODIES = {"rotor": ("Disc", "Iron"), "upper": ("Up", "Lining"), "lower": ("Low", "Lining")}
+SUPPORTS = {"_held": ["rotor.inner"], "_guided": ["upper.high", "lower.low"]}
+
+
+def _nodes_of(mesh, surface, number):
+    return sorted({number(mesh.elements[e][v]) for e, f in mesh.surfaces[surface]
+                   for v in FACES[N_CORNERS[len(mesh.elements[e])]][f]})
+
+
+def brake_deck(mesh, bodies=BODIES, supports=SUPPORTS):
+    """(deck, included file) of a brake with parts, in mm, up to MODEL: sections, sets of its supports."""
     mesh.nodes = [tuple(1000 * x for x in node) for node in mesh.nodes]
-    bodies = {"rotor": ("Disc", "Iron"), "upper": ("Up", "Lining"), "lower": ("Low", "Lining")}
     deck, nodes = assembly(mesh, {part: [body] for body, (part, _) in bodies.items()}, True)
     deck = deck[:deck.index("*Material")]
     for body, (_, material) in bodies.items():
         end = deck.index("*End Part", deck.index(f"*Elset, elset={body}\n"))
         deck = deck[:end] + f"*Solid Section, elset={body}, material={material}\n,\n" + deck[end:]
     lines = []
-    for name, surfaces in (("_held", ["rotor.inner"]), ("_guided", ["upper.high", "lower.low"])):
+    for name, surfaces in supports.items():
         for surface in surfaces:
             body = surface.split(".")[0]
             own = {v: i + 1 for i, v in enumerate(sorted({v for e in mesh.volumes[body] for v in mesh.elements[e]}))}
-            nodes_of = sorted({own[mesh.elements[e][v]] for e, f in mesh.surfaces[surface]
-                               for v in FACES[N_CORNERS[len(mesh.elements[e])]][f]})
-            lines += [f"*Nset, nset={name}, internal, instance={bodies[body][0]}-1", *lines_of(nodes_of)]
+            lines += [f"*Nset, nset={name}, internal, instance={bodies[body][0]}-1",
+                      *lines_of(_nodes_of(mesh, surface, own.get))]
     return deck.replace("*End Assembly", "\n".join([*lines, "*End Assembly"])), nodes
+
+
+def flat_deck(mesh, bodies=BODIES, supports=SUPPORTS):
+    """Makes the deck of brake_deck() without parts, in the mesh's own unit."""
+    lines = [inp(mesh).rstrip("\n")]
+    lines += [f"*Solid Section, elset={body}, material={material}" for body, (_, material) in bodies.items()]
+    for name, surfaces in supports.items():
+        lines += [f"*Nset, nset={name}", *lines_of(sorted({v for s in surfaces for v in _nodes_of(mesh, s, lambda v: v + 1)}))]
+    return "\n".join([*lines, ""])
 
 
 def msh2(mesh):

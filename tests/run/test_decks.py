@@ -8,6 +8,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import cae_deck  # noqa: E402
 import mesh_files  # noqa: E402
 import squeal_testing as st  # noqa: E402
 
@@ -99,11 +100,40 @@ ALL, 30., 0., 0., 1., 0., 0., 0.
             self.assertIn(line, lines)
 
     def test_pressures(self):
-        """Faces of elements have a pressure; several pressures are refused."""
-        self.refused(self.mesh + MODEL.replace("lower.low, P, 1e6", "lower.low, P, 3e6"), "the pressures",
-                     "LOWER.LOW : 3000000, UPPER.HIGH : 1000000")
+        """Several pressures, by surfaces and by faces of elements, have a list of their own, and press with these forces."""
+        lines = self.written(self.mesh + MODEL.replace("lower.low, P, 1e6", "lower.low, P, 3e6"))
+        self.assertIn("set Pressures = LOWER.LOW : 3000000, UPPER.HIGH : 1000000", lines)
+        def forces(*settings):
+            result = st.run("brake.prm", "--overwrite", *(part for setting in (
+                "Discretization/Degree=1", "Eigenproblem/Solver=none", *settings) for part in ("--set", setting)),
+                directory=self.directory)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            rows = {row["pad"]: row["normal_force_n"] for row in st.read_table(self.directory / "output/brake/static.csv")}
+            return rows["LOWER.HIGH"], rows["UPPER.LOW"], result.stdout
+
+        lower, upper, said = forces()
+        self.assertIn("Warning, uneven load", said)
+        of_lower, of_upper, _ = forces("Mesh/Pressures=", "Mesh/Pressure on=UPPER.HIGH, LOWER.LOW", "Pads/Pressure=1e6")
+        self.assertAlmostEqual(lower, 3 * of_lower, delta=1e-9 * lower)
+        self.assertAlmostEqual(upper, of_upper, delta=1e-9 * upper)
+        lower, upper, _ = forces("Mesh/Pressure on=UPPER.HIGH", "Pads/Pressure=2e6") # beside the surface's own
+        self.assertAlmostEqual(lower, 3 * of_lower, delta=1e-9 * lower)
+        self.assertAlmostEqual(upper, 3 * of_upper, delta=1e-9 * upper)
+        lines = self.written(self.mesh + MODEL.replace("*DSLOAD\n", "*DLOAD\nupper, P2, 1.5e6\n*DSLOAD\n"))
+        self.assertIn("set Pressures = DLOAD_UPPER_P2 : 1500000, LOWER.LOW : 1000000, UPPER.HIGH : 1000000", lines)
+        self.assertAlmostEqual(forces()[1], 2.5 * of_upper, delta=1e-8 * of_upper)
         lines = self.written(self.mesh + MODEL.replace("*DSLOAD\nupper.high, P, 1e6\n", "*DLOAD\nupper, P2, 1e6\n*DSLOAD\n"))
         self.assertIn("set Pressure on = DLOAD_UPPER_P2, LOWER.LOW", lines)
+
+    def test_units(self):
+        """A deck in kg, mm, ms, whose frequencies would be kHz, is warned of by --from-deck; one in t, mm, s is not."""
+        for density, young, pressure, warned in (("e-6", "e2", "1e-3", True), ("e-9", "e5", "1", False)):
+            deck = (self.mesh + MODEL).replace("1.25e11", f"1.25{young}").replace("1e10", f"0.1{young}").replace(
+                "7200.", f"7.2{density}").replace("2500.", f"2.5{density}").replace("P, 1e6", f"P, {pressure}")
+            status, said, lines = self.from_deck(deck)
+            self.assertEqual(status, 0, said)
+            self.assertEqual("Warning, units: the density" in said and "frequencies kHz" in said, warned, said)
+            self.assertIn("set Scale = 0.001", lines)
 
     def force_deck(self, loads, more=""):
         """Of forces instead of the pressure on the upper pad."""
@@ -121,16 +151,18 @@ ALL, 30., 0., 0., 1., 0., 0., 0.
             math.atan2(*(mesh.nodes[d][k] - mesh.nodes[b][k] for k in (1, 0))))) for a, b, c, d in faces)
         middle = [sum(mesh.nodes[v][d] for v in nodes) / len(nodes) for d in range(3)]
         each = -1e6 * area / len(nodes)
+        def pressures(deck):
+            return {name: float(value) for name, value in (entry.split(" : ") for line in self.written(deck)
+                    if "set Pressures" in line for entry in line.split("= ")[1].split(", "))}
+
         for loads, more in [
-                (f"*CLOAD\nBACK, 3, {each!r}\n", held),
-                (f"*CLOAD\n900000, 3, {each * len(nodes)!r}\n",
+                (f"*CLOAD\nBACK, 3, {2 * each!r}\n", held),
+                (f"*CLOAD\n900000, 3, {2 * each * len(nodes)!r}\n",
                  "*NODE\n900000, {}, {}, 0.1\n*COUPLING, CONSTRAINT NAME=C, REF NODE=900000, SURFACE=upper.high\n"
                  "*DISTRIBUTING\n1, 6\n".format(*middle))]:
-            lines = self.written(self.force_deck(loads, more).replace("lower.low, P, 1e6\n", ""))
-            self.assertEqual([line for line in lines if "set Pressure on" in line],
-                             ["set Pressure on = " + ("BACK" if more == held else "UPPER.HIGH")])
-            pressure = next(float(line.split("=")[1]) for line in lines if line.startswith("set Pressure ="))
-            self.assertAlmostEqual(pressure, 1e6, delta=1)
+            found = pressures(self.force_deck(loads, more))
+            self.assertAlmostEqual(found.pop("LOWER.LOW"), 1e6)
+            self.assertAlmostEqual(*found.values(), 2e6, delta=1)
         for loads, word in [("*CLOAD\nBACK, 1, 5.\n", "not along the normal"), ("*CLOAD\n1, 3, 5.\n", "single nodes"),
                             ("*CLOAD\nBACK, 4, 5.\n", "forces 1 to 3"),
                             ("*CLOAD\nrotor.outer, 3, 5.\n", "is not plane")]:
@@ -370,6 +402,28 @@ ALL, 30., 0., 0., 1., 0., 0., 0.
         self.assertIn(": partly", said)
         self.written(half, "--rotor", "none", "--partial")
         self.assertGreater(len(self.modes_of("Joints/Ties=SMALL : BIG : partly", "Discretization/Degree=1")), 0)
+
+
+class SevenParts(st.TestCase):
+    def test_from_deck(self):
+        """A deck as CAE writes it, in mm, t, s: written, run, a page of it, and the modes of a flat deck in SI."""
+        deck, nodes = cae_deck.parts(cae_deck.elements())
+        self.write("nodes.txt", nodes)
+        tables = []
+        for name, text in (("job-1", deck), ("flat", cae_deck.flat(cae_deck.elements()))):
+            self.write(f"{name}.inp", text)
+            for arguments in (["--from-deck", f"{name}.inp"],
+                              [f"{name}.prm", "--set", "Eigenproblem/Error bars=false", "--set", "Output/Fields=none"]):
+                result = st.run(*arguments, directory=self.directory)
+                self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+            tables.append(st.read_table(self.directory / "output" / name / "modes.csv"))
+        self.assertGreater(len(tables[0]), 5)
+        self.assertSameModes(*([st.eigenvalue(row) for row in table] for table in tables), 1e-9)
+        self.assertGreater(max(abs(row["growth_rate_1_per_s"]) for row in tables[0]), 1)
+        page = subprocess.run([sys.executable, st.PROJECT / "scripts/report.py", "output/job-1"], cwd=self.directory, text=True,
+                              capture_output=True, timeout=60)
+        self.assertEqual(page.returncode, 0, page.stderr)
+        self.assertIn("PISTON_LOW.LOW : 5000000", (self.directory / "output/job-1/report.html").read_text())
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ is computed.
 """
 
 import json
+import math
 import pathlib
 import sys
 import unittest
@@ -120,6 +121,40 @@ class EveryKey(st.TestCase):
                     self.assertSameModes([st.eigenvalue(row) for row in rows if row["parameter"] == value],
                                          self.eigenvalues({**settings, parameter: value, "Eigenproblem/Solver": "dense"}),
                                          1e-7)
+
+    def test_pressures_of_surfaces(self):
+        """Mesh/Pressures/surface, in a sweep, in samples and by its derivative, against runs of their own."""
+        self.write("small.msh", mesh_files.msh2(mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1))))
+        base = {**mesh_files.SCENE, "Mesh/File": "small.msh", "Mesh/Pressure on": "", "Discretization/Degree": 1,
+                "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Error bars": "false", "Output/Fields": "none",
+                "Contact/Friction/Law": "expression", "Contact/Friction/Expression": "0.6-1e-7*p"}
+        low, high = "Mesh/Pressures/lower.low", "Mesh/Pressures/upper.high"
+        def own(lower, upper):
+            return {**base, "Mesh/Pressures": f"upper.high : {upper!r}, lower.low : {lower!r}"}
+
+        settings = own(1e6, 2e6)
+        rows = st.read_table(self.analyse({**settings, "Sweep/Parameter": low, "Sweep/Values": "1e6, 3e6"}) / "sweep.csv")
+        expected = self.eigenvalues({**own(3e6, 2e6), "Eigenproblem/Solver": "dense"})
+        self.assertSameModes([st.eigenvalue(row) for row in rows if row["parameter"] == 3e6], expected, 1e-7)
+        self.write("samples.csv", f"\ufeff{low},{high}\n3e6,2e6\n1e6,2.5e6\n")
+        rows = st.read_table(self.analyse({**settings, "Sampling/File": "samples.csv"}) / "samples.csv")
+        for row, pressures in zip(rows, [(3e6, 2e6), (1e6, 2.5e6)]):
+            worst = self.worst(own(*pressures))
+            self.assertLess(abs(st.eigenvalue(row) - worst), 1e-7 * abs(worst))
+        directory = self.analyse({**settings, "Output/Sensitivities": "true"})
+        h, modes = 1e4, [st.eigenvalue(row) for row in st.read_table(directory / "modes.csv")]
+        shifted = [[a for a, _ in self.pairs(self.eigenvalues(own(1e6 + k * h, 2e6)), modes)] for k in (1, -1)]
+        table = [row for row in st.read_table(directory / "sensitivities.csv") if row["parameter"] == low]
+        self.assertEqual(len(table), len(modes))
+        for row, plus, minus, mode in zip(table, *shifted, modes):
+            computed = complex(row["d_growth_rate_1_per_s"], 2 * math.pi * row["d_frequency_hz"])
+            self.assertLess(abs(computed - (plus - minus) / (2 * h)) * 1e6, 1e-3 * abs(computed) * 1e6 + 1e-8 * abs(mode))
+        for wrong, words in [("upper.high", "not a pair"), ("upper.high : many", "not a number"), ("nowhere : 1e6", "nowhere"),
+                             ("upper.high : 1, upper.high : 2", "twice"), ("upper.low : 1e6", "contact")]:
+            with self.subTest(wrong):
+                self.assertSettingsRefused({**settings, "Mesh/Pressures": wrong}, words)
+        self.assertSettingsRefused({**settings, "Contact/Steady pressure": "uniform"}, "Mesh/Pressures", "computed")
+        self.assertSettingsRefused({**settings, "Sweep/Parameter": "Mesh/Pressures/back", "Sweep/Values": "1, 2"}, "upper.high, lower.low")
 
     def refused(self, settings, *words):
         """A study ends with status 2 before it has written a table."""

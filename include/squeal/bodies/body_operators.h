@@ -45,7 +45,10 @@ namespace squeal
   assemble_stiffnesses(const FiniteElementSpace<dim> &spaces, const std::vector<Body> &bodies,
                        const Material &material);
 
-  /// The load vector of the scene's pressures, int -p n . Phi, N. One column.
+  /// The load vector of the scene's pressures, each times a factor (none: 1), int -p n . Phi, N.
+  /// One column.
   template <int dim>
-  MultiVector assemble_pressure_load(const FiniteElementSpace<dim> &spaces);
+  MultiVector
+  assemble_pressure_load(const FiniteElementSpace<dim> &spaces,
+                         const std::function<double(const PressureLoad<dim> &)> &factor = {});
 } // namespace squeal

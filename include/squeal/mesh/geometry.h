@@ -109,6 +109,8 @@ namespace squeal
   {
     dealii::types::boundary_id boundary;
     std::function<double(const dealii::Point<dim> &)> pressure;
+    /// The entry of Parameters::Mesh::surface_pressures that scales it; none: Pads/Pressure.
+    std::optional<unsigned int> entry = std::nullopt;
   };
 
   /// What the cells of one material id are.

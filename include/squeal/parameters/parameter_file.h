@@ -111,6 +111,8 @@ namespace squeal
     /// A file whose text was read, included by others.
     void parse_text(const std::string &filename, std::vector<std::string> includers);
     void set(const std::string &path, const std::string &value, const std::string &where);
+    /// Sets the pressure of one surface in the list Mesh/Pressures.
+    void set_pressure(const std::string &path, const std::string &value, const std::string &where);
     /// Checks as a run of its own does. Throws InputError.
     void check_all();
 

@@ -194,17 +194,28 @@ namespace squeal
       double scale             = 1;
       unsigned int refinements = 0;
       double contact_tolerance = 0; ///< m; 0: a part of the pad's size
-      std::string rotor = "rotor", pads = "", contact_pairs = "", pressure_on = "";
+      std::string rotor = "rotor", pads = "", contact_pairs = "", pressure_on = "", pressures = "";
       std::string clamped = "", guided = "";
       std::array<std::string, 3> fixed = {{"", "", ""}};
       std::vector<MeshPart> parts      = std::vector<MeshPart>(4); ///< Part 1, Part 2, ...
+      /// Surfaces with pressures of their own, Pa: the list Pressures, which check() reads.
+      std::vector<std::pair<std::string, double>> surface_pressures = {};
+      /// Begins the path by which studies vary the pressure of one surface.
+      static constexpr const char *pressure_path = "Mesh/Pressures/";
+      /// Returns the list Pressures with another value on one surface. Throws InputError if it is
+      /// not there.
+      std::string pressures_with(const std::string &surface, double value,
+                                 const std::string &where) const;
+      /// Returns whether any load of the section is not zero.
+      bool is_loaded(double pads_pressure) const;
 
       /// Surfaces of pad and rotor that touch. Throws InputError.
       std::vector<std::pair<std::string, std::string>> pairs() const;
       /// In units of the file. Throws InputError.
       std::array<double, 3> origin() const;
       void declare(dealii::ParameterHandler &prm);
-      void check() const;
+      /// Reads lists, too. Throws InputError.
+      void check();
     };
 
     /// How bodies of a mesh file hang together where their meshes do not (theory.md, section 11).
