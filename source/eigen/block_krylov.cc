@@ -132,8 +132,17 @@ namespace squeal
 
     void Arnoldi::start(const unsigned int block_size, const unsigned int seed)
     {
-      MultiVector block = shift_invert.solve(
-          multiply(problem.M, scattered_numbers(problem.rows, block_size, seed)));
+      // Motions without mass are in the range of Q(s)^{-1} P only.
+      MultiVector right = multiply(problem.M, scattered_numbers(problem.rows, block_size, seed));
+      if (quadratic)
+      {
+        constexpr unsigned int others = 100; // numbers that are not those of M
+        MultiVector of_p =
+            multiply(problem.P, scattered_numbers(problem.rows, block_size, others + seed));
+        of_p *= 1 / c;
+        right += of_p;
+      }
+      MultiVector block = shift_invert.solve(right);
       solves += block_size;
       scale_pressures(block, invisible);
       space.add(std::move(block), {rounding});

@@ -243,7 +243,10 @@ namespace squeal
     GrowthSigns signs;
     try
     {
-      signs = signs_of_growth(task.problem, task.options, n_found == task.n_expected, proof);
+      // What was counted as rigid may diverge: squares of frequencies below zero are not told
+      // apart.
+      signs = signs_of_growth(task.problem, task.options,
+                              n_found == task.n_expected && task.n_rigid == 0, proof);
     }
     catch (const SolverError &error) // the modes of the disc are known nevertheless
     {

@@ -8,6 +8,7 @@
 #include <squeal/parameters/expressions.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -87,6 +88,23 @@ namespace squeal
                           &BodyMatrices::M_star, &BodyMatrices::V})
         if (more.*member)
           matrices.*member = std::move(more.*member);
+    }
+
+    /// Whether a load has no part along the axis, the last component.
+    template <int dim>
+    bool acts_across_axis(const FiniteElementSpace<dim> &spaces, const MultiVector &load)
+    {
+      constexpr double rounding = 1e-10;
+      std::array<double, 2> largest{}; // across, along
+      for (const types::global_dof_index node : spaces.nodes.locally_owned_dofs())
+        for (unsigned int c = 0; c < dim; ++c)
+          if (const unsigned int row = spaces.equation(node, c); spaces.rows.contains(row))
+          {
+            double &size = largest[c + 1 == dim];
+            size         = std::max(size, std::abs(load.column(0)[row - spaces.rows.begin]));
+          }
+      MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, spaces.rows.comm);
+      return largest[1] <= rounding * largest[0];
     }
 
     /// Memory that LU of the static equilibrium takes with its matrices, a guess before there are
@@ -439,11 +457,21 @@ namespace squeal
     log.progress("  static equilibrium");
     // What follows it are modes: pressures far more accurate than these.
     const double tolerance = std::clamp(1e-3 * prm.eigenproblem.tolerance, 1e-12, 1e-8);
-    state.equilibrium      = static_solver.solve(
-             {state.body_terms, prm.terms().friction, static_load(prm, spaces_),
-              has_bars && options.with_edge, tolerance, [&]() { return sectors_for(prm); }},
-             *state.contact, state.contact_matrices, std::move(before.equilibrium), nearby,
-             state.iterative.get());
+    const MultiVector load = static_load(prm, spaces_);
+    try
+    {
+      state.equilibrium = static_solver.solve(
+          {state.body_terms, prm.terms().friction, load, has_bars && options.with_edge, tolerance,
+           [&]() { return sectors_for(prm); }},
+          *state.contact, state.contact_matrices, std::move(before.equilibrium), nearby,
+          state.iterative.get());
+    }
+    catch (const SolverError &)
+    {
+      if (has_pads && prm.terms().friction && acts_across_axis(spaces_, load))
+        refuse_load_across_axis(prm);
+      throw;
+    }
     if (!is_matrix_free)
       state.iterative.reset();
     state.pressure = state.equilibrium->pressure;

@@ -1,3 +1,4 @@
+#include <squeal/base/text.h>
 #include <squeal/linalg/compressed_rows.h>
 #include <squeal/linalg/factorization.h>
 #include <squeal/linalg/matrix_market.h>
@@ -24,39 +25,72 @@ namespace squeal
       return rows;
     }
 
-    void check_symmetric(const Matrix &matrix, const RowRange &rows, const std::string &filename)
+    /// |A - A^T| / |A|, maximum norms of rows.
+    double asymmetry_of(const Matrix &matrix, const RowRange &rows)
     {
       Mat transpose = nullptr;
       SQUEAL_PETSC(MatTranspose(matrix, MAT_INITIAL_MATRIX, &transpose));
       const Matrix owner(transpose);
-      const Matrix difference = sum_of(rows, {{1., matrix}, {-1., owner}});
-      if (difference.infinity_norm() > 1e-10 * matrix.infinity_norm())
+      const double size = matrix.infinity_norm();
+      return size > 0 ? sum_of(rows, {{1., matrix}, {-1., owner}}).infinity_norm() / size : 0;
+    }
+    constexpr double symmetric = 1e-10; ///< an asymmetry that is none
+
+    void check_symmetric(const Matrix &mass, const RowRange &rows, const std::string &filename)
+    {
+      if (asymmetry_of(mass, rows) > symmetric)
         throw InputError("Matrices/Mass = " + filename + ": the mass matrix must be symmetric.");
     }
 
-    /// Refuses a mass matrix with negative eigenvalues beyond rounding: of M + r diag |M| with what
+    /// Negative eigenvalues of A's symmetric part beyond rounding: of A + r diag |A| with what
     /// texts of nine digits leave of a zero, by inertia.
-    void check_semidefinite(const Matrix &mass, const RowRange &rows, const std::string &filename)
+    int n_negative_beyond_rounding(const Matrix &matrix, const RowRange &rows,
+                                   const std::string &name)
     {
       constexpr double rounding = 1e-8, nothing = 1e-14;
-      const double smallest = nothing * mass.infinity_norm();
+      const Matrix part     = symmetric_part(rows, matrix);
+      const double smallest = nothing * matrix.infinity_norm();
+      if (!part || smallest == 0)
+        return 0;
       EntryList entries;
       for (unsigned int row = rows.begin; row < rows.end; ++row)
         entries.add(row, row, smallest);
-      for_entries(mass,
+      for_entries(part,
                   [&](const PetscInt row, const PetscInt column, const double value) {
                     entries.add(row, column,
                                 row == column ? value + rounding * std::abs(value) : value);
                   });
-      const int n_negative = Factorization(entries.make_matrix(rows), Factorization::Kind::ldlt,
-                                           "the mass matrix (for its definiteness)")
-                                 .inertia()
-                                 .negative;
-      if (n_negative > 0)
+      return Factorization(entries.make_matrix(rows), Factorization::Kind::ldlt,
+                           name + " (for its definiteness)")
+          .inertia()
+          .negative;
+    }
+
+    void check_semidefinite(const Matrix &mass, const RowRange &rows, const std::string &filename)
+    {
+      if (const int n = n_negative_beyond_rounding(mass, rows, "the mass matrix"); n > 0)
         throw InputError("Matrices/Mass = " + filename + ": the mass matrix is indefinite, " +
-                         std::to_string(n_negative) +
+                         std::to_string(n) +
                          " of its eigenvalues are negative beyond rounding: there are motions with "
                          "a negative kinetic energy. It must be positive semi-definite.");
+    }
+
+    /// What is unusual about a stiffness, which may be anything: a structure's is symmetric and
+    /// positive semi-definite.
+    void add_doubts(const Matrix &stiffness, const RowRange &rows, const std::string &setting,
+                    std::vector<std::string> &all)
+    {
+      if (const double asymmetry = asymmetry_of(stiffness, rows); asymmetry > symmetric)
+        all.push_back(text_of("Warning, stiffness: ", setting, " is not symmetric (by ",
+                              number(asymmetry, 2),
+                              " of its size): it has circulatory forces, which may excite, ",
+                              asymmetry < 1e-6 ? "if only by rounding; make it symmetric."
+                                               : "as Matrices/Circulatory has them."));
+      if (const int n = n_negative_beyond_rounding(stiffness, rows, "the stiffness"); n > 0)
+        all.push_back(text_of("Warning, stiffness: ", setting, " has ", n,
+                              n == 1 ? " negative eigenvalue" : " negative eigenvalues",
+                              " beyond rounding (of its symmetric part): motions that diverge "
+                              "unless other forces hold them, as no structure has them."));
     }
   } // namespace
 
@@ -100,9 +134,15 @@ namespace squeal
     velocity    = read(names.velocity, "Matrices/Velocity");
     stiffness   = read(names.stiffness, "Matrices/Stiffness");
     circulatory = read(names.circulatory, "Matrices/Circulatory");
+    add_doubts(*stiffness, rows, "Matrices/Stiffness = " + names.stiffness, doubts_);
     for (unsigned int k = 0; k < names.viscoelastic.size(); ++k)
-      viscoelastic.push_back(read(names.viscoelastic[k].stiffness,
-                                  "Matrices/Viscoelastic " + std::to_string(k + 1) + "/Stiffness"));
+    {
+      const std::string key = "Matrices/Viscoelastic " + std::to_string(k + 1) + "/Stiffness",
+                        &file_name = names.viscoelastic[k].stiffness;
+      viscoelastic.push_back(read(file_name, key));
+      if (viscoelastic.back())
+        add_doubts(*viscoelastic.back(), rows, key + " = " + file_name, doubts_);
+    }
   }
 
   void MatrixModel::assemble(const Parameters::All &parameters, const LinearOperator &)

@@ -19,8 +19,8 @@ namespace squeal
       if (prm.scene == Scene::mesh)
         return "Pads/Pressure acts on Mesh/Pressure on = " + prm.mesh.pressure_on +
                (has_own ? ", beside Mesh/Pressures = " + prm.mesh.pressures : "") +
-               ": these surfaces are held (Mesh/Clamped, Guided, Fixed), or are not of this pad, "
-               "or Pads/Pressure profile is zero there.";
+               ": these surfaces are held (Mesh/Clamped, Guided, Fixed), are not of this pad, lie "
+               "along the axis, or Pads/Pressure profile is zero there.";
       return "What Pads/Pressure acts on is held (Pads/Back face), or Pads/Pressure profile is "
              "zero there.";
     }
@@ -40,6 +40,19 @@ namespace squeal
                        number(pad.normal_force, 3) +
                        " N): friction has nothing to act on, and no verdict is given. " +
                        reason_for_no_load(prm) + " Stage = elastic and transport need no load.");
+  }
+
+  void refuse_load_across_axis(const Parameters::All &prm)
+  {
+    const std::string surfaces =
+        prm.scene == Scene::mesh
+            ? " Mesh/Pressure on = " + prm.mesh.pressure_on +
+                  (prm.mesh.pressures.empty() ? "" : ", Mesh/Pressures = " + prm.mesh.pressures) +
+                  " are surfaces along the axis; name the backs of the pads."
+            : "";
+    throw NoLoad("The loads act across the axis only: nothing presses the pads on the rotor, and "
+                 "there is no static state." +
+                 surfaces);
   }
 
   std::vector<std::string> doubts_about_load(const Parameters::All &prm,

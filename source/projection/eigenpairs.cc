@@ -171,24 +171,12 @@ namespace squeal
     modes.left.scale(factors);
   }
 
-  namespace
-  {
-    /// x^H x. Collective.
-    double square_of_column(const ComplexMultiVector &x, const unsigned int k)
-    {
-      double sum = 0;
-      for (unsigned int i = 0; i < x.row_range().n_local(); ++i)
-        sum += std::norm(x(i, k));
-      MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, x.row_range().comm);
-      return sum;
-    }
-  } // namespace
-
   void normalise(const QuadraticEigenproblem &problem, EigenPairs &modes)
   {
     const unsigned int n = modes.size();
-    // Sums over the rows of x^H M x, z^H M z, z^H (2 l M + P) x
-    std::vector<Complex> sums(3 * n), factors = turning_factors(modes.right), left_factors(n);
+    // Sums over the rows of x^H M x, z^H M z, z^H (2 l M + P) x, x^H x, z^H z, x^H P x
+    constexpr unsigned int n_sums = 6;
+    std::vector<Complex> sums(n_sums * n), factors = turning_factors(modes.right), left_factors(n);
     const ComplexMultiVector m_x = multiply(problem.M, modes.right),
                              p_x = multiply(problem.P, modes.right),
                              m_z = multiply(problem.M, modes.left);
@@ -196,9 +184,13 @@ namespace squeal
       for (unsigned int i = 0; i < problem.rows.n_local(); ++i)
       {
         const Complex x = modes.right(i, k), z = modes.left(i, k), mx = m_x(i, k);
-        sums[3 * k] += std::conj(x) * mx;
-        sums[3 * k + 1] += std::conj(z) * m_z(i, k);
-        sums[3 * k + 2] += std::conj(z) * (2. * modes.lambda[k] * mx + p_x(i, k));
+        Complex *of_mode = &sums[n_sums * k];
+        of_mode[0] += std::conj(x) * mx;
+        of_mode[1] += std::conj(z) * m_z(i, k);
+        of_mode[2] += std::conj(z) * (2. * modes.lambda[k] * mx + p_x(i, k));
+        of_mode[3] += std::norm(x);
+        of_mode[4] += std::norm(z);
+        of_mode[5] += std::conj(x) * p_x(i, k);
       }
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2 * sums.size(), MPI_DOUBLE, MPI_SUM,
                   problem.rows.comm);
@@ -206,19 +198,20 @@ namespace squeal
     {
       const std::vector<Complex> of_a = diagonal_form(modes.left, term.matrix, modes.right);
       for (unsigned int k = 0; k < n; ++k)
-        sums[3 * k + 2] += term.derivative(modes.lambda[k]) * of_a[k];
+        sums[n_sums * k + 2] += term.derivative(modes.lambda[k]) * of_a[k];
     }
     modes.condition.clear();
     // A motion without mass, whose eigenvalue a dashpot gives, has a length all the same.
-    const double largest = problem.M.infinity_norm();
-    const auto norm =
-        [&](const double form, const ComplexMultiVector &vectors, const unsigned int k)
-    { return std::sqrt(form > 0 ? form : largest * square_of_column(vectors, k)); };
+    constexpr double rounding = 1e-20; // of squares
+    const double largest      = problem.M.infinity_norm();
     for (unsigned int k = 0; k < n; ++k)
     {
-      const double x_norm   = norm(sums[3 * k].real(), modes.right, k),
-                   z_norm   = norm(sums[3 * k + 1].real(), modes.left, k);
-      const Complex product = sums[3 * k + 2];
+      const Complex *of_mode = &sums[n_sums * k], product = of_mode[2];
+      const bool has_mass =
+          std::abs(modes.lambda[k] * of_mode[0]) > rounding * std::abs(of_mode[5]);
+      const auto norm = [&](const Complex &form, const Complex &square)
+      { return std::sqrt(has_mass && form.real() > 0 ? form.real() : largest * square.real()); };
+      const double x_norm = norm(of_mode[0], of_mode[3]), z_norm = norm(of_mode[1], of_mode[4]);
       modes.condition.push_back(z_norm * x_norm * std::abs(2. * modes.lambda[k]) /
                                 std::abs(product));
       factors[k] /= x_norm;

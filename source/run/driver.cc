@@ -490,6 +490,8 @@ namespace squeal
         model.emplace(common.prm.matrices, comm);
         model->assemble(common.prm);
         report.log.line("\nMatrices of size " + std::to_string(model->size()));
+        for (const std::string &doubt : model->doubts())
+          report.log.line(doubt);
       }
       if (common.prm.varies_parameters())
         common.continue_along_parameters(*model, {});

@@ -132,6 +132,59 @@ class Matrices(st.TestCase):
         self.assertEqual((divergence["verdict"], mode["verdict"]), ("divergence", "marginal"))
         self.assertNotIn("nan", (results / "modes.csv").read_text() + (results / "log.txt").read_text())
 
+    def write_diagonal(self, name, values):
+        self.write(name, "\n".join(["%%MatrixMarket matrix coordinate real general", f"{len(values)} {len(values)} {len(values)}",
+                                    *(f"{i} {i} {value!r}" for i, value in enumerate(values, 1)), ""]))
+
+    def test_motions_without_mass(self):
+        """Dashpots alone carry motions that nothing couples to those with mass: what diverges there, near and far, in
+        problems that LAPACK takes and that it does not."""
+        n = 310
+        springs = [2., 5., *(20. + i for i in range(n - 2))]
+        for what, mass, damping, stiffness, expected in [
+                ("one", [1., 1., 1., 0.], [0., 0., 0., 2.], [1., 2., 3., -3.], 1.5),
+                ("far", [1.] * n + [0.], [0.] * n + [2.], [*springs, -1e3], 500),
+                ("among others", [1.] * n + [0.] * 30, [0.] * n + [2.] * 30, [*springs, -3., *(1. + i for i in range(29))], 1.5)]:
+            for name, values in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
+                self.write_diagonal(f"{name}.mtx", values)
+            case = {"Scene": "matrices", "Eigenproblem/Maximum frequency": 0.5, "Matrices/Mass": "mass.mtx",
+                    "Matrices/Stiffness": "stiffness.mtx", "Matrices/Velocity": "damping.mtx"}
+            for solver in ("block_krylov", "krylov"):
+                with self.subTest(what, solver=solver):
+                    modes = self.modes({**case, "Eigenproblem/Solver": solver})
+                    growing = [mode for mode in modes if mode["verdict"] == "divergence"]
+                    self.assertEqual(len(growing), 1)
+                    self.assertAlmostEqual(growing[0]["growth_rate_1_per_s"], expected, delta=1e-8 * expected)
+                    # |2 l| / c of a motion of unit length, and not of its rounding
+                    self.assertAlmostEqual(growing[0]["condition_number"], expected, delta=1e-6 * expected)
+                    n_in_window = sum(0 < k <= math.pi**2 for m, k in zip(mass, stiffness) if m > 0)
+                    self.assertEqual(len(modes), 1 + n_in_window)
+
+    def test_stiffnesses(self):
+        """A structure's stiffness is symmetric and semidefinite: others are used, and told."""
+        self.write("one.mtx", array([1, 0], [0, 1]))
+        case = {"Scene": "matrices", "Eigenproblem/Maximum frequency": 1, "Matrices/Mass": "one.mtx",
+                "Eigenproblem/Solver": "dense"}
+
+        def warnings(key, *rows):
+            self.write("stiffness.mtx", array(*rows))
+            own = {"Matrices/Stiffness": "one.mtx", f"Matrices/{key}": "stiffness.mtx"}
+            log = (self.analyse({**case, **own}) / "log.txt").read_text()
+            # Each stands again behind the table.
+            return {line for line in log.splitlines() if line.startswith("Warning, stiffness")}
+
+        self.assertEqual(warnings("Stiffness", [9, -3], [-3, 1]), set())  # a free body
+        self.assertEqual(warnings("Stiffness", [9, -3], [-3, 1 - 1e-9]), set())
+        for key, rows, words in [("Stiffness", ([9, -3], [-3.0000001, 5]), "rounding; make it symmetric"),
+                                 ("Stiffness", ([9, -3], [-1, 5]), "as Matrices/Circulatory has them"),
+                                 ("Stiffness", ([9, -3], [-3, 0.5]), "has 1 negative eigenvalue beyond rounding"),
+                                 ("Viscoelastic 1/Stiffness", ([9, -3], [-3, 0.5]), "has 1 negative eigenvalue beyond rounding")]:
+            with self.subTest(key, words=words):
+                found = warnings(key, *rows)
+                self.assertEqual(len(found), 1, found)
+                self.assertIn(f"Matrices/{key} = stiffness.mtx", *found)
+                self.assertIn(words, *found)
+
     def test_skew_velocity_term(self):
         # A spinning point mass: l^2 + 2 i w l + ... splits w_0 = 1 into sqrt(1 + g^2) -+ g with M = I, P = 2 g J.
         g = 0.3

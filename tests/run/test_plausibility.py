@@ -55,6 +55,7 @@ RUN = {
     "nopress": ({"Mesh/Pressure on": ""}, 2, "carries no force in the static state"),
     "clamppad": ({"Mesh/Clamped": "rotor.inner, upper.high, lower.low"}, 2, "carries no force"),
     "onesided": ({"Mesh/Pressure on": "upper.high"}, 2, "The pad 'lower.high'"),
+    "wrongp": ({"Mesh/Pressure on": "upper.end, lower.end"}, 2, "The loads act across the axis only"),
     "ownonesided": ({"Mesh/Pressure on": "", "Mesh/Pressures": "upper.high : 1e6"}, 2, "The pad 'lower.high'"),
     "elastic": ({"Pads/Pressure": 0, "Stage": "elastic"}, 0, "modes up to 4000 Hz"),
     "khz": ({"Eigenproblem/Maximum frequency": 4}, 0, "Warning, no modes: there is none up to 4 Hz"),

@@ -61,8 +61,9 @@ namespace squeal
 
   /// Looks for signs. @p found is what the search has found in the disc, @p is_count_as_expected
   /// whether these are as many as the reference problem has, in which negative squares of
-  /// frequencies count: only if not, stiffness may be negative. Takes an LDL^T factorisation then,
-  /// and one if velocity terms may excite (may_excite). Throws SolverError. Collective.
+  /// frequencies count, and none of those is taken for a rigid motion: only if not, stiffness may
+  /// be negative. Takes an LDL^T factorisation then, and one if velocity terms may excite
+  /// (may_excite). Throws SolverError. Collective.
   GrowthSigns signs_of_growth(const QuadraticEigenproblem &problem,
                               const EigensolverOptions &options, bool is_count_as_expected,
                               const EigenSolution::Proof &found);

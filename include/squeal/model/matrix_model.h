@@ -26,8 +26,15 @@ namespace squeal
       return rows.size;
     }
 
+    /// What is unusual about the stiffnesses, each line beginning with "Warning".
+    const std::vector<std::string> &doubts() const
+    {
+      return doubts_;
+    }
+
   private:
     RowRange rows;
+    std::vector<std::string> doubts_;
     std::shared_ptr<const Matrix> mass, velocity, stiffness, circulatory;
     std::vector<std::shared_ptr<const Matrix>> viscoelastic; ///< null where there is none
     double circulatory_factor = 1, velocity_factor = 1, damping_factor = 1;
