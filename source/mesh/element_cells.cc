@@ -132,9 +132,9 @@ namespace squeal
       if (q == 0)
         sign = measure < 0 ? -1 : 1;
       if (!(sign * measure > 0))
-        throw SolverError(text_of("An element at ", points[q],
-                                  " is turned inside out where its edges follow its middle nodes. "
-                                  "These must be nearer to the middles."));
+        throw InputError(text_of("Mesh/File: an element at ", points[q],
+                                 " is turned inside out where its edges follow its middle nodes. "
+                                 "These must be nearer to the middles."));
       inverse[q] = invert(jacobian);
       jxw[q]     = of.weights[q] * sign * measure;
     }

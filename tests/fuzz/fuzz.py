@@ -5,6 +5,7 @@
     python3 tests/fuzz/fuzz.py [--program build/asan/squeal] [--number 200] [--seed 1] [--jobs 2] [--keep DIR]
     python3 tests/fuzz/fuzz.py --case 17 --keep DIR         one case of the same seed again
     python3 tests/fuzz/fuzz.py --of deck second_order from_deck     only cases that start from these
+    python3 tests/fuzz/fuzz.py --of from_deck_quadratic from_deck_parts second_order    decks of second order
     python3 tests/fuzz/fuzz.py --new                        new models in place of mutated ones; results are compared
 
 Every case starts from a parameter file of prm/, made small, or from a mesh of mesh_files.py, and changes it: cases with
@@ -38,6 +39,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "lib"))
 
+import cae_deck  # noqa: E402
 import compared  # noqa: E402
 import element_files  # noqa: E402
 import mesh_files  # noqa: E402
@@ -61,6 +63,7 @@ class Case:
 
     def __init__(self, name, files, arguments=()):
         self.name, self.files, self.arguments = name, dict(files), list(arguments)
+        self.ways = []  # how elements were changed
 
 
 def with_settings(text, settings):
@@ -141,17 +144,43 @@ def bases():
     parts = {**scene, "Discretization/Degree": 1, "Mesh/File": "mesh.inp", "Mesh/Rotor": "DISC-1", "Mesh/Pads": "UP-1, LOW-1"}
     result.append(Case("deck", {"deck.prm": st.parameter_file(parts).encode(), "mesh.inp": deck.encode(),
                                 "nodes.txt": nodes.encode()}))
-    elements.make_quadratic()
-    second = {**scene, "Discretization/Degree": 1, "Mesh/Curved bodies": "none", "Operation/Angular velocity": 0,
-              "Mesh/File": "mesh.msh"}
-    result.append(Case("second_order", {"second_order.prm": st.parameter_file(second).encode(),
-                                        "mesh.msh": element_files.msh2(elements).encode()}))
+    for name, (make, files) in SECOND_ORDER.items():
+        result.append(Case(name, files(make())))
     result.append(superelement())
     # Decks whose model --from-deck turns into a parameter file, which then runs
     elements = element_files.Elements(mesh_files.brake(**cells), shape.get)
     deck, nodes = element_files.brake_deck(elements)
     result.append(Case("from_deck", {"brake.inp": (deck + element_files.MODEL).encode(), "nodes.txt": nodes.encode()}))
     return result
+
+
+def quadratic_brake(place=None):
+    """A disc of C3D20R between pads of C3D10 and C3D15."""
+    elements = element_files.Elements(mesh_files.brake(rotor_cells=(2, 8, 1), pad_cells=(1, 2, 1)),
+                                      {"rotor": 8, "upper": 4, "lower": 6}.get)
+    elements.make_quadratic({"rotor": place} if place else None)
+    return elements
+
+
+def second_order_files(elements):
+    settings = {**SMALL, **mesh_files.SCENE, "Output/Fields": "none", "Discretization/Degree": 2, "Mesh/Curved bodies": "none",
+                "Stage": "friction", "Operation/Angular velocity": 0, "Mesh/File": "mesh.msh"}
+    return {"second_order.prm": st.parameter_file(settings).encode(), "mesh.msh": element_files.msh2(elements).encode()}
+
+
+def deck_files(deck, nodes):
+    return {"brake.inp": deck.encode(), "nodes.txt": nodes.encode()}
+
+
+def quadratic_deck(elements):
+    deck, nodes = element_files.brake_deck(elements)
+    return deck_files(deck + element_files.MODEL, nodes)
+
+
+# How elements of second order are made, and the files of what has become of them
+SECOND_ORDER = {"second_order": (quadratic_brake, second_order_files),
+                "from_deck_quadratic": (lambda: quadratic_brake(element_files.on_circle), quadratic_deck),
+                "from_deck_parts": (cae_deck.elements, lambda elements: deck_files(*cae_deck.parts(elements)))}
 
 
 def superelement():
@@ -293,11 +322,11 @@ def mutate_form(rng, case, _keys):
     name = rng.choice([rng.choice(names), max(names, key=lambda n: len(case.files[n]))])
     for _ in range(rng.choice([1, 1, 2, 3])):
         case.files[name] = rng.choice(FORM)(rng, case.files[name])
-    if case.name == "from_deck":
+    if case.name.startswith("from_deck"):
         return
     # What is left of a file may be right, with the defaults' large mesh.
     small = SMALL_STRIP if b"strip" in case.files[next(n for n in names if n.endswith(".prm"))] else SMALL
-    for path, value in small.items():
+    for path, value in {**small, **({"Discretization/Degree": 2} if case.name == "second_order" else {})}.items():
         case.arguments += ["--set", f"{path}={value}"]
 
 
@@ -571,8 +600,124 @@ def change_deck(rng, case, _keys):
     case.files["brake.inp"] = "\n".join(lines).encode()
 
 
+def some_element(rng, elements):
+    return rng.randrange(len(elements.elements))
+
+
+def n_corners(element):
+    return element_files.N_CORNERS[len(element)]
+
+
+def move_middle(rng, elements):
+    """A middle node beside its edge: by rounding, within what elements bear, and so far that they fold."""
+    element = elements.elements[some_element(rng, elements)]
+    i, size = rng.choice(element[n_corners(element):] or element), rng.choice([1e-12, 1e-9, 1e-6, 1e-4, 1e-3, 1e-2, 0.1, 1e200])
+    elements.nodes[i] = tuple(x + size * rng.uniform(-1, 1) for x in elements.nodes[i])
+
+
+def move_corner(rng, elements):
+    element = elements.elements[some_element(rng, elements)]
+    i, size = element[rng.randrange(n_corners(element))], rng.choice([1e-12, 1e-6, 1e-4, 1e-3, 1e-2, 1])
+    elements.nodes[i] = tuple(x + size * rng.uniform(-1, 1) for x in elements.nodes[i])
+
+
+def quarter_point(rng, elements):
+    """Middle nodes at a quarter of their edges, as elements at the tips of cracks have them."""
+    element = elements.elements[some_element(rng, elements)]
+    for k, (a, b) in enumerate(element_files.EDGES[n_corners(element)]):
+        if len(element) > n_corners(element) and rng.random() < 0.5:
+            weight = rng.choice([0.25, 0.4, 0.49, 0, 1])
+            elements.nodes[element[n_corners(element) + k]] = tuple(
+                (1 - weight) * x + weight * y for x, y in zip(elements.nodes[element[a]], elements.nodes[element[b]]))
+
+
+def swap_in_element(rng, elements):
+    e = some_element(rng, elements)
+    nodes = list(elements.elements[e])
+    i, j = rng.sample(range(len(nodes)), 2)
+    nodes[i], nodes[j] = nodes[j], nodes[i]
+    elements.elements[e] = tuple(nodes)
+
+
+def other_order(rng, elements):
+    """Middle nodes in another program's order, in one element or in all."""
+    shift = rng.choice([1, 2, -1])
+    all_of_them = range(len(elements.elements))
+    for e in all_of_them if rng.random() < 0.5 else [some_element(rng, elements)]:
+        element = elements.elements[e]
+        corners, middles = element[:n_corners(element)], element[n_corners(element):]
+        elements.elements[e] = corners + middles[shift:] + middles[:shift]
+
+
+def own_middle(rng, elements):
+    """A middle node that an element does not share with its neighbours, where theirs is or beside it."""
+    e = some_element(rng, elements)
+    nodes = list(elements.elements[e])
+    k, by = rng.randrange(len(nodes)), rng.choice([0, 1e-9, 1e-4])
+    elements.nodes.append(tuple(x + by for x in elements.nodes[nodes[k]]))
+    nodes[k] = len(elements.nodes) - 1
+    elements.elements[e] = tuple(nodes)
+
+
+def repeat_in_element(rng, elements):
+    e = some_element(rng, elements)
+    nodes = list(elements.elements[e])
+    nodes[rng.randrange(len(nodes))] = nodes[rng.randrange(len(nodes))]
+    elements.elements[e] = tuple(nodes)
+
+
+def lose_middles(rng, elements):
+    """Elements of the first order beside those of the second, whose middle nodes are left alone."""
+    for e in rng.choice([range(len(elements.elements)), [some_element(rng, elements)]]):
+        elements.elements[e] = elements.elements[e][:n_corners(elements.elements[e])]
+
+
+def lose_element(rng, elements):
+    e = some_element(rng, elements)
+    for groups, member in ((elements.volumes, lambda x: x), (elements.surfaces, lambda x: x[0])):
+        for name, group in groups.items():
+            groups[name] = [x for x in group if member(x) != e]
+
+
+def double_element(rng, elements):
+    e = some_element(rng, elements)
+    elements.elements.append(elements.elements[e])
+    next(group for group in elements.volumes.values() if e in group).append(len(elements.elements) - 1)
+
+
+def strange_faces(rng, elements):
+    """A face of another element in a surface, or of none."""
+    faces = elements.surfaces[rng.choice(sorted(elements.surfaces))]
+    body = next(group for group in elements.volumes.values() if faces and faces[0][0] in group) if faces else []
+    if body:
+        faces[rng.randrange(len(faces))] = (rng.choice(body), rng.randrange(4))
+
+
+def stretch_elements(rng, elements):
+    factors = [rng.choice([1, 1, -1, 0, 1e-3, 0.5, 2]) for _ in range(3)]
+    elements.nodes = [tuple(f * x for f, x in zip(factors, node)) for node in elements.nodes]
+
+
+def change_elements(rng, case, _keys):
+    """Elements of second order, before their deck is written; sometimes it then names them by another kind."""
+    make, files = SECOND_ORDER[case.name]
+    elements = make()
+    ways = [move_middle, move_middle, move_middle, move_corner, quarter_point, swap_in_element, swap_in_element, other_order,
+            own_middle, repeat_in_element, lose_middles, lose_element, double_element, strange_faces, stretch_elements]
+    chosen = [rng.choice(ways) for _ in range(rng.choice([1, 1, 2]))]
+    for way in chosen:
+        way(rng, elements)
+    case.ways = [way.__name__ for way in chosen]
+    case.files = files(elements)
+    if rng.random() < 0.15 and "brake.inp" in case.files:
+        kind = rng.choice([b"C3D10M", b"C3D10H", b"C3D10MH", b"C3D4", b"C3D20", b"C3D8", b"C3D15", b"C3D10E", b"STRI65", b"DC3D10", b"c3d10"])
+        case.files["brake.inp"] = case.files["brake.inp"].replace(b"C3D10", kind, rng.choice([1, -1]))
+
+
 def mutate_meaning(rng, case, keys):
-    if case.name == "from_deck":
+    if case.name in SECOND_ORDER and rng.random() < 0.7:
+        change_elements(rng, case, keys)
+    elif case.name.startswith("from_deck"):
         change_deck(rng, case, keys)
     elif any(name.endswith((".msh", ".inp")) for name in case.files) and \
             case.name not in ("realistic_brake", "deck", "second_order", "superelement") and rng.random() < 0.75:
@@ -758,8 +903,10 @@ def run_case(number, options, keys, top, interrupted):
     case = make_case(number, options.seed, keys, interrupted, options.of)
     directory = top / f"case-{number:03}"
     program = str(options.program)
-    if case.name == "from_deck":
-        small = [word for path, value in SMALL.items() for word in ("--set", f"{path}={value}")]
+    if case.name.startswith("from_deck"):
+        # Elements keep their own polynomials of degree 2.
+        settings = {**SMALL, "Discretization/Degree": 2, "Output/Fields": "none"} if case.name in SECOND_ORDER else SMALL
+        small = [word for path, value in settings.items() for word in ("--set", f"{path}={value}")]
         commands = [[program, "--from-deck", "brake.inp", *case.arguments], [program, "brake.prm", *small]]
     else:
         prm = next(name for name in sorted(case.files) if name.endswith(".prm") and not name.startswith("output/"))
@@ -837,7 +984,7 @@ def main():
             results.append(result)
             if options.verbose:
                 print(f"{result.number:4} {result.case.name:24} {result.category:12} {result.seconds:6.1f} s "
-                      f"{result.memory / 2**20:6.0f} MiB  {result.detail}", flush=True)
+                      f"{result.memory / 2**20:6.0f} MiB  {' '.join(result.case.ways)} {result.detail}", flush=True)
                 if result.category not in ("ran", "wrong"):
                     print(shortened(result.message, 3), flush=True)
     counts = collections.Counter(result.category for result in results)
