@@ -9,7 +9,7 @@
 
 // The problem of an element with own polynomials. It has the form of a cell's (local_problems.cc):
 // stiffness of the added functions without those that move a fixed node, pressures on faces of
-// pads, tractions on first sides of ties. On faces the element's functions are given by their
+// pads. On faces the element's functions are given by their
 // values at the nodes of the cells that have these.
 
 namespace squeal
@@ -130,22 +130,20 @@ namespace squeal
     return corners;
   }
 
-  /// Appends the multipliers' functions that do not vanish on a face with these corners, where all
-  /// nodes that they move are there, in contacts: and closed.
-  void ElementProblems::add_multipliers(const Element &element, const std::uint8_t corners,
-                                        const std::vector<unsigned int> &fields,
-                                        const bool of_contact, std::vector<int> &kept)
+  /// Appends the pressures' functions that do not vanish on a face with these corners, where all
+  /// nodes that they have are there and closed.
+  void ElementProblems::add_pressures(const Element &element, const std::uint8_t corners,
+                                      std::vector<int> &kept)
   {
     const Functions &of = functions_of(element.shape);
     const auto nodes    = nodes_of_element(element.cells, space.base.geometry.own, of_multipliers);
-    for (const unsigned int field : fields)
+    for (const unsigned int field : local.contact_fields())
     {
       std::vector<bool> is_there(of.multipliers_at_nodes.n_rows);
       for (const auto &unknown : element.unknowns)
         if (unknown.field == field)
-          is_there[unknown.node] =
-              !of_contact || local.contact_of_pads()->is_closed(
-                                 space.fine.field_equation(nodes[unknown.node], field));
+          is_there[unknown.node] = local.contact_of_pads()->is_closed(
+              space.fine.field_equation(nodes[unknown.node], field));
       for (unsigned int w = 0; w < of.multipliers.n_added(); ++w)
       {
         if ((of.multipliers.carrier_of_added(w) & ~corners) != 0)
@@ -188,7 +186,10 @@ namespace squeal
           kept.push_back(c * n_f + w);
     const unsigned int n_moves = kept.size();
 
-    // Faces of contacts and ties, and their multipliers
+    // Faces of pads and their pressures. Tractions of joints are taken as given: what one degree
+    // more of them asks for the element answers by its functions of degree p, which no local
+    // problem has; by those of degree p + 1 alone bars of tied blocks were too short as often as
+    // too long, and twice to three times the error without.
     const Geometry<3> &geometry = space.base.geometry;
     struct Face
     {
@@ -205,17 +206,11 @@ namespace squeal
           continue;
         const auto id = cell->face(f)->boundary_id();
         for (const ContactInterface &interface : geometry.interfaces)
-          if (contact && interface.pad_face == id)
+          if (contact && interface.pad_face == id && interface.slides())
           {
             faces.push_back({cell, f, &interface});
             if (contact->contact_model().mortar)
-              add_multipliers(element, corners_of(cell, f), local.contact_fields(), true, kept);
-          }
-        for (const TiedSurfaces &tie : geometry.ties)
-          if (tie.side == id)
-          {
-            faces.push_back({cell, f, nullptr});
-            add_multipliers(element, corners_of(cell, f), {dim + 1, dim + 2, dim + 3}, false, kept);
+              add_pressures(element, corners_of(cell, f), kept);
           }
       }
 
@@ -235,10 +230,7 @@ namespace squeal
         for (unsigned int a = 0; a < shapes.n_rows; ++a)
           shapes(a, q) = face_values.shape_value(a, q);
       const FaceTraces traces{on.moves.transpose() * shapes, on.multipliers.transpose() * shapes};
-      if (face.contact)
-        local.add_contact(face_values, *face.contact, traces, n_f, kept, problem.matrix);
-      else
-        local.add_tie(face_values, traces, n_f, kept, problem.matrix);
+      local.add_contact(face_values, *face.contact, traces, n_f, kept, problem.matrix);
     }
     problem.symmetric = faces.empty();
     return problem;

@@ -106,6 +106,8 @@ namespace squeal
       for_each_own_face(spaces, joint.first,
                         [&](const unsigned int number, const auto &cell, const unsigned int f)
                         {
+                          if (resistances[number].empty()) // part of an element with own functions
+                            return;
                           cell->get_dof_indices(nodes);
                           for (const unsigned int a : nodes_on_face(spaces, f, true))
                             for (unsigned int c = 0; c < dim; ++c)
@@ -143,6 +145,8 @@ namespace squeal
           spaces, joint.second,
           [&](const unsigned int number, const auto &cell, const unsigned int f)
           {
+            if (resistances[number].empty())
+              return;
             cell->get_dof_indices(nodes);
             const unsigned int a = nodes_on_face(spaces, f, true).front();
             for (unsigned int c = 0; c < dim; ++c)

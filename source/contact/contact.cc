@@ -144,7 +144,7 @@ namespace squeal
                 double *const sum          = &sums[2 * node.multiplier(direction)];
                 sum[0] += w;
                 for (unsigned int c = 0; c < dim; ++c)
-                  if (node.equations[c] < 0)
+                  if (!node.moves[c])
                     sum[1] += w * along[c] * along[c];
               }
           }

@@ -74,7 +74,7 @@ namespace squeal
     for (const std::vector<FreeNode<dim>> &node : nodes)
       for (const FreeNode<dim> &of_node : node)
         if (numbers.emplace(of_node.equations, free.size()).second)
-          free.push_back({1, 1, of_node.equations});
+          free.push_back({1, 1, of_node.equations, of_node.moves});
     moves = multipliers = DenseMatrix(free.size(), nodes.size());
     for (unsigned int a = 0; a < nodes.size(); ++a)
       for (const FreeNode<dim> &of_node : nodes[a])
@@ -353,9 +353,12 @@ namespace squeal
                 for (const auto &[weight, multiplier_weight, node] :
                      weights_of(spaces, cell_nodes[a]))
                 {
-                  FreeNode<dim> free_node{weight, multiplier_weight, {}};
+                  FreeNode<dim> free_node{weight, multiplier_weight, {}, {}};
                   for (unsigned int c = 0; c < dim; ++c)
+                  {
                     free_node.equations[c] = static_cast<int>(spaces.equation(node, c));
+                    free_node.moves[c]     = spaces.moves(node, c);
+                  }
                   free_node.equations[dim]     = static_cast<int>((spaces.*multiplier)(node));
                   free_node.equations[dim + 1] = static_cast<int>(spaces.stick(node));
                   expansion.push_back(free_node);
@@ -395,6 +398,7 @@ namespace squeal
             flat.push_back(free_node.weight);
             flat.push_back(free_node.multiplier_weight);
             flat.insert(flat.end(), free_node.equations.begin(), free_node.equations.end());
+            flat.insert(flat.end(), free_node.moves.begin(), free_node.moves.end());
           }
         }
       }
@@ -419,6 +423,8 @@ namespace squeal
             free_node.multiplier_weight = *number++;
             for (int &equation : free_node.equations)
               equation = static_cast<int>(*number++);
+            for (bool &moves : free_node.moves)
+              moves = *number++ != 0;
           }
         }
         face.gather_free_nodes();

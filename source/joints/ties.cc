@@ -12,11 +12,11 @@ namespace squeal
 
   namespace
   {
-    /// Whether the traction has that component at a node of the first side: it is free to move.
+    /// Whether the traction has that component at a node of the first side: no support holds it.
     template <int dim>
     bool is_active(const FreeNode<dim> &node, const unsigned int component)
     {
-      return node.equations[dim] >= 0 && node.equations[component] >= 0;
+      return node.equations[dim] >= 0 && node.moves[component];
     }
 
     /// Adds the factor times int Psi_m N_a of the nodes of one face to both blocks.
@@ -119,7 +119,7 @@ namespace squeal
       if (const unsigned int row = spaces.tie(node); row != FiniteElementSpace<dim>::none)
         for (unsigned int c = 0; c < dim; ++c)
         {
-          const bool is_fixed = spaces.equation(node, c) == FiniteElementSpace<dim>::none;
+          const bool is_fixed = !spaces.moves(node, c);
           ties.n_active += !is_fixed;
           if (is_fixed)
             entries.add(row + c, row + c, ties.stiffness);

@@ -498,6 +498,15 @@ namespace squeal
   }
 
   template <int dim>
+  bool FiniteElementSpace<dim>::moves(const Node node, const unsigned int component) const
+  {
+    const std::vector<WeightedNode> parents = expand(node);
+    return std::any_of(parents.begin(), parents.end(),
+                       [&](const WeightedNode &parent)
+                       { return equation(parent.node, component) != none; });
+  }
+
+  template <int dim>
   std::vector<WeightedNode> FiniteElementSpace<dim>::expand_multiplier(const Node node) const
   {
     return expand_by(lines_of(dim), node);

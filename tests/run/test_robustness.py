@@ -394,6 +394,21 @@ class Robustness(st.TestCase):
                 # The first one may have done it before the second came.
                 self.assertIn(status, [-second, 1], f"{name}, {first.name} {second.name}: {err}")
 
+    def test_one_signal_in_a_long_step(self):
+        """LAPACK does not ask whether a signal has come: after some seconds it ends all the same."""
+        file = self.write("long.prm", {**st.SMALL_BRAKE, "Eigenproblem/Solver": "dense", "Eigenproblem/Error bars": "false"})
+        process = self.start(file)
+        log = self.directory / "output/long/log.txt"
+        while process.poll() is None and not (log.exists() and "Static equilibrium" in log.read_text()):
+            time.sleep(0.05)
+        time.sleep(2)
+        process.send_signal(signal.SIGINT)
+        sent = time.monotonic()
+        status, _, err = self.finish(process, timeout=60)
+        self.assertLess(time.monotonic() - sent, 10)
+        self.assertEqual(status, 1, err)
+        self.assertIn("in the middle of a step. Results so far are kept", err)
+
     def test_not_writable(self):
         if os.geteuid() != 0:
             self.skipTest("needs root, to become a user who may not write.")

@@ -82,6 +82,31 @@ class Part(st.TestCase):
             self.assertLessEqual(abs(a["frequency_hz"] - b["frequency_hz"]), a["frequency_error_hz"] + b["frequency_error_hz"])
 
 
+class Ties(st.TestCase):
+    def test_bars_of_tied_blocks(self):
+        """Bars of two blocks that are tied, the first or both of tetrahedra or wedges, cover and are a few times the error."""
+        def modes_of(n, corners, degree=2):
+            mesh = mesh_files.Mesh()
+            for number, name in enumerate("ab"):
+                mesh.sector(name, mesh_files.equal(1, 1.12, 2 * n[number]), mesh_files.equal(-0.03, 0.03, n[number]),
+                            mesh_files.equal(0.03 * number, 0.03 * number + 0.03, n[number] // 2))
+            mesh.nodes = [(math.hypot(x, y) - 1, math.atan2(y, x), z) for x, y, z in mesh.nodes]
+            elements = element_files.Elements(mesh, lambda name: corners["ab".index(name)])
+            elements.make_quadratic()
+            self.write("part.msh", element_files.msh2(elements))
+            settings = {**PART, "Mesh/Part 1/Volumes": "a, b", "Joints/Ties": "a.high : b.low", "Discretization/Degree": degree,
+                        "Eigenproblem/Maximum frequency": 16000}
+            return st.read_table(self.analyse(settings) / "modes.csv")
+        exact = [row["frequency_hz"] for row in modes_of((2, 2), (8, 8), 4)]
+        self.assertEqual(len(exact), 3)
+        for n, corners in (((2, 2), (4, 8)), ((4, 2), (4, 8)), ((2, 2), (4, 4)), ((2, 2), (6, 8)), ((2, 2), (8, 4))):
+            with self.subTest(cells=n, corners=corners):
+                ratios = sorted(row["frequency_error_hz"] / abs(row["frequency_hz"] - f)
+                                for row, f in zip(modes_of(n, corners), exact))
+                self.assertGreater(ratios[0], 1)
+                self.assertLess(ratios[-1], 6)
+
+
 class Refinements(st.TestCase):
     def test_elements_and_cells(self):
         """Elements of a file are divided as cells of the mesh are: hexahedra curved by middle nodes, those of the rotor on

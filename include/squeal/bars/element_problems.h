@@ -65,9 +65,7 @@ namespace squeal
     DenseMatrix stiffness_of(const Element &element, const Material &material, bool with_base);
     /// The corners of an element's face on which a cell's face lies.
     std::uint8_t corners_of(const LocalProblems<3>::CellIterator &cell, unsigned int face) const;
-    void add_multipliers(const Element &element, std::uint8_t corners,
-                         const std::vector<unsigned int> &fields, bool of_contact,
-                         std::vector<int> &kept);
+    void add_pressures(const Element &element, std::uint8_t corners, std::vector<int> &kept);
 
     const EnrichedSpace<3> &space;
     CellResiduals<3> &integrals;

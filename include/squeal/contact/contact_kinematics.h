@@ -32,6 +32,9 @@ namespace squeal
     /// Displacement components, multiplier (of a tie: the first of dim), the first of the dim - 1
     /// tangential ones of a stick contact; -1: none
     std::array<int, dim + 2> equations;
+    /// Components in which the node moves, by an equation of its own or with other nodes: those of
+    /// pressures need not be those of displacements.
+    std::array<bool, dim> moves;
 
     /// The equation of the pressure (0) or of the tangential traction along e (1) or b (2), or -1.
     int multiplier(const unsigned int direction) const

@@ -128,6 +128,9 @@ namespace squeal
     /// The free nodes that interpolate a locally relevant node: itself unless it hangs, lies on the
     /// far side of a periodic boundary, or is none of its element's own (OwnElements).
     std::vector<WeightedNode> expand(dealii::types::global_dof_index node) const;
+    /// Whether a locally relevant node moves in a direction, with others or by itself: no support
+    /// holds it.
+    bool moves(dealii::types::global_dof_index node, unsigned int component) const;
     /// The nodes that interpolate pressures and tractions at a locally relevant node. On elements
     /// with own polynomials these are linear between corners: functions of degree 2 of a triangle's
     /// corners have no resultant, so that a pressure that is positive at nodes need not press.
