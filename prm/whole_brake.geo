@@ -3,6 +3,12 @@
 // Its groups are used by prm/whole_brake.prm. Lengths in mm; z is the rotor's axis, z = 0 the middle of its friction ring.
 // Disc, pads and piston are hexahedra, caliper and bracket tetrahedra. No two bodies share nodes: joints hold them together.
 
+// Largest element and order; whole_brake_fine.geo has others before it includes this file.
+If (!Exists(size))
+  size = 30;
+  order = 1;
+EndIf
+
 // Disc
 r_hub    = 35;   // hub ring, clamped
 r_hat    = 72;   // the hat's outer side
@@ -294,6 +300,6 @@ low[] = {0, -far, -50}; high[] = {far, 0, -50};
 Call Boundaries;
 Physical Surface("bracket right") = picked[];
 
-Mesh.ElementOrder = 1;
+Mesh.ElementOrder = order;
 Mesh.MshFileVersion = 4.1;
-Mesh.MeshSizeMax = 30;
+Mesh.MeshSizeMax = size;

@@ -22,7 +22,7 @@ from report import STYLE
 ROOT = Path(__file__).resolve().parent.parent
 # From the simple to the whole; others behind them
 ORDER = ["strip", "rotor", "brake", "off_centre", "falling_friction", "friction_sweep", "stability_map", "sampling", "adaptive_fast",
-         "adaptive", "realistic_brake", "vented_disc", "whole_brake"]
+         "adaptive", "realistic_brake", "vented_disc", "whole_brake", "whole_brake_fine"]
 GRID = """
 body { max-width: 90rem; }
 .examples { display: grid; grid-template-columns: repeat(auto-fill, minmax(20rem, 1fr)); gap: 1.5rem; }
