@@ -2,6 +2,7 @@
 #include <squeal/bars/surface_vectors.h>
 #include <squeal/contact/contact_forces.h>
 #include <squeal/contact/contact_matrices.h>
+#include <squeal/statics/bedding.h>
 
 #include <algorithm>
 #include <cmath>
@@ -266,6 +267,7 @@ namespace squeal
       return;
     contact = std::make_unique<Contact<dim>>(space.fine, BrakeModel<dim>::contact_model(prm));
     contact->scale_as(*model.contact());
+    take_wear(*model.contact(), *contact);
     if (model.equilibrium())
     {
       const MultiVector fine_state = space.interpolate(model.equilibrium()->state);
@@ -274,7 +276,12 @@ namespace squeal
       pressure = contact->pressure_of(fine_state);
     }
     else
-      pressure = contact->uniform_pressure(prm.pads.pressure);
+    {
+      const std::optional<WornPressure<dim>> &worn = model.steady_state().worn;
+      if (worn && !prm.contact.mortar())
+        worn->release(*contact);
+      pressure = BrakeModel<dim>::known_pressure(prm, worn, *contact);
+    }
     if (!prm.prestress.turning_contact)
       return;
     TurningContact turning = turning_contact(*contact, pressure, prm.terms().friction);

@@ -231,7 +231,7 @@ namespace squeal
                                                : k.at_points(k.n(), k.local_values(global));
           for (unsigned int q = 0; q < k.n_points; ++q)
             p[q] = pressure_per_unknown(i, k.first_point + q) *
-                   (model.mortar ? p[q] : p[q] - initial_gap(i, k.positions[q]));
+                   (model.mortar ? p[q] : p[q] - gap(i, k, q));
           pressure[i].insert(pressure[i].end(), p.begin(), p.end());
         });
     return pressure;
@@ -257,18 +257,18 @@ namespace squeal
         [&](const unsigned int i, const Kinematics &k)
         {
           std::vector<double> jump = k.at_points(k.n(), k.local_values(state));
-          if (model.compliance > 0)
+          if (is_compliant())
           {
             const std::vector<double> p = k.at_points(k.psi, k.local_multipliers(state));
             for (unsigned int q = 0; q < k.n_points; ++q)
-              jump[q] -= model.compliance * scale * p[q];
+              jump[q] -= compliance(i, k.first_point + q) * scale * p[q];
           }
           for (unsigned int m = 0; m < k.pad->free.size(); ++m)
             if (const int row = k.pad->free[m].equations[dim]; row >= 0)
               for (unsigned int q = 0; q < k.n_points; ++q)
               {
                 const double w = k.weights[q] * k.psi(m, q);
-                gaps[2 * row] += w * (jump[q] - initial_gap(i, k.positions[q]));
+                gaps[2 * row] += w * (jump[q] - gap(i, k, q));
                 gaps[2 * row + 1] += std::abs(w);
               }
         });
@@ -326,7 +326,7 @@ namespace squeal
           const std::vector<double> jump = k.at_points(k.n(), k.local_values(state));
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
-            const double penetration = jump[q] - initial_gap(i, k.positions[q]);
+            const double penetration = jump[q] - gap(i, k, q);
             const bool before        = active.by_point[i][k.first_point + q],
                        now           = penetration > -1e-12 * size;
             if (before)

@@ -9,6 +9,10 @@
 #include <cmath>
 #include <limits>
 
+// Fields on the pads' contact faces, as patches with values at the faces' nodes: the static state
+// or a pressure that is known without one (state_at()), and the work of friction, which is
+// projected from the quadrature points (project_to_faces()).
+
 namespace squeal
 {
   using namespace dealii;
@@ -112,21 +116,28 @@ namespace squeal
       Tensor<1, dim> traction;                  ///< of friction on the rotor, Pa
     };
 
+    /// With a @p known pressure there is no displacement in @p global.
     template <int dim>
     NodeState<dim> state_at(const Contact<dim> &contact, const unsigned int interface,
                             const ContactFace<dim> &face, const unsigned int a,
                             const std::vector<const ContactFace<dim> *> &opposite,
-                            const std::vector<double> &global, const bool with_friction)
+                            const std::vector<double> &global, const double worn_depth,
+                            const KnownPressure<dim> &known, const bool with_friction)
     {
       const ContactModel<dim> &model    = contact.contact_model();
       const PairedInterface<dim> &pairs = contact.paired_interfaces()[interface];
       const Point<dim> &x               = face.shape.nodes[a];
       const auto [u_rotor, frame] = opposite_point(contact.face_element(), opposite, x, global);
       const double penetration    = (u_rotor - displacement(face.nodes[a], global)) * frame.normal -
-                                 contact.initial_gap(interface, x);
+                                 contact.initial_gap(interface, x) - worn_depth;
       NodeState<dim> state;
       state.gap = -penetration;
-      if (model.mortar)
+      if (known)
+      {
+        state.pressure = known(interface, x, frame.normal);
+        state.status   = state.pressure > 0;
+      }
+      else if (model.mortar)
         for (const FreeNode<dim> &node : face.nodes[a])
         {
           if (node.equations[dim] < 0)
@@ -163,48 +174,83 @@ namespace squeal
     }
   } // namespace
 
+  namespace
+  {
+    /// Writes a state, or a known pressure without gaps.
+    template <int dim>
+    void write_contact(const FiniteElementSpace<dim> &spaces, const Contact<dim> &contact,
+                       const std::vector<double> &global, const KnownPressure<dim> &known,
+                       const bool with_friction, const std::string &directory,
+                       const unsigned int cycle)
+    {
+      const FaceElement<dim> &element = contact.face_element();
+
+      // Rows of each patch's data: pressure, gap where it is known, status, traction.
+      std::vector<std::string> names = {"contact_pressure_pa"};
+      if (!known)
+        names.push_back("gap_m");
+      names.push_back("status");
+      const unsigned int of_status = names.size() - 1;
+      std::vector<std::vector<std::vector<double>>> depths; // worn
+      if (contact.worn())
+      {
+        depths = project_to_faces(contact, contact.worn()->depth);
+        names.push_back("wear_m");
+      }
+      const unsigned int first_traction = names.size(), n_fields = first_traction + dim;
+      std::vector<DataOutBase::Patch<dim - 1, dim>> patches;
+      for (unsigned int i = 0; i < contact.paired_interfaces().size(); ++i)
+      {
+        const PairedInterface<dim> &interface = contact.paired_interfaces()[i];
+        const auto opposite                   = opposite_faces(interface);
+        for (unsigned int f = 0; f < interface.pad_faces.size(); ++f)
+        {
+          const ContactFace<dim> &face = interface.pad_faces[f];
+          if (opposite[f].empty())
+            continue;
+          auto patch = patch_of(face, element, n_fields, patches.size());
+          for (unsigned int a = 0; a < element.n_nodes(); ++a)
+          {
+            const double depth = contact.worn() ? depths[i][f][a] : 0.;
+            const NodeState<dim> node =
+                state_at(contact, i, face, a, opposite[f], global, depth, known, with_friction);
+            patch.data(0, a) = node.pressure;
+            if (!known)
+              patch.data(1, a) = node.gap;
+            patch.data(of_status, a) = node.status;
+            if (contact.worn())
+              patch.data(of_status + 1, a) = depth;
+            for (unsigned int d = 0; d < dim; ++d)
+              patch.data(first_traction + d, a) = node.traction[d];
+          }
+          patches.push_back(std::move(patch));
+        }
+      }
+
+      for (unsigned int d = 0; d < dim; ++d)
+        names.push_back("friction_traction_pa");
+      write_patches(patches, names,
+                    {{first_traction, first_traction + dim - 1, "friction_traction_pa",
+                      DataComponentInterpretation::component_is_part_of_vector}},
+                    directory, "contact-" + std::to_string(cycle), spaces.comm);
+    }
+  } // namespace
+
   template <int dim>
   void write_contact(const FiniteElementSpace<dim> &spaces, const Contact<dim> &contact,
                      const MultiVector &state, const bool with_friction,
                      const std::string &directory, const unsigned int cycle)
   {
-    const std::vector<double> global = replicate(state);
-    const FaceElement<dim> &element  = contact.face_element();
+    write_contact(spaces, contact, replicate(state), {}, with_friction, directory, cycle);
+  }
 
-    // Rows of each patch's data: pressure, gap, status, traction.
-    constexpr unsigned int first_traction = 3, n_fields = 3 + dim;
-    std::vector<DataOutBase::Patch<dim - 1, dim>> patches;
-    for (unsigned int i = 0; i < contact.paired_interfaces().size(); ++i)
-    {
-      const PairedInterface<dim> &interface = contact.paired_interfaces()[i];
-      const auto opposite                   = opposite_faces(interface);
-      for (unsigned int f = 0; f < interface.pad_faces.size(); ++f)
-      {
-        const ContactFace<dim> &face = interface.pad_faces[f];
-        if (opposite[f].empty())
-          continue;
-        auto patch = patch_of(face, element, n_fields, patches.size());
-        for (unsigned int a = 0; a < element.n_nodes(); ++a)
-        {
-          const NodeState<dim> node =
-              state_at(contact, i, face, a, opposite[f], global, with_friction);
-          patch.data(0, a) = node.pressure;
-          patch.data(1, a) = node.gap;
-          patch.data(2, a) = node.status;
-          for (unsigned int d = 0; d < dim; ++d)
-            patch.data(first_traction + d, a) = node.traction[d];
-        }
-        patches.push_back(std::move(patch));
-      }
-    }
-
-    std::vector<std::string> names = {"contact_pressure_pa", "gap_m", "status"};
-    for (unsigned int d = 0; d < dim; ++d)
-      names.push_back("friction_traction_pa");
-    write_patches(patches, names,
-                  {{first_traction, first_traction + dim - 1, "friction_traction_pa",
-                    DataComponentInterpretation::component_is_part_of_vector}},
-                  directory, "contact-" + std::to_string(cycle), spaces.comm);
+  template <int dim>
+  void write_contact(const FiniteElementSpace<dim> &spaces, const Contact<dim> &contact,
+                     const KnownPressure<dim> &pressure, const bool with_friction,
+                     const std::string &directory, const unsigned int cycle)
+  {
+    const std::vector<double> at_rest(spaces.rows.size);
+    write_contact(spaces, contact, at_rest, pressure, with_friction, directory, cycle);
   }
 
   template <int dim>
@@ -281,7 +327,11 @@ namespace squeal
   }
 
   template void write_contact(const FiniteElementSpace<2> &, const Contact<2> &,
+                              const KnownPressure<2> &, bool, const std::string &, unsigned int);
+  template void write_contact(const FiniteElementSpace<2> &, const Contact<2> &,
                               const MultiVector &, bool, const std::string &, unsigned int);
+  template void write_contact(const FiniteElementSpace<3> &, const Contact<3> &,
+                              const KnownPressure<3> &, bool, const std::string &, unsigned int);
   template void write_contact(const FiniteElementSpace<3> &, const Contact<3> &,
                               const MultiVector &, bool, const std::string &, unsigned int);
   template std::vector<std::vector<std::vector<double>>> project_to_faces(const Contact<2> &,

@@ -51,8 +51,7 @@ namespace squeal
           for (unsigned int q = 0; q < k.n_points; ++q)
           {
             const unsigned int point = k.first_point + q;
-            const double w = k.weights[q], g = contact.initial_gap(i, k.positions[q]),
-                         p = pressure[i][point];
+            const double w = k.weights[q], g = contact.gap(i, k, q), p = pressure[i][point];
             const auto tau = with_friction && contact.slides(i)
                                  ? contact.friction(i).traction(k.speeds[q], p)
                                  : FrictionTraction();
@@ -61,8 +60,8 @@ namespace squeal
               add_constraint(contact, k, q, 0, g, forces);
             else if (!model.mortar && contact.active_set().by_point[i][point])
             {
-              along_n[q] = w * model.penalty_stiffness * g;
-              along_e[q] += w * model.penalty_stiffness * g * tau.d_pressure;
+              along_n[q] = w * contact.pressure_per_unknown(i, point) * g;
+              along_e[q] += along_n[q] * tau.d_pressure;
             }
           }
           // A friction law without an offset has no part in it, and mortar no normal forces.
@@ -186,8 +185,8 @@ namespace squeal
         }
         if (model.mortar)
           add_constraint(contact, k, q, 0,
-                         motion.jump[q][0] - contact.initial_gap(i, k.positions[q]) -
-                             model.compliance * p,
+                         motion.jump[q][0] - contact.gap(i, k, q) -
+                             contact.compliance(i, k.first_point + q) * p,
                          forces);
       }
       for (unsigned int direction = 1; direction < dim && contact.sticks(i); ++direction)
@@ -318,8 +317,7 @@ namespace squeal
         r.normal_force += k.weights[q] * p;
         r.friction_force += friction;
         r.friction_torque += friction * k.radii[q];
-        r.max_penetration =
-            std::max(r.max_penetration, jump[q] - contact.initial_gap(interface, k.positions[q]));
+        r.max_penetration = std::max(r.max_penetration, jump[q] - contact.gap(interface, k, q));
       }
     }
 

@@ -72,16 +72,24 @@ namespace squeal
         held(i, j) += a * b;
   }
 
-  DenseMatrix RigidMotions::projector(const unsigned int body) const
+  std::vector<std::vector<double>> RigidMotions::basis() const
   {
     DenseMatrix vectors                   = held;
     const std::vector<double> eigenvalues = symmetric_eigen(vectors);
-    DenseMatrix result(6, 6);
+    std::vector<std::vector<double>> result;
     for (unsigned int k = 0; k < eigenvalues.size(); ++k)
       if (eigenvalues[k] <= relative_rounding * eigenvalues.back())
-        for (unsigned int i = 0; i < 6; ++i)
-          for (unsigned int j = 0; j < 6; ++j)
-            result(i, j) += vectors(6 * body + i, k) * vectors(6 * body + j, k);
+        result.emplace_back(&vectors(0, k), &vectors(0, k) + vectors.n_rows);
+    return result;
+  }
+
+  DenseMatrix RigidMotions::projector(const unsigned int body) const
+  {
+    DenseMatrix result(6, 6);
+    for (const std::vector<double> &motion : basis())
+      for (unsigned int i = 0; i < 6; ++i)
+        for (unsigned int j = 0; j < 6; ++j)
+          result(i, j) += motion[6 * body + i] * motion[6 * body + j];
     return result;
   }
 

@@ -115,6 +115,13 @@ namespace squeal
       add("Normal dashpot", &Parameters::Contact::normal_dashpot);
     if (stage.material_damping && prm.contact.tangential_dashpot > 0)
       add("Tangential dashpot", &Parameters::Contact::tangential_dashpot);
+    if (prm.contact.is_fully_worn())
+      for (const auto &[key, constant] :
+           {std::make_pair("Pressure exponent", &Parameters::Wear::pressure_exponent),
+            std::make_pair("Speed exponent", &Parameters::Wear::speed_exponent)})
+        parameters.push_back(parameter_at(std::string("Contact/Wear/") + key,
+                                          [constant = constant](Parameters::All &all) -> double &
+                                          { return all.contact.wear.*constant; }));
     parameters.push_back(parameter_at(
         "Pads/Pressure", [](Parameters::All &all) -> double & { return all.pads.pressure; }));
     if (prm.scene == Scene::mesh)
@@ -130,6 +137,9 @@ namespace squeal
   BrakeDerivatives<dim>::differentiable_parameters() const
   {
     std::vector<Parameter> result;
+    // What pads have lost depends on everything that bedded them in.
+    if (steady.contact && steady.contact->worn())
+      return result;
     if (prm.turns() && prm.operation.angular_velocity != 0)
       result.push_back(parameter_at("Operation/Angular velocity",
                                     [](Parameters::All &all) -> double &
@@ -309,9 +319,11 @@ namespace squeal
           Contact<dim> contact = *steady.contact;
           contact.set_model(BrakeModel<dim>::contact_model(p));
           ContactMatrices<dim> matrices = steady.contact_matrices;
-          const auto pressure           = state_matters        ? contact.pressure_of(state)
-                                          : steady.equilibrium ? steady.pressure
-                                                               : contact.uniform_pressure(p.pads.pressure);
+          const auto pressure =
+              state_matters ? contact.pressure_of(state)
+              : steady.equilibrium
+                  ? steady.pressure
+                  : BrakeModel<dim>::known_pressure(p, model.worn_pressure(p, contact), contact);
           for (Term &term : BrakeModel<dim>::contact_terms(contact, pressure, p, matrices))
             if (term.origin != Origin::contact || prm.contact.formulation != Formulation::mortar)
               add(std::move(term));

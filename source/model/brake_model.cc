@@ -6,6 +6,7 @@
 #include <squeal/model/measured_damping.h>
 #include <squeal/model/plausible_load.h>
 #include <squeal/parameters/expressions.h>
+#include <squeal/statics/bedding.h>
 
 #include <algorithm>
 #include <array>
@@ -423,9 +424,10 @@ namespace squeal
                is_matrix_free  = prm.eigenproblem.is_matrix_free();
     if (!has_pads && !prm.prestress.needs_state() && !is_matrix_free)
       return;
-    const bool computed = has_pads ? prm.contact.steady_pressure == SteadyPressure::computed
-                                   : prm.prestress.needs_state();
-    const bool follows  = nearby && (before.equilibrium || !computed);
+    const bool computed = has_pads ? prm.contact.computes_pressure() : prm.prestress.needs_state();
+    const bool beds_in =
+        has_pads && computed && prm.contact.is_worn() && prm.contact.wear.distance() > 0;
+    const bool follows = nearby && !beds_in && (before.equilibrium || !computed);
     // Sweeps estimate errors where states are solved without factors nearby, maps nowhere.
     const bool has_bars = prm.eigenproblem.error_bars && prm.eigenproblem.is_solved() && !nearby &&
                           !(prm.sweep.active() && prm.sweep.is_map());
@@ -437,6 +439,7 @@ namespace squeal
         state.contact->set_model(contact_model(prm));
       else
         state.contact.emplace(spaces_, contact_model(prm));
+      state.contact->set_wear(nullptr);
     }
     if ((is_matrix_free || (computed && solves_iteratively(prm))) && !follows)
       state.iterative = make_iterative_solver(prm, has_bars && computed);
@@ -449,7 +452,15 @@ namespace squeal
     }
     if (!computed)
     {
-      state.pressure = state.contact->uniform_pressure(prm.pads.pressure);
+      state.worn = worn_pressure(prm, *state.contact);
+      if (state.worn)
+      {
+        state.contact->close();
+        state.worn->release(*state.contact);
+      }
+      state.pressure = known_pressure(prm, state.worn, *state.contact);
+      if (state.worn && prm.terms().friction)
+        need_load(prm, squeal::resultants(*state.contact, state.pressure, nullptr));
       return;
     }
 
@@ -460,6 +471,8 @@ namespace squeal
     const MultiVector load = static_load(prm, spaces_);
     try
     {
+      if (beds_in)
+        bed_in(state, tolerance);
       state.equilibrium = static_solver.solve(
           {state.body_terms, prm.terms().friction, load, has_bars && options.with_edge, tolerance,
            [&]() { return sectors_for(prm); }},
@@ -477,6 +490,30 @@ namespace squeal
     state.pressure = state.equilibrium->pressure;
     if (has_pads && prm.terms().friction)
       need_load(prm, squeal::resultants(*state.contact, state.pressure, &state.equilibrium->state));
+  }
+
+  template <int dim>
+  void BrakeModel<dim>::bed_in(SteadyState<dim> &state, const double tolerance)
+  {
+    const Parameters::All &prm   = state.parameters;
+    const Parameters::Wear &wear = prm.contact.wear;
+    Parameters::All while_worn   = prm;
+    if (wear.pressure > 0)
+      while_worn.pads.pressure = wear.pressure;
+    const StaticProblem problem = {state.body_terms,
+                                   prm.terms().friction,
+                                   static_load(while_worn, spaces_),
+                                   false,
+                                   tolerance,
+                                   [&]() { return sectors_for(prm); }};
+    state.wear_steps =
+        squeal::bed_in(*state.contact, {wear.coefficient, wear.speed_exponent, wear.distance()},
+                       [&]()
+                       {
+                         log.progress("  bedding in");
+                         return static_solver.solve(problem, *state.contact, state.contact_matrices,
+                                                    std::nullopt, {}, state.iterative.get());
+                       });
   }
 
   template <int dim>
@@ -511,11 +548,29 @@ namespace squeal
     model.friction_of_pads = parameters.contact.friction_by_pad();
     model.angular_velocity = parameters.operation.directed_velocity();
     model.transports       = parameters.rotor.transport == Transport::full;
-    if (parameters.contact.steady_pressure == SteadyPressure::computed &&
-        parameters.contact.initial_gap != "0")
+    if (parameters.contact.computes_pressure() && parameters.contact.initial_gap != "0")
       model.initial_gap =
           position_expression<dim>(parameters.contact.initial_gap, "Contact/Initial gap");
     return model;
+  }
+
+  template <int dim>
+  std::optional<WornPressure<dim>> BrakeModel<dim>::worn_pressure(const Parameters::All &parameters,
+                                                                  const Contact<dim> &contact) const
+  {
+    if (geometry.interfaces.empty() || !parameters.contact.is_fully_worn())
+      return {};
+    const Parameters::Wear &wear = parameters.contact.wear;
+    return WornPressure<dim>(contact, {wear.pressure_exponent, wear.speed_exponent},
+                             static_load(parameters, spaces_), parameters.terms().friction);
+  }
+
+  template <int dim>
+  ContactPressure BrakeModel<dim>::known_pressure(const Parameters::All &parameters,
+                                                  const std::optional<WornPressure<dim>> &worn,
+                                                  const Contact<dim> &contact)
+  {
+    return worn ? worn->on(contact) : contact.uniform_pressure(parameters.pads.pressure);
   }
 
   template <int dim>
@@ -586,8 +641,12 @@ namespace squeal
   {
     if (geometry.interfaces.empty())
       return {};
-    return squeal::resultants(*steady.contact, steady.pressure,
-                              steady.equilibrium ? &steady.equilibrium->state : nullptr);
+    std::vector<ContactResultants> result =
+        squeal::resultants(*steady.contact, steady.pressure,
+                           steady.equilibrium ? &steady.equilibrium->state : nullptr);
+    for (unsigned int i = 0; i < result.size() && steady.worn; ++i)
+      result[i].max_pressure = steady.worn->largest(*steady.contact, i);
+    return result;
   }
 
   template <int dim>

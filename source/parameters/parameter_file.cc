@@ -558,7 +558,8 @@ namespace squeal
       all->mesh.pressures_with(surface, 0, "Sweep/Parameter"); // throws
     }
     const std::set<std::string> expressions = {"Pads/Pressure profile", "Contact/Initial gap",
-                                               "Contact/Friction/Expression"};
+                                               "Contact/Friction/Expression",
+                                               "Contact/Wear/Sliding distance"};
     const Entry &entry                      = entry_of(path, "Sweep/Parameter");
     const std::string text                  = prm->get(entry.section, entry.key);
     if (entry.pattern.rfind("[Double", 0) != 0 && entry.pattern.rfind("[Integer", 0) != 0 &&

@@ -142,7 +142,8 @@ namespace squeal
                         not_negative());
       add_choice(prm, "Steady pressure", steady_pressure,
                  "The pressure p_0 about which friction is linearised. computed: from the static "
-                 "equilibrium. uniform: the applied pressure.");
+                 "equilibrium. uniform: the applied pressure. worn: that of pads bedded in by "
+                 "Contact/Wear.");
       prm.add_parameter(
           "Initial gap", initial_gap,
           "Distance g_0 >= 0 of the unloaded surfaces, an expression of the position x, y, z "
@@ -152,6 +153,7 @@ namespace squeal
                         "how much friction "
                         "amplifies the contact pressure that causes it.");
       friction.declare(prm);
+      wear.declare(prm);
       const Subsection of_friction(prm, "Friction");
       prm.add_parameter(
           "Of pads", friction_of_pads,
@@ -217,6 +219,7 @@ namespace squeal
         fail("Contact/Normal dashpot", normal_dashpot,
              "closed surfaces do not approach with Contact/Formulation = mortar; allowed are "
              "penalty and mortar_penalty, or 0.");
+      wear.distance();
       friction.check();
       if (angular_velocity == 0 && terms_of(stage).friction_damping && !is_smoothed())
         fail("Operation/Angular velocity", angular_velocity,
@@ -676,16 +679,17 @@ namespace squeal
             to_number(pads.profile) != 1.)
           throw InputError("Pads/Pressure profile = " + pads.profile +
                            ": Contact/Steady pressure = uniform takes Pads/Pressure itself for the "
-                           "contact pressure; allowed is computed, or the profile 1.");
+                           "contact pressure; allowed are computed and worn, or the profile 1.");
         if (n_pads() > 0 && contact.steady_pressure == SteadyPressure::uniform &&
             scene == Scene::mesh && !mesh.surface_pressures.empty())
           throw InputError(
               "Mesh/Pressures = " + mesh.pressures +
               ": Contact/Steady pressure = uniform takes Pads/Pressure for the contact "
-              "pressure; allowed is computed.");
+              "pressure; allowed are computed and worn.");
+        if (contact.is_worn())
+          check_wear();
       }
-      if (prestress.needs_state() && has_contact() &&
-          contact.steady_pressure != SteadyPressure::computed)
+      if (prestress.needs_state() && has_contact() && !contact.computes_pressure())
         throw InputError("Contact/Steady pressure = " + name_of(contact.steady_pressure) +
                          ": Prestress/Centrifugal load and Prestress/Stress stiffness need the "
                          "static equilibrium; allowed is computed.");

@@ -78,7 +78,7 @@ namespace squeal
                                 " Pa. Usual are 1e3 to 1e8 Pa; 1 MPa is 1e6."));
       };
       const bool is_of_surfaces = prm.scene == Scene::mesh &&
-                                  prm.contact.steady_pressure == SteadyPressure::computed,
+                                  prm.contact.steady_pressure != SteadyPressure::uniform,
                  is_loaded = is_of_surfaces ? prm.mesh.is_loaded(prm.pads.pressure)
                                             : prm.pads.pressure != 0;
       if (!is_of_surfaces || !prm.mesh.pressure_on.empty())

@@ -65,8 +65,7 @@ namespace squeal
       refuse(scene == Scene::matrices || n_pads() == 0, "there are no pads.");
       refuse(!contact.mortar(), "without contact pressures as unknowns quadrature points end the "
                                 "contact inside of a cell; Contact/Formulation = mortar has them.");
-      refuse(contact.steady_pressure != SteadyPressure::computed,
-             "no static equilibrium says where the pads touch.");
+      refuse(!contact.computes_pressure(), "no static equilibrium says where the pads touch.");
       refuse(varies_parameters(), "the edge moves in a sweep and between samples.");
     }
 

@@ -6,8 +6,8 @@ namespace squeal
 {
   namespace
   {
-    const std::vector<std::string> tables = {"modes.csv", "cycles.csv", "contributions.csv",
-                                             "sensitivities.csv", "static.csv"};
+    const std::vector<std::string> tables = {"modes.csv",         "cycles.csv", "contributions.csv",
+                                             "sensitivities.csv", "static.csv", "wear.csv"};
 
     StateFile state_file(const std::string &directory)
     {

@@ -307,8 +307,13 @@ namespace squeal
         std::optional<SelfLocking> locking;
         if (wanted.self_locking)
           locking = meshes.model().self_locking();
-        report.steady_state(cycle, state.equilibrium ? &*state.equilibrium : nullptr,
-                            meshes.model().resultants(), locking ? &*locking : nullptr);
+        const std::vector<ContactResultants> resultants = meshes.model().resultants();
+        report.steady_state(cycle, state.equilibrium ? &*state.equilibrium : nullptr, resultants,
+                            locking ? &*locking : nullptr);
+        if (!state.wear_steps.empty())
+          report.wear(cycle, state.wear_steps);
+        if (state.worn)
+          report.worn_pads(*state.worn, resultants);
       }
 
       EigenSolution find_modes(const EquationsOfMotion &equations)

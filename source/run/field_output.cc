@@ -37,6 +37,13 @@ namespace squeal
       if (has_contact)
         write_contact(spaces, *state.contact, displacements, slides, directory, cycle);
     }
+    else if (state.worn)
+      write_contact<dim>(
+          spaces, *state.contact,
+          [&](const unsigned int pad, const dealii::Point<dim> &x,
+              const dealii::Tensor<1, dim> &normal)
+          { return state.worn->at(spaces.geometry, pad, x, normal); },
+          slides, directory, cycle);
     // A hundred undecided modes need no hundred animations.
     const auto moves = [&](const unsigned int j)
     {

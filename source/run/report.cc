@@ -117,6 +117,44 @@ namespace squeal
                "brake reaches when friction grows from zero.");
   }
 
+  void Report::wear(const unsigned int cycle, const std::vector<WearStep> &steps)
+  {
+    const auto fields_of = [&](const double distance, const WearOfPad &pad) -> Fields
+    {
+      return {{"cycle", cycle},
+              {"sliding_distance_m", distance},
+              {"pad", pad.name},
+              {"worn_volume_m3", pad.volume},
+              {"max_depth_m", pad.largest_depth},
+              {"open_area_m2", pad.open_area},
+              {"max_pressure_pa", pad.largest_pressure}};
+    };
+    Table &csv = table("wear.csv", fields_of(0, {}));
+    for (const WearStep &step : steps)
+      for (const WearOfPad &pad : step.of_pads)
+        csv.add(fields_of(step.distance, pad));
+    for (const WearOfPad &pad : steps.back().of_pads)
+      log.line(formatted("Pad %s: worn up to %.4g m deep, %.4g m^3, after sliding %.6g m; the last "
+                         "step of bedding in changed the pressure by %.2g of the largest",
+                         pad.name.c_str(), pad.largest_depth, pad.volume, steps.back().distance,
+                         steps.back().pressure_change));
+  }
+
+  template <int dim>
+  void Report::worn_pads(const WornPressure<dim> &worn, const std::vector<ContactResultants> &pads)
+  {
+    for (unsigned int i = 0; i < pads.size(); ++i)
+    {
+      log.line("Worn pad " + pads[i].name + ": p = " + worn.formula(i));
+      if (worn.is_open(i))
+        log.line("Warning, worn free: a part of the pad " + pads[i].name +
+                 " has lost contact, where this pressure would be negative. Error bars do not see "
+                 "the border of the contact.");
+    }
+  }
+  template void Report::worn_pads(const WornPressure<2> &, const std::vector<ContactResultants> &);
+  template void Report::worn_pads(const WornPressure<3> &, const std::vector<ContactResultants> &);
+
   void Report::describe_joint(const ContactResultants &joint, const bool computed)
   {
     const bool sticks      = joint.kind == ContactKind::stick;

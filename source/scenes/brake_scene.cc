@@ -1,5 +1,6 @@
 #include <squeal/mesh/intervals.h>
 #include <squeal/parameters/expressions.h>
+#include <squeal/scenes/free_motions.h>
 #include <squeal/scenes/make_scene.h>
 
 #include <deal.II/base/numbers.h>
@@ -204,6 +205,7 @@ namespace squeal
       geometry.loads.push_back({back_id, [=](const Point<3> &x) { return pressure * profile(x); }});
       geometry.interfaces.push_back({upper ? "upper" : "lower", body, contact_id,
                                      geometry.boundaries[upper ? "rotor.top" : "rotor.bottom"]});
+      add_motions_of_pad(parameters, body, back, geometry);
     }
   } // namespace
 

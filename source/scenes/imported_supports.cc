@@ -1,8 +1,14 @@
 #include <squeal/mesh_files/mesh_checks.h>
 #include <squeal/mesh_files/rigid_motions.h>
+#include <squeal/scenes/free_motions.h>
 #include <squeal/scenes/imported_supports.h>
 
 #include <algorithm>
+#include <cmath>
+
+// What holds the bodies of a mesh file: points with their masses, springs and links (add_points()),
+// and which rigid motions supports, contact and joints leave (SupportCheck). With the pads' contact
+// nothing may move; without it what is left are the free motions of worn pads.
 
 namespace squeal
 {
@@ -37,9 +43,10 @@ namespace squeal
     class SupportCheck
     {
     public:
+      /// With @p pads_touch the contact holds the pads, else nothing does but supports and joints.
       SupportCheck(const Parameters::All &prm, const ImportedMesh &mesh,
                    const ImportedBodies &bodies, const ImportedSuperelements &superelements,
-                   Geometry<3> &geometry)
+                   const bool pads_touch, Geometry<3> &geometry)
           : prm(prm), mesh(mesh), bodies(bodies), superelements(superelements.placed),
             geometry(geometry), joints(geometry.point_joints), n_bodies(bodies.names.size()),
             first_superelement(n_bodies + joints.points.size()),
@@ -47,7 +54,7 @@ namespace squeal
       {
         for (const Point<3> &x : mesh.file.nodes)
           box.add(x);
-        hold_by_supports();
+        hold_by_supports(pads_touch);
         hold_by_contacts();
         place_points();
         hold_by_connections();
@@ -64,6 +71,48 @@ namespace squeal
         check_points();
       }
 
+      /// The motions that are left while the rotor rests, by body.
+      std::vector<std::map<Body, RigidMotion<3>>> motions_beside_rotor()
+      {
+        const auto hold = [&](const unsigned int body)
+        {
+          for (unsigned int c = 0; c < 6; ++c)
+            motions.connect(body, Point<3>(), RigidMotions::ground, Point<3>(), c);
+        };
+        hold(bodies.cluster[rotor_body]);
+        // Numbers that have no motion of their own
+        for (unsigned int body = 0; body < n_bodies; ++body)
+          if (bodies.cluster[body] != body)
+            hold(body);
+        const std::vector<Parameters::Joints::Point> points = prm.joints.list_of_points();
+        for (unsigned int p = 0; p < points.size(); ++p)
+          if (!points[p].surface.empty())
+            hold(n_bodies + p);
+        const double size = box.low.distance(box.high);
+        std::vector<std::map<Body, RigidMotion<3>>> result;
+        for (const std::vector<double> &left : motions.basis())
+        {
+          result.emplace_back();
+          for (unsigned int body = 0; body < n_bodies; ++body)
+          {
+            // t + o x (x - low)/size
+            const double *const numbers = &left[6 * bodies.cluster[body]];
+            if (std::all_of(numbers, numbers + 6,
+                            [](const double x) { return std::abs(x) < 1e-12; }))
+              continue;
+            RigidMotion<3> motion;
+            for (unsigned int d = 0; d < 3; ++d)
+            {
+              motion.translation[d] = numbers[d];
+              motion.rotation[d]    = numbers[3 + d] / size;
+            }
+            motion.translation -= cross_product_3d(motion.rotation, Tensor<1, 3>(box.low));
+            result.back()[Body(body)] = motion;
+          }
+        }
+        return result;
+      }
+
       std::vector<std::string> lines; ///< about points
 
     private:
@@ -77,8 +126,8 @@ namespace squeal
         return bodies.cluster[bodies.of(face)];
       }
 
-      /// A pad's contact face is held along z.
-      void hold_by_supports()
+      /// A pad's contact face that touches is held along z.
+      void hold_by_supports(const bool pads_touch)
       {
         for (const auto &[face, id] : geometry.named_faces)
         {
@@ -87,7 +136,7 @@ namespace squeal
             if (support.boundary == id)
               fixed = support.fixed;
           for (const ContactInterface &interface : geometry.interfaces)
-            fixed[2] = fixed[2] || (interface.slides() && interface.pad_face == id);
+            fixed[2] = fixed[2] || (pads_touch && interface.slides() && interface.pad_face == id);
           for (const unsigned int node : face)
             for (unsigned int c = 0; c < 3; ++c)
               if (fixed[c])
@@ -174,7 +223,7 @@ namespace squeal
             continue;
           geometry.may_move_rigidly = true;
           const auto n_tied = std::count(bodies.cluster.begin(), bodies.cluster.end(), Body(body));
-          if (prm.has_contact() && prm.contact.steady_pressure == SteadyPressure::computed)
+          if (prm.has_contact() && prm.contact.steady_pressure != SteadyPressure::uniform)
             mesh.fail("Clamped",
                       "the body '" + bodies.names[body] + "'" +
                           (n_tied > 1 ? " with those that are tied to it" : "") +
@@ -192,7 +241,7 @@ namespace squeal
           if (const unsigned int body = first_superelement + k; n_free[body] > 0)
           {
             geometry.may_move_rigidly = true;
-            if (prm.n_pads() > 0 && prm.contact.steady_pressure == SteadyPressure::computed)
+            if (prm.n_pads() > 0 && prm.contact.steady_pressure != SteadyPressure::uniform)
               mesh.fail(superelements_key,
                         "the superelement '" + superelements[k].element.name +
                             "' can move freely (" + motions.describe(body) +
@@ -209,7 +258,7 @@ namespace squeal
               points[p].surface.empty() && n_free[n_bodies + p] > 0)
           {
             geometry.may_move_rigidly = true;
-            if (prm.has_contact() && prm.contact.steady_pressure == SteadyPressure::computed)
+            if (prm.has_contact() && prm.contact.steady_pressure != SteadyPressure::uniform)
               mesh.fail("Joints/Points", "the point '" + points[p].name + "' can move freely (" +
                                              motions.describe(n_bodies + p) +
                                              "), so that there is no static equilibrium. It needs "
@@ -267,8 +316,14 @@ namespace squeal
                                           const ImportedSuperelements &superelements,
                                           Geometry<3> &geometry)
   {
-    SupportCheck check(prm, mesh, bodies, superelements, geometry);
+    SupportCheck check(prm, mesh, bodies, superelements, true, geometry);
     check.check();
+    if (prm.n_pads() > 0 && prm.contact.is_fully_worn())
+    {
+      geometry.free_motions =
+          SupportCheck(prm, mesh, bodies, superelements, false, geometry).motions_beside_rotor();
+      check_free_motions(geometry);
+    }
     return check.lines;
   }
 } // namespace squeal

@@ -1,5 +1,6 @@
 #include <squeal/mesh/intervals.h>
 #include <squeal/parameters/expressions.h>
+#include <squeal/scenes/free_motions.h>
 #include <squeal/scenes/make_scene.h>
 
 namespace squeal
@@ -67,6 +68,7 @@ namespace squeal
     const double pressure     = pressure_of_loads(pads.pressure);
     geometry.loads.push_back({6, [=](const Point<2> &x) { return pressure * profile(x); }});
     geometry.interfaces.push_back({"block", upper_pad_body, 5, 3});
+    add_motions_of_pad(parameters, upper_pad_body, strip.block_thickness, geometry);
     return geometry;
   }
 } // namespace squeal

@@ -20,23 +20,19 @@
 
 namespace squeal
 {
-  namespace
+  double relative_change(const ContactPressure &before, const ContactPressure &after,
+                         const MPI_Comm comm)
   {
-    /// Largest difference of two pressures and the largest pressure.
-    template <typename Pressure>
-    double relative_change(const Pressure &before, const Pressure &after, const MPI_Comm comm)
-    {
-      double values[2] = {0, 0};
-      for (unsigned int i = 0; i < after.size(); ++i)
-        for (unsigned int q = 0; q < after[i].size(); ++q)
-        {
-          values[0] = std::max(values[0], std::abs(after[i][q] - before[i][q]));
-          values[1] = std::max(values[1], std::abs(after[i][q]));
-        }
-      MPI_Allreduce(MPI_IN_PLACE, values, 2, MPI_DOUBLE, MPI_MAX, comm);
-      return values[1] > 0 ? values[0] / values[1] : 0;
-    }
-  } // namespace
+    double values[2] = {0, 0};
+    for (unsigned int i = 0; i < after.size(); ++i)
+      for (unsigned int q = 0; q < after[i].size(); ++q)
+      {
+        values[0] = std::max(values[0], std::abs(after[i][q] - before[i][q]));
+        values[1] = std::max(values[1], std::abs(after[i][q]));
+      }
+    MPI_Allreduce(MPI_IN_PLACE, values, 2, MPI_DOUBLE, MPI_MAX, comm);
+    return values[1] > 0 ? values[0] / values[1] : 0;
+  }
 
   template <int dim>
   SelfLocking self_locking(const RowRange &rows, const std::vector<Term> &body_terms,

@@ -56,7 +56,12 @@ RELAXED = {
     "Pads/Material/Loss factor": 0.05,
     "Pads/Pressure": 1e6,
 }
-# Not in those two: of the scene matrices, without effect here, or other ways to say the same
+# Pads that are worn out, and on the way there
+WORN = {"Contact/Steady pressure": "worn", "Contact/Friction/Coefficient": 0.5, "Contact/Wear/Pressure exponent": 1.5,
+        "Contact/Wear/Speed exponent": 0.8, "Pads/Pressure": 1e6}
+AGED = {"Contact/Steady pressure": "worn", "Contact/Wear/Coefficient": 1e-14, "Contact/Wear/Sliding distance": 100,
+        "Contact/Wear/Speed exponent": 0.8, "Contact/Wear/Pressure": 2e6}
+# Not in those: of the scene matrices, without effect here, or other ways to say the same
 NOT_THERE = ("Matrices/", "Mesh/Part ", "Operation/Temperature", "Viscosity", "viscosity", "Zener", "Loss factor", "Axial ")
 
 
@@ -104,10 +109,14 @@ class EveryKey(st.TestCase):
         self.compare({**BRAKE, **RELAXED}, ["Modal damping/Factor", "Pads/Material/Loss factor",
                                             "Contact/Friction/Coefficient", "Pads/Pressure"], 2)
 
+    def test_samples_of_worn_pads(self):
+        for settings in (WORN, AGED):
+            self.compare({**BRAKE, **settings}, [key for key, value in settings.items() if not isinstance(value, str)], 1)
+
     def test_all_are_there(self):
         """A new key that may vary must come into the lists above."""
         for key in numbers_of_studies():
-            self.assertTrue(key in VARIED or key in RELAXED or any(word in key for word in NOT_THERE), key)
+            self.assertTrue(any(key in keys for keys in (VARIED, RELAXED, WORN, AGED)) or any(word in key for word in NOT_THERE), key)
 
     def test_load(self):
         """A load that is zero in the file, and the profile of a load, in sweeps."""

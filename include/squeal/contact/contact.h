@@ -13,6 +13,10 @@
 #include <utility>
 #include <vector>
 
+// The contact of one mesh. ContactModel is what it depends on, WearState what wear has made of the
+// pads, and Contact has the interfaces with their active set: steps of it, pressures of a state,
+// gaps and compliances at quadrature points, the loop over pairs of faces.
+
 namespace squeal
 {
   /// The contact pressure, Pa, or another number at every quadrature point, by interface.
@@ -66,6 +70,16 @@ namespace squeal
     }
   };
 
+  /// What wear has made of the pads (theory.md, section 3), at the quadrature points.
+  struct WearState
+  {
+    ContactPressure depth; ///< h, m, of pads that do not wear any more: part of the gap
+    /// What h grows by with the pressure in the step that follows, m^3/N; empty: not any more. Like
+    /// a compliance of the contact.
+    ContactPressure rate;
+    double number = 0; ///< differs from that of other rates
+  };
+
   /// The interfaces of a scene on one mesh: pairing, model and active set. The matrices built on
   /// them are in contact_matrices.h, the forces in contact_forces.h.
   ///
@@ -102,7 +116,8 @@ namespace squeal
     /// The pressure of a unit multiplier (mortar) or penetration (penalty) at a point.
     double pressure_per_unknown(const unsigned int interface, const unsigned int point) const
     {
-      return model.mortar ? scale : model.penalty_stiffness * active.by_point[interface][point];
+      return model.mortar ? scale
+                          : penalty_stiffness(interface, point) * active.by_point[interface][point];
     }
 
     ContactPressure uniform_pressure(double value) const;
@@ -185,6 +200,35 @@ namespace squeal
     {
       return model.initial_gap && slides(interface) ? model.initial_gap(x) : 0.;
     }
+    /// g_0 + h, m: the gap of worn pads at a quadrature point.
+    double gap(const unsigned int interface, const Kinematics &k, const unsigned int q) const
+    {
+      const double gap = initial_gap(interface, k.positions[q]);
+      return wear && slides(interface) ? gap + wear->depth[interface][k.first_point + q] : gap;
+    }
+    /// What the pressure of a mortar contact gives way at a quadrature point, m^3/N.
+    double compliance(const unsigned int interface, const unsigned int point) const
+    {
+      return wears() ? model.compliance + wear->rate[interface][point] : model.compliance;
+    }
+    bool is_compliant() const
+    {
+      return model.compliance > 0 || wears();
+    }
+    /// Whether pads wear in the present step.
+    bool wears() const
+    {
+      return wear && !wear->rate.empty();
+    }
+    /// Null: the pads are new, or what they have lost does not matter.
+    const WearState *worn() const
+    {
+      return wear.get();
+    }
+    void set_wear(std::shared_ptr<const WearState> state)
+    {
+      wear = std::move(state);
+    }
     const FrictionLaw &friction(const unsigned int interface) const
     {
       return model.friction_of(paired_interfaces()[interface].name);
@@ -210,11 +254,18 @@ namespace squeal
     /// What the matrix N depends on but for the active set.
     std::vector<double> constants_of_normal() const
     {
-      return {double(model.mortar), scale, stiffness_of_constraints, model.penalty_stiffness,
-              model.compliance};
+      return {double(model.mortar),     scale,
+              stiffness_of_constraints, model.penalty_stiffness,
+              model.compliance,         wears() ? wear->number : 0};
     }
 
   private:
+    /// k_C of the formulation penalty, with what wears in series.
+    double penalty_stiffness(const unsigned int interface, const unsigned int point) const
+    {
+      const double k = model.penalty_stiffness;
+      return wears() ? k / (1 + k * wear->rate[interface][point]) : k;
+    }
     /// Steps of the active set for mortar and for penalty. Differences up to rounding of @p size,
     /// m, that of the displacements, count for nothing.
     ActiveSetChange update_multipliers(const std::vector<double> &state, double size,
@@ -256,5 +307,6 @@ namespace squeal
     double scale = 1, stiffness_of_constraints = 1;
     bool keeps_table = true;
     std::shared_ptr<const TabulatedShapes> table; ///< shared with copies of that speed
+    std::shared_ptr<const WearState> wear;        ///< shared with copies
   };
 } // namespace squeal

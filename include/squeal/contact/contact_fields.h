@@ -3,6 +3,7 @@
 #include <squeal/contact/contact.h>
 #include <squeal/contact/contact_forces.h>
 
+#include <functional>
 #include <string>
 
 namespace squeal
@@ -15,6 +16,17 @@ namespace squeal
   void write_contact(const FiniteElementSpace<dim> &spaces, const Contact<dim> &contact,
                      const MultiVector &state, bool with_friction, const std::string &directory,
                      unsigned int cycle);
+
+  /// A pressure that is known without a state, at a point of a pad's surface with the rotor's
+  /// normal there.
+  template <int dim>
+  using KnownPressure = std::function<double(unsigned int interface, const dealii::Point<dim> &x,
+                                             const dealii::Tensor<1, dim> &normal)>;
+  /// Writes a known pressure likewise, without gaps.
+  template <int dim>
+  void write_contact(const FiniteElementSpace<dim> &spaces, const Contact<dim> &contact,
+                     const KnownPressure<dim> &pressure, bool with_friction,
+                     const std::string &directory, unsigned int cycle);
 
   /// Values at the quadrature points as a field on the pads' faces, by interface and face its
   /// values at the face's nodes: the combination f_h of the face's shape functions with

@@ -86,10 +86,10 @@ namespace squeal
       if (dim == 3)
         products.push_back({Origin::contact, 0, Trace::across, Trace::traction_across, c, true});
     }
-    if (model.compliance > 0)
+    if (contact.is_compliant())
     {
-      for (double &value : c)
-        value *= -contact.pressure_scale() * model.compliance;
+      for (unsigned int q = 0; q < k.n_points; ++q)
+        c[q] *= -contact.pressure_scale() * contact.compliance(interface, k.first_point + q);
       products.push_back({Origin::contact, 0, Trace::pressure, Trace::pressure, std::move(c)});
     }
     return products;

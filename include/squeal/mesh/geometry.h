@@ -2,6 +2,7 @@
 
 #include <squeal/mesh/own_elements.h>
 #include <squeal/mesh/quadratic_cells.h>
+#include <squeal/mesh/rigid_motion.h>
 #include <squeal/mesh/superelement.h>
 
 #include <deal.II/base/point.h>
@@ -172,6 +173,9 @@ namespace squeal
 
     /// Whether supports and closed contact leave a body a rigid motion.
     bool may_move_rigidly = false;
+    /// Independent rigid motions that supports and joints leave to the bodies while the rotor rests
+    /// and nothing touches it, each by body. Only where pads are worn.
+    std::vector<std::map<Body, RigidMotion<dim>>> free_motions;
 
     /// Measures of a mesh file for the log, and as a table; else empty.
     std::string report, report_table;

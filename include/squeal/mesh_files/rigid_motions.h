@@ -42,6 +42,10 @@ namespace squeal
     /// Names of the coordinates in which a body can move most: "along x, about z".
     std::string describe(unsigned int body) const;
 
+    /// An orthonormal basis of the motions left: six numbers of each body, the displacement at the
+    /// origin and the rotation.
+    std::vector<std::vector<double>> basis() const;
+
   private:
     /// For a body the sum of v v^T over its part of an orthonormal basis of the motions left.
     DenseMatrix projector(unsigned int body) const;

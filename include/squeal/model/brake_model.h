@@ -147,6 +147,13 @@ namespace squeal
                             const FiniteElementSpace<dim> &spaces) const;
 
     static ContactModel<dim> contact_model(const Parameters::All &parameters);
+    /// The pressure of pads that are fully worn at these parameters; none where it is another.
+    std::optional<WornPressure<dim>> worn_pressure(const Parameters::All &parameters,
+                                                   const Contact<dim> &contact) const;
+    /// The pressure that is known without an equilibrium: that of worn pads or the uniform one.
+    static ContactPressure known_pressure(const Parameters::All &parameters,
+                                          const std::optional<WornPressure<dim>> &worn,
+                                          const Contact<dim> &contact);
     /// N, mu T, P_R and Q_R of theory.md, section 3, and the turning, as far as the parameters ask.
     static std::vector<Term> contact_terms(const Contact<dim> &contact,
                                            const ContactPressure &pressure,
@@ -236,6 +243,8 @@ namespace squeal
     /// nearby it follows from @p before.
     void find_state(SteadyState<dim> &state, SteadyState<dim> before, const LinearOperator &nearby,
                     const StateOptions &options);
+    /// Wears the pads of a state in.
+    void bed_in(SteadyState<dim> &state, double tolerance);
     /// The centrifugal load of the rotor's materials.
     MultiVector centrifugal_load(const Parameters::All &parameters,
                                  const FiniteElementSpace<dim> &spaces) const;

@@ -26,7 +26,7 @@ namespace squeal
   SQUEAL_CHOICE(ElasticLaw, isotropic, transversely_isotropic)
 
   SQUEAL_CHOICE(Formulation, mortar, penalty, mortar_penalty)
-  SQUEAL_CHOICE(SteadyPressure, computed, uniform)
+  SQUEAL_CHOICE(SteadyPressure, computed, uniform, worn)
 
   SQUEAL_CHOICE(Strategy, none, uniform, adaptive)
 

@@ -122,6 +122,20 @@ namespace squeal
       void check() const;
     };
 
+    /// How pads wear: dh/dt = k p^alpha v^beta (theory.md, section 3).
+    struct Wear
+    {
+      double coefficient       = 1e-14; ///< k; m^2/N for Archard's law
+      double pressure_exponent = 1, speed_exponent = 1;
+      std::string sliding_distance = "infinite"; ///< m
+      double pressure              = 0;          ///< Pa, of bedding; 0: Pads/Pressure
+
+      /// m, at the mean radius of the contact; infinite: worn until nothing changes any more.
+      /// Throws InputError.
+      double distance() const;
+      void declare(dealii::ParameterHandler &prm);
+    };
+
     struct Contact
     {
       Formulation formulation        = Formulation::mortar;
@@ -133,7 +147,18 @@ namespace squeal
       std::string friction_of_pads = ""; ///< "pad : key value; key value, pad : ..."
       std::string initial_gap      = "0";
       bool self_locking_check      = false;
+      Wear wear;
 
+      /// Whether the static equilibrium gives the steady pressure, or that is known without it.
+      bool computes_pressure() const
+      {
+        return steady_pressure == SteadyPressure::computed || (is_worn() && !is_fully_worn());
+      }
+      bool is_worn() const
+      {
+        return steady_pressure == SteadyPressure::worn;
+      }
+      bool is_fully_worn() const;
       /// Whether the pressure is a multiplier, with or without compliance.
       bool mortar() const
       {
@@ -610,6 +635,7 @@ namespace squeal
       void check_response() const;
       void check_edge_levels() const;
       void check_joints() const;
+      void check_wear() const;
       void check_relaxation() const;
       /// Fits the factor of each material to its table (StiffnessFactor::fit) in the stage full.
       void fit_modulus_tables();

@@ -9,6 +9,8 @@
 #include <squeal/run/bar_report.h>
 #include <squeal/statics/self_locking.h>
 #include <squeal/statics/static_equilibrium.h>
+#include <squeal/statics/wear_steps.h>
+#include <squeal/statics/worn_pressure.h>
 #include <squeal/studies/frequency_response.h>
 
 #include <cstdint>
@@ -31,6 +33,11 @@ namespace squeal
     /// locking null if it was not checked.
     void steady_state(unsigned int cycle, const StaticEquilibrium *equilibrium,
                       const std::vector<ContactResultants> &resultants, const SelfLocking *locking);
+    /// Lines and warnings about the pressure of worn pads.
+    template <int dim>
+    void worn_pads(const WornPressure<dim> &worn, const std::vector<ContactResultants> &pads);
+    /// wear.csv and a line for each pad.
+    void wear(unsigned int cycle, const std::vector<WearStep> &steps);
     /// modes.csv, contributions.csv, and what the screen shows of them. The bars took @p
     /// seconds_of_bars of the processor.
     void modes(unsigned int cycle, const EigenSolution &found, const ModeTable &table,

@@ -43,6 +43,10 @@ namespace squeal
     double beyond_space = std::numeric_limits<double>::infinity();
   };
 
+  /// The largest difference of two pressures by the largest of the second. Collective.
+  double relative_change(const ContactPressure &before, const ContactPressure &after,
+                         MPI_Comm comm);
+
   /// What a static equilibrium is asked for.
   struct StaticProblem
   {

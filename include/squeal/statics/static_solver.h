@@ -2,6 +2,8 @@
 
 #include <squeal/parameters/parameters.h>
 #include <squeal/statics/static_equilibrium.h>
+#include <squeal/statics/wear_steps.h>
+#include <squeal/statics/worn_pressure.h>
 
 #include <memory>
 #include <optional>
@@ -19,6 +21,8 @@ namespace squeal
     std::optional<Contact<dim>> contact;          ///< with the active set; none without surfaces
     std::optional<StaticEquilibrium> equilibrium; ///< none: the pressure is given
     ContactPressure pressure;                     ///< Pa, at the contact's quadrature points
+    std::optional<WornPressure<dim>> worn;        ///< where the pressure is that of worn pads
+    std::vector<WearStep> wear_steps;             ///< by which pads got worn
     ContactMatrices<dim> contact_matrices;        ///< kept for the state that follows
     /// Where modes are to be found without factors, too: the solver of the equilibrium.
     std::shared_ptr<IterativeStatics<dim>> iterative;
