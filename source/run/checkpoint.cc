@@ -7,7 +7,8 @@ namespace squeal
   namespace
   {
     const std::vector<std::string> tables = {"modes.csv",         "cycles.csv", "contributions.csv",
-                                             "sensitivities.csv", "static.csv", "wear.csv"};
+                                             "sensitivities.csv", "static.csv", "wear.csv",
+                                             "bars.csv"};
 
     StateFile state_file(const std::string &directory)
     {
