@@ -137,9 +137,10 @@ namespace squeal
       if (quadratic)
       {
         constexpr unsigned int others = 100; // numbers that are not those of M
+        constexpr double share        = 1e-3; // little of what M alone finds sooner
         MultiVector of_p =
             multiply(problem.P, scattered_numbers(problem.rows, block_size, others + seed));
-        of_p *= 1 / c;
+        of_p *= share / c;
         right += of_p;
       }
       MultiVector block = shift_invert.solve(right);

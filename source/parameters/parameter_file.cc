@@ -462,6 +462,7 @@ namespace squeal
     const Entry *best = nullptr;
     std::pair<unsigned int, unsigned int> least{4, 0};
     std::string there;
+    std::vector<std::string> elsewhere; // the same key
     for (const Entry &e : entries)
     {
       const std::string own      = split(e.path).first;
@@ -471,7 +472,10 @@ namespace squeal
       if (same_section && alike(e.key, key, 3))
         rank = {0, of_key};
       else if (of_key == 0)
+      {
         rank = {1, of_path};
+        elsewhere.push_back(e.path);
+      }
       else if (alike(e.path, path, 5))
         rank = {2, of_path};
       else if (alike(e.key, key, 3))
@@ -483,6 +487,15 @@ namespace squeal
       }
       if (same_section)
         there += (there.empty() ? "" : ", ") + e.key;
+    }
+    // Of few any may be meant; of many, as of materials, the nearest.
+    constexpr unsigned int few = 3;
+    if (least.first == 1 && elsewhere.size() > 1 && elsewhere.size() <= few)
+    {
+      std::string keys;
+      for (const std::string &known : elsewhere)
+        keys += (keys.empty() ? "'" : ", '") + known + "'";
+      return " There are " + keys + ".";
     }
     if (best)
       return " The nearest known key is '" + best->path + "'.";
