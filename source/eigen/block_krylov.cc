@@ -136,7 +136,7 @@ namespace squeal
       MultiVector right = multiply(problem.M, scattered_numbers(problem.rows, block_size, seed));
       if (quadratic)
       {
-        constexpr unsigned int others = 100; // numbers that are not those of M
+        constexpr unsigned int others = 100;  // numbers that are not those of M
         constexpr double share        = 1e-3; // little of what M alone finds sooner
         MultiVector of_p =
             multiply(problem.P, scattered_numbers(problem.rows, block_size, others + seed));
