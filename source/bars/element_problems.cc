@@ -9,8 +9,8 @@
 
 // The problem of an element with own polynomials. It has the form of a cell's (local_problems.cc):
 // stiffness of the added functions without those that move a fixed node, pressures on faces of
-// pads. On faces the element's functions are given by their
-// values at the nodes of the cells that have these.
+// pads. On faces the element's functions are given by their values at the nodes of the cells that
+// have these.
 
 namespace squeal
 {

@@ -98,7 +98,7 @@ namespace squeal
       std::map<Kind, std::vector<Complex>> kinds;   ///< parts of F by kinds of cells, of this rank
       ComplexDenseMatrix more_yielding;     ///< what T becomes more where V_h follows, at most
       std::vector<Column> state_correction; ///< sums and numbers of summands
-      /// Of EdgeEffects.
+      /// What the edge of each contact changes at most (EdgeEffects::by_interface).
       std::map<unsigned int, std::vector<Complex>> edges_by_interface;
     };
 

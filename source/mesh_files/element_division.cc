@@ -395,18 +395,6 @@ namespace squeal
         return some;
       }
 
-      /// The point of an element half way between some corners of one of its cells.
-      template <std::size_t n>
-      static Point<3> half_way(const ElementMap &map, const std::array<ElementPlace, 8> &corners,
-                               const std::array<unsigned int, n> &some)
-      {
-        ElementPlace place{};
-        for (const unsigned int corner : some)
-          for (unsigned int k = 0; k < 4; ++k)
-            place[k] += corners[corner][k] / n;
-        return map.at(place);
-      }
-
       /// Gives the next cell the points of the element's polynomial between its corners.
       QuadraticManifold shape_cell(const ElementFile::Element &element, const MeshFile::Cell &cell,
                                    const std::array<ElementPlace, 8> &corners,
@@ -415,7 +403,7 @@ namespace squeal
         QuadraticCells &shapes = out.quadratic;
         const auto add         = [&](auto &points, const auto &some)
         {
-          const Point<3> x            = half_way(map, corners, some);
+          const Point<3> x            = map.at(middle_of(corners, some));
           const auto [shared, is_new] = points.emplace(nodes_of(cell, some), x);
           if (!is_new && shared->second.distance(x) > map.tolerance())
             in.fail_beside_another(element);
@@ -426,7 +414,7 @@ namespace squeal
           add(shapes.faces, face);
         const unsigned int number = out.cells.size();
         shapes.cells[number] =
-            half_way(map, corners, std::array<unsigned int, 8>{{0, 1, 2, 3, 4, 5, 6, 7}});
+            map.at(middle_of(corners, std::array<unsigned int, 8>{{0, 1, 2, 3, 4, 5, 6, 7}}));
         std::array<Point<3>, 8> places;
         std::array<unsigned int, 8> vertices{};
         for (unsigned int v = 0; v < 8; ++v)
@@ -454,7 +442,7 @@ namespace squeal
             {
               const auto shared = out.quadratic.edges.find(nodes_of(out.cells[parts[e][k]], edge));
               if (shared != out.quadratic.edges.end() &&
-                  shared->second.distance(half_way(map, places[k], edge)) > map.tolerance())
+                  shared->second.distance(map.at(middle_of(places[k], edge))) > map.tolerance())
                 in.fail_beside_another(element);
             }
         }

@@ -18,7 +18,7 @@ namespace squeal
 
     ElementPlace halfway(const ElementPlace &a, const ElementPlace &b)
     {
-      return middle_of(std::array<ElementPlace, 2>{{a, b}});
+      return middle_of(std::array<ElementPlace, 2>{{a, b}}, std::array<unsigned int, 2>{{0, 1}});
     }
 
     /// The places of an element's corners.
@@ -225,13 +225,9 @@ namespace squeal
         const auto add = [&](const auto &corners)
         {
           std::vector<unsigned int> around;
-          ElementPlace middle{};
           for (const unsigned int corner : corners)
-          {
             around.push_back(part.nodes[corner]);
-            for (unsigned int k = 0; k < 4; ++k)
-              middle[k] += places[corner][k] / corners.size();
-          }
+          const ElementPlace middle = middle_of(places, corners);
           const bool is_arc =
               corners.size() == 2 && map.is_straight(corners_between(element.shape, middle));
           const Point<3> x =

@@ -488,7 +488,7 @@ namespace squeal
       if (same_section)
         there += (there.empty() ? "" : ", ") + e.key;
     }
-    // Of few any may be meant; of many, as of materials, the nearest.
+    // A key that few sections have may be meant in any of them; one of many in the nearest.
     constexpr unsigned int few = 3;
     if (least.first == 1 && elsewhere.size() > 1 && elsewhere.size() <= few)
     {

@@ -142,12 +142,12 @@ namespace squeal
   {
     const FiniteElementSpace<dim> &spaces = model().spaces();
     const OwnElements &own                = spaces.geometry.own;
-    const double of_own                   = divides_elements() ? growth : 1;
-    const double n_parts = of_own * std::count_if(own.cells.begin(), own.cells.end(),
-                                                  [](const OwnElements::Cell &cell)
-                                                  { return cell.element != OwnElements::none; });
-    return {growth * spaces.triangulation.n_global_active_cells() - growth / of_own * n_parts +
-                of_own * cells_like(own, spaces.fe.degree),
+    const double growth_of_own            = divides_elements() ? growth : 1;
+    const double n_parts                  = std::count_if(own.cells.begin(), own.cells.end(),
+                                                          [](const OwnElements::Cell &cell)
+                                                          { return cell.element != OwnElements::none; });
+    return {growth * (spaces.triangulation.n_global_active_cells() - n_parts) +
+                growth_of_own * cells_like(own, spaces.fe.degree),
             growth * spaces.rows.size,
             spaces.fe.degree,
             Utilities::MPI::n_mpi_processes(spaces.comm),
@@ -155,7 +155,7 @@ namespace squeal
             prm.eigenproblem.error_bars,
             prm.eigenproblem.solver,
             model().sectors().are_two(),
-            n_parts};
+            growth_of_own * n_parts};
   }
 
   template <int dim>

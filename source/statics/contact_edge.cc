@@ -227,24 +227,22 @@ namespace squeal
       const Effect &F_o = opening.by_group[i], &F_c = closing.by_group[i];
       const EdgePosition at       = position_of(edge, i, F_o, F_c, m);
       EdgeEffects::Shifts &shifts = effects.by_level[edge.parts[i].level];
+      const auto F                = [&](const std::size_t k, const double s)
+      { return of_opening(s) * F_o[k] + of_closing(s) * F_c[k]; };
       for (std::size_t k = 0; k < F_o.size(); ++k)
       {
-        const auto F = [&](const double s)
-        { return of_opening(s) * F_o[k] + of_closing(s) * F_c[k]; };
         effects.opening[k] += F_o[k];
         effects.closing[k] += F_c[k];
-        shifts.smaller[k] += F(at.smaller);
-        shifts.likeliest[k] += F(at.likeliest);
-        shifts.larger[k] += F(at.larger);
+        shifts.smaller[k] += F(k, at.smaller);
+        shifts.likeliest[k] += F(k, at.likeliest);
+        shifts.larger[k] += F(k, at.larger);
       }
       std::vector<std::complex<double>> &here = effects.by_interface[edge.parts[i].interface];
       here.resize(m);
       for (unsigned int j = 0; j < m; ++j)
       {
-        const std::size_t jj = j * (std::size_t(m) + 1);
-        const auto F         = [&](const double s)
-        { return of_opening(s) * F_o[jj] + of_closing(s) * F_c[jj]; };
-        const std::complex<double> smaller = F(at.smaller), larger = F(at.larger);
+        const std::size_t jj               = j * (std::size_t(m) + 1);
+        const std::complex<double> smaller = F(jj, at.smaller), larger = F(jj, at.larger);
         here[j] += std::abs(smaller) > std::abs(larger) ? smaller : larger;
       }
       const auto largest = [&](const auto &weight)

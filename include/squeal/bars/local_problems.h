@@ -64,9 +64,6 @@ namespace squeal
     void add_contact(const dealii::FEFaceValues<dim> &on_face, const ContactInterface &interface,
                      const FaceTraces &traces, unsigned int n_w, const std::vector<int> &kept,
                      DenseMatrix &local) const;
-    /// Adds a tie's part likewise.
-    void add_tie(const dealii::FEFaceValues<dim> &on_face, const FaceTraces &traces,
-                 unsigned int n_w, const std::vector<int> &kept, DenseMatrix &local) const;
     /// The fields of a node that are multipliers of the contact: pressure, tangential tractions.
     std::vector<unsigned int> contact_fields() const;
     const Contact<dim> *contact_of_pads() const
@@ -75,6 +72,9 @@ namespace squeal
     }
 
   private:
+    /// Adds a tie's part of such a problem likewise.
+    void add_tie(const dealii::FEFaceValues<dim> &on_face, const FaceTraces &traces,
+                 unsigned int n_w, const std::vector<int> &kept, DenseMatrix &local) const;
     FaceTraces traces_on(const dealii::FEFaceValues<dim> &on_face) const;
     /// The first sides of ties among the cell's faces.
     std::vector<unsigned int> tied_faces(const CellIterator &cell) const;

@@ -18,14 +18,14 @@ namespace squeal
   std::vector<unsigned int> nodes_between(const ElementFile::Element &element,
                                           const ElementPlace &place);
 
-  /// Has the middle of @p n places of an element.
-  template <std::size_t n>
-  ElementPlace middle_of(const std::array<ElementPlace, n> &places)
+  /// Finds the middle of some places of an element, by their numbers in a list.
+  template <typename Places, std::size_t n>
+  ElementPlace middle_of(const Places &places, const std::array<unsigned int, n> &some)
   {
     ElementPlace middle{};
-    for (const ElementPlace &place : places)
+    for (const unsigned int number : some)
       for (unsigned int k = 0; k < 4; ++k)
-        middle[k] += place[k] / n;
+        middle[k] += places[number][k] / n;
     return middle;
   }
 
