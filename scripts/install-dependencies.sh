@@ -4,8 +4,8 @@
 #   scripts/install-dependencies.sh              compiler, deal.II, MPI, OpenBLAS, test tools
 #   scripts/install-dependencies.sh --pictures   also ParaView and matplotlib, to make pictures without a display
 #   scripts/install-dependencies.sh --mesh       also Gmsh, to make the mesh of prm/realistic_brake.prm
-#   scripts/install-dependencies.sh --tests      also strace, for tests that kill a run at each system call, scipy, to read its
-#                                                matrices, venv, to install the Python package, and what --package brings
+#   scripts/install-dependencies.sh --tests      also scipy, to read its matrices, venv, to install the Python package, and
+#                                                what --package brings
 #   scripts/install-dependencies.sh --package    also what scripts/package.sh needs
 #   scripts/install-dependencies.sh --doxygen    also doxygen, for scripts/doxygen.sh
 set -euo pipefail
@@ -23,7 +23,7 @@ for option in "$@"; do
   case $option in
     --pictures) packages+=(paraview python3-paraview xvfb xauth python3-numpy python3-matplotlib) ;;
     --mesh) packages+=(gmsh) ;;
-    --tests) packages+=(strace python3-numpy python3-scipy python3-venv dpkg-dev file) ;;
+    --tests) packages+=(python3-numpy python3-scipy python3-venv dpkg-dev file) ;;
     --package) packages+=(dpkg-dev file) ;;
     --doxygen) packages+=(doxygen) ;;
     *)

@@ -23,7 +23,7 @@ from plotting import refuse_foreign, rounded  # noqa: E402
 
 ROTOR = 0  # value of the field "body"
 WIDTH, HEIGHT = 1600, 660  # pixels
-FRAMES, PERIOD = 16, 1.2  # of an animation: number, seconds
+FRAMES, PERIOD = int(os.environ.get("SQUEAL_FRAMES", 16)), 1.2  # of an animation: number (tests want few), seconds
 
 
 def fail(message):

@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# In continuous integration no test skips for a missing tool: Gmsh, matplotlib, ParaView, strace, scipy belong to it.
+# In continuous integration no test skips for a missing tool: Gmsh, matplotlib, ParaView, scipy belong to it.
 tools=()
 if [[ ${CI:-} == true ]]; then tools=(--mesh --pictures --tests); fi
 scripts/install-dependencies.sh ${tools[@]+"${tools[@]}"}

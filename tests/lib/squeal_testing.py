@@ -88,6 +88,7 @@ class ForkServer:
     what the program itself does, a fifth of the processor seconds."""
 
     LIBRARY = SQUEAL.parent / "tests/libfork_server.so"  # built with everything, not with squeal alone
+    CLIENT = SQUEAL.parent / "tests/fork_client"
     _running = None
 
     @classmethod
@@ -99,19 +100,35 @@ class ForkServer:
 
     def __init__(self):
         self.socket, others = socket.socketpair()
+        self.place = pathlib.Path(tempfile.mkdtemp(prefix="squeal-fork-"))
+        self.address = self.place / "ranks"
         with others:
-            environment = {**ENVIRONMENT, "LD_PRELOAD": str(self.LIBRARY), "FORK_SERVER": str(others.fileno())}
+            environment = {**ENVIRONMENT, "LD_PRELOAD": str(self.LIBRARY), "FORK_SERVER": str(others.fileno()),
+                           "FORK_SERVER_ADDRESS": str(self.address)}
             # Not the test's own output, which must end with the test.
             nothing = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
             self.process = subprocess.Popen([str(SQUEAL)], env=environment, pass_fds=[others.fileno()], **nothing)
-        self.seconds = 0.  # of processors, of all that it started
+        self.seconds_of_single = 0.  # of processors
         atexit.register(self.close)
+
+    @property
+    def seconds(self):
+        """Of processors, of all that it started."""
+        file = self.address.with_suffix(".seconds")
+        return self.seconds_of_single + sum(map(float, file.read_text().split())) if file.exists() else self.seconds_of_single
 
     def close(self):
         """Ends the server, so that its processor seconds count as those of this process's children."""
         self.socket.close()
         self.process.wait()
-        self.seconds = 0.
+        shutil.rmtree(self.place, ignore_errors=True)
+        self.seconds_of_single = 0.
+
+    def rank(self, command):
+        """What mpirun starts for a rank, and what its environment has besides."""
+        while not self.address.exists() and self.process.poll() is None:
+            time.sleep(0.01)
+        return [str(self.CLIENT), *command], {"FORK_SERVER_ADDRESS": str(self.address)}
 
     def receive(self, layout):
         data = b""
@@ -122,12 +139,13 @@ class ForkServer:
             data += part
         return struct.unpack(layout, data)
 
-    def run(self, command, directory, timeout):
+    def run(self, command, directory, timeout, **environment):
         """As subprocess.run() with text captured; raises TimeoutExpired once the program was told to end and did."""
-        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-            fields = [str(directory or os.getcwd()), str(len(command)), *command, *map("=".join, ENVIRONMENT.items())]
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err, open(os.devnull) as nothing:
+            fields = [str(directory or os.getcwd()), str(len(command)), *command,
+                      *map("=".join, {**ENVIRONMENT, **environment}.items())]
             text = b"".join(os.fsencode(field) + b"\0" for field in fields)
-            files = array.array("i", [out.fileno(), err.fileno()])
+            files = array.array("i", [nothing.fileno(), out.fileno(), err.fileno()])
             self.socket.sendmsg([struct.pack("I", len(text))], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, files)])
             self.socket.sendall(text)
             [pid] = self.receive("i")
@@ -140,7 +158,7 @@ class ForkServer:
                 status, _, seconds = self.receive("iid")
                 timeout = None
             self.socket.settimeout(None)
-            self.seconds += seconds
+            self.seconds_of_single += seconds
             texts = []
             for file in (out, err):
                 file.seek(0)
@@ -200,15 +218,23 @@ def eigenvalue(row):
     return complex(row["growth_rate_1_per_s"], 2 * math.pi * row["frequency_hz"])
 
 
-def run(*arguments, ranks=1, directory=None, timeout=300, executable=SQUEAL, environment=ENVIRONMENT, fork=True):
+needs_fork_server = unittest.skipUnless(ForkServer.LIBRARY.exists(), "needs the library fork_server, built with all tests")
+
+
+def run(*arguments, ranks=1, directory=None, timeout=300, executable=SQUEAL, environment=ENVIRONMENT, fork=True, **watched):
     """Runs the program; returns subprocess.CompletedProcess with text. A hang fails the test. Without `fork` it is started
-    as users start it: the memory that libraries take is seen then."""
+    as users start it: the memory that libraries take is seen then. `watched`: KILL_AT or TRACE of fork_server.cc."""
     command = [str(executable), *(str(argument) for argument in arguments)]
-    if fork and ranks == 1 and executable == SQUEAL and environment == ENVIRONMENT and ForkServer.running():
+    server = ForkServer.running() if fork and executable == SQUEAL and environment == ENVIRONMENT else None
+    if server and ranks == 1:
         try:
-            return ForkServer.running().run(command, directory, timeout)
+            return server.run(command, directory, timeout, **watched)
         except subprocess.TimeoutExpired as late:
             raise AssertionError(f"{' '.join(command)} did not end within {timeout} s.\n{late.output}{late.stderr}") from None
+    assert not watched, "only one rank that the server starts is watched"
+    if server:
+        command, address = server.rank(command)
+        environment = {**environment, **address}
     if ranks > 1:
         command = ["mpirun", "-np", str(ranks), *command]
     process = subprocess.Popen(command, cwd=directory, env=environment, stdin=subprocess.DEVNULL,

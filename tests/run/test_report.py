@@ -73,7 +73,7 @@ class Rounding(unittest.TestCase):
 class Reports(st.TestCase):
     def report(self, directory, *arguments):
         return subprocess.run([sys.executable, SCRIPT, directory, *arguments], capture_output=True, text=True, check=False,
-                              timeout=600)
+                              timeout=600, env={**os.environ, "SQUEAL_FRAMES": "2"})
 
     def page(self, directory):
         result = self.report(directory, "--modes", "0")

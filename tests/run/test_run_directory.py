@@ -43,10 +43,6 @@ MESH_REFINEMENT = {**{key: value for key, value in MESH.items() if not key.start
                    "Refinement/Tolerance": 1e-9}
 # Times and memory differ from run to run, and the log says that it was resumed.
 MAY_DIFFER = {"cycles.csv", "log.txt", "original.prm", "parameters.prm", "run.manifest", "run.lock"}
-# Containers may forbid tracing.
-STRACE = shutil.which("strace") if shutil.which("strace") and subprocess.run(
-    ["strace", "-o", "/dev/null", "true"], capture_output=True, check=False).returncode == 0 else None
-
 
 # A run is killed at every fifth of the places, a map at every third; with SQUEAL_ALL_KILLS in the environment at all of
 # them (ten minutes).
@@ -189,7 +185,7 @@ class RunDirectory(st.TestCase):
 
     # Point 3: a resumed map.
 
-    @unittest.skipUnless(STRACE, "needs strace (scripts/install-dependencies.sh --tests), and the right to trace")
+    @st.needs_fork_server
     def test_resumed_map(self):
         """After each of its states a map goes on with the digits of the uninterrupted one. Resumed runs had other
         starts of the static state, and other sums of the terms that vary: 1e-6. What is projected after the resumption is
@@ -243,9 +239,9 @@ class RunDirectory(st.TestCase):
             rounding = 1e-12 * 2 * math.pi * frequency
             self.assertLessEqual(abs(growth), row["accuracy_cells"] * math.hypot(*slopes) + rounding)
 
-    # Point 4: the order of writing. A kill at each system call that changes a name.
+    # Point 4: the order of writing. A kill at each call that changes a name.
 
-    @unittest.skipUnless(STRACE, "needs strace (scripts/install-dependencies.sh --tests), and the right to trace")
+    @st.needs_fork_server
     def test_killed_at_the_start(self):
         """Another brake is started in the directory of an interrupted sweep, and killed while it takes the directory.
         Started again it must not go on with the first brake's values."""
@@ -264,22 +260,23 @@ class RunDirectory(st.TestCase):
                     self.assertEqual(self.tables(self.directory / "output/killed"), whole)
 
     def traced(self, call, number, *arguments):
-        """Runs the program and kills it at the number-th such system call; whether it got so far."""
-        process = subprocess.run([STRACE, "-f", "-qq", "-o", "/dev/null", "-e", f"trace={call}", "-e",
-                                  f"inject={call}:signal=SIGKILL:when={number}", str(st.SQUEAL), *arguments],
-                                 cwd=self.directory, env=st.ENVIRONMENT, stdin=subprocess.DEVNULL,
-                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        return process.returncode in (-signal.SIGKILL, 128 + signal.SIGKILL)
+        """Runs the program and kills it at the number-th such call; whether it got so far."""
+        return self.squeal(*arguments, KILL_AT=f"{call}:{number}").returncode == -signal.SIGKILL
 
     def renamed(self, *arguments):
         """Runs the program; the new names of files that are renamed on the way."""
-        trace = self.directory / "trace"
-        subprocess.run([STRACE, "-f", "-qq", "-o", trace, "-e", "trace=rename", str(st.SQUEAL), *arguments], cwd=self.directory,
-                       env=st.ENVIRONMENT, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, check=True)
-        return [pathlib.Path(name).name for name in re.findall(r'rename\("[^"]*", "([^"]*)"', trace.read_text())]
+        return [pathlib.Path(name).name for name in re.findall(r"(?m)^rename (.*)$", self.trace(*arguments))]
 
-    @unittest.skipUnless(STRACE, "needs strace (scripts/install-dependencies.sh --tests), and the right to trace")
-    def test_killed_at_system_calls(self):
+    def trace(self, *arguments):
+        """Runs the program; its calls that change files, a line each."""
+        file = self.directory / "trace"
+        file.unlink(missing_ok=True)
+        result = self.squeal(*arguments, TRACE=str(file))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return file.read_text()
+
+    @st.needs_fork_server
+    def test_killed_at_calls(self):
         """Sweep, map, refinement: at renames, unlinks, changes of length and syncs."""
         for settings in [SWEEP, MAP, ADAPTIVE]:
             whole = self.tables(self.analyse(settings))
@@ -467,20 +464,17 @@ class RunDirectory(st.TestCase):
                 self.assertIn("somebody changed it", result.stdout)
                 self.assertEqual(self.tables(results), whole)
 
-    @unittest.skipUnless(STRACE, "needs strace (scripts/install-dependencies.sh --tests), and the right to trace")
+    @st.needs_fork_server
     def test_synced_before_renamed(self):
         """Tables and the state are on the disk before the state has its name."""
         self.write("b.prm", SWEEP)
-        trace = self.directory / "trace"
-        subprocess.run([STRACE, "-f", "-qq", "-y", "-o", trace, "-e", "trace=fsync,rename", str(st.SQUEAL), "b.prm"],
-                       cwd=self.directory, env=st.ENVIRONMENT, stdout=subprocess.DEVNULL, check=True)
-        calls = trace.read_text().splitlines()
-        renames = [i for i, line in enumerate(calls) if "rename(" in line and "sweep.state.part" in line]
+        calls = [line for line in self.trace("b.prm").splitlines() if line.startswith(("fsync", "rename"))]
+        renames = [i for i, line in enumerate(calls) if re.match(r"rename .*sweep\.state$", line)]
         self.assertTrue(renames)
         for i in renames:
             before = "\n".join(calls[max(0, i - 4):i])
-            self.assertRegex(before, r"fsync\(\d+<[^>]*sweep\.csv>")
-            self.assertRegex(before, r"fsync\(\d+<[^>]*sweep\.state\.part>")
+            self.assertRegex(before, r"(?m)^fsync .*sweep\.csv$")
+            self.assertRegex(before, r"(?m)^fsync .*sweep\.state\.part$")
 
     # Point 8.
 

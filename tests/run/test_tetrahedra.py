@@ -143,14 +143,13 @@ class Brake(st.TestCase):
                     for value, error in [("frequency_hz", "frequency_error_hz"),
                                          ("growth_rate_1_per_s", "growth_rate_error_1_per_s")]:
                         self.assertLessEqual(abs(a[value] - b[value]), a[error] + b[error], (value, a, b))
-                for ranks in (2, 3) if n_corners == 4 else (2,):
-                    others, other_static = self.solve(brake(n_corners), ranks)
-                    self.assertSameModes([st.eigenvalue(row) for row in modes], [st.eigenvalue(row) for row in others], 1e-9)
-                    for a, b in zip(modes, others):
-                        for column in ("frequency_error_hz", "growth_rate_error_1_per_s"):
-                            self.assertLess(abs(a[column] - b[column]), 1e-5 * a[column] + 1e-6, column)
-                    for a, b in zip(static, other_static):
-                        self.assertLess(abs(a["normal_force_n"] - b["normal_force_n"]), 1e-8 * a["normal_force_n"])
+                others, other_static = self.solve(brake(n_corners), 3 if n_corners == 4 else 2)
+                self.assertSameModes([st.eigenvalue(row) for row in modes], [st.eigenvalue(row) for row in others], 1e-9)
+                for a, b in zip(modes, others):
+                    for column in ("frequency_error_hz", "growth_rate_error_1_per_s"):
+                        self.assertLess(abs(a[column] - b[column]), 1e-5 * a[column] + 1e-6, column)
+                for a, b in zip(static, other_static):
+                    self.assertLess(abs(a["normal_force_n"] - b["normal_force_n"]), 1e-8 * a["normal_force_n"])
 
     def test_constant_pressure(self):
         """Contact on triangles: a ring on a ring that is held from below, both without Poisson's ratio, on meshes that do not
@@ -173,13 +172,13 @@ class Brake(st.TestCase):
             self.assertLess(abs(pad["normal_force_n"] / (1e6 * pad["contact_area_m2"]) - 1), 1e-6)
 
     def test_formulations_and_materials(self):
-        """What pads of tetrahedra have on them: penalties, lift-off, prestress, a lining softer along the axis, lossy: no
-        verdict differs from that of divided elements, and values by the bars of both at most."""
+        """What pads of tetrahedra have on them: penalties, lift-off, prestress, lossy: values differ from those of divided
+        elements by the bars of both at most. Each run has one of the penalties and one of the terms."""
         for name, settings in {
-                "penalty": {"Contact/Formulation": "penalty", "Contact/Penalty stiffness": 1e13},
-                "mortar_penalty": {"Contact/Formulation": "mortar_penalty", "Contact/Penalty stiffness": 1e13},
-                "prestress": {"Prestress/Stress stiffness": "true"},
-                "loss": {"Pads/Material/Loss factor": 0.02}}.items():
+                "penalty, loss": {"Contact/Formulation": "penalty", "Contact/Penalty stiffness": 1e13,
+                                  "Pads/Material/Loss factor": 0.02},
+                "mortar_penalty, prestress": {"Contact/Formulation": "mortar_penalty", "Contact/Penalty stiffness": 1e13,
+                                              "Prestress/Stress stiffness": "true"}}.items():
             with self.subTest(name):
                 own, divided = (self.solve(brake(4), **settings, **{"Mesh/Tetrahedra": kind})[0]
                                 for kind in ("own", "divided"))
