@@ -308,6 +308,9 @@ class TestCase(unittest.TestCase):
         return [row for row in rows if row["cycle"] == rows[-1]["cycle"]]
 
     def eigenvalues(self, settings, **options):
+        """Without error bars, which take half of a run, unless the settings ask for them or refine by them."""
+        if "Refinement/Strategy" not in settings:
+            settings = {"Eigenproblem/Error bars": "false", **settings}
         return [eigenvalue(row) for row in self.modes(settings, **options)]
 
     def pairs(self, computed, expected):

@@ -81,9 +81,9 @@ class PlatesInContact(st.TestCase):
                 if kind == "stick 0.1":
                     self.assertGreater(max(static[pair]["needed_friction"] for pair in SURFACES), 0.1)
                     continue
-                self.assertSameModes(joints.eigenvalues(self.modes(settings, ranks=2)), expected, 1e-7)
+                self.assertSameModes(self.eigenvalues(settings, ranks=2), expected, 1e-7)
                 for other in [{"Eigenproblem/Solver": "dense"}, {"Eigenproblem/Mirror symmetry": "false"}]:
-                    self.assertSameModes(joints.eigenvalues(self.modes({**settings, **other})), expected, 1e-7)
+                    self.assertSameModes(self.eigenvalues({**settings, **other}), expected, 1e-7)
                 sweep = {"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.3, 0.4"}
                 rows = st.read_table(self.analyse({**settings, **sweep}) / "sweep.csv")
                 self.assertSameModes([st.eigenvalue(row) for row in rows if row["parameter"] == 0.4], expected, 1e-6)
@@ -100,7 +100,7 @@ class PlatesInContact(st.TestCase):
         settings = {"Scene": "mesh", "Stage": "elastic", "Mesh/File": "parts.msh", "Mesh/Rotor": "", "Mesh/Clamped": "base.low",
                     "Mesh/Part 1/Volumes": "base, block", "Mesh/Part 1/Body": "parts", "Output/Fields": "none",
                     "Discretization/Degree": 2, "Eigenproblem/Maximum frequency": 70000, "Eigenproblem/Error bars": "false"}
-        tied, stuck = (joints.eigenvalues(self.modes({**settings, **joint})) for joint in (
+        tied, stuck = (self.eigenvalues({**settings, **joint}) for joint in (
             {"Joints/Ties": "block.low : base.high"}, {"Joints/Contacts": "block.low : base.high : stick"}))
         self.assertGreater(len(tied), 3)
         self.assertSameModes(stuck, tied, 1e-8)
@@ -122,7 +122,7 @@ class PlatesInContact(st.TestCase):
         self.assertIn("of its closed nodes slip: stuck they would be pulled apart", log)
         expected = joints.eigenvalues(st.read_table(results / "modes.csv"))
         self.assertGreater(len(expected), 3)
-        self.assertSameModes(joints.eigenvalues(self.modes(settings, ranks=2)), expected, 1e-7)
+        self.assertSameModes(self.eigenvalues(settings, ranks=2), expected, 1e-7)
         sweep = {"Sweep/Parameter": "Contact/Friction/Coefficient", "Sweep/Values": "0.4, 0.5"}
         rows = st.read_table(self.analyse({**settings, **sweep}) / "sweep.csv")
         self.assertSameModes([st.eigenvalue(row) for row in rows if row["parameter"] == 0.5], expected, 1e-6)
@@ -233,7 +233,7 @@ class Pads(st.TestCase):
         modes = self.modes(closed)
         for mode, other in zip(modes, expected):
             self.assertAlmostEqual(mode["frequency_hz"], other["frequency_hz"], delta=2e-3 * other["frequency_hz"])
-        self.assertSameModes(joints.eigenvalues(self.modes(closed, ranks=2)), joints.eigenvalues(modes), 1e-7)
+        self.assertSameModes(self.eigenvalues(closed, ranks=2), joints.eigenvalues(modes), 1e-7)
 
 
 class OnACylinder(st.TestCase):
@@ -341,8 +341,8 @@ class DividedCylinders(st.TestCase):
                     modes = st.read_table(results / "modes.csv")
                     if joint == "stick":
                         # Tractions by the axes instead of by the normal: the same if the meshes match.
-                        tie = self.modes(self.settings(core, sleeve, n_core, "tie"))
-                        self.assertSameModes(joints.eigenvalues(modes), joints.eigenvalues(tie),
+                        tie = self.eigenvalues(self.settings(core, sleeve, n_core, "tie"))
+                        self.assertSameModes(joints.eigenvalues(modes), tie,
                                              1e-8 if n_core == 4 and core == sleeve else 2e-4)
                     self.assertEqual(len(modes), len(limits))
                     for mode, limit in zip(modes, limits):

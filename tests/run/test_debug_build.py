@@ -38,7 +38,7 @@ NO_BARS = {"Eigenproblem/Error bars": "false"}
 class DebugBuild(st.TestCase):
     def compare(self, settings, ranks=1):
         """The Debug build ends without an exception, and finds what the Release build finds."""
-        settings = {"Output/Fields": "none", **settings}
+        settings = {"Output/Fields": "none", "Eigenproblem/Error bars": "true", **settings}
         release = self.eigenvalues(settings)
         self.assertTrue(release)
         self.assertSameModes(self.eigenvalues(settings, executable=DEBUG, ranks=ranks), release, 1e-8)

@@ -38,15 +38,27 @@ FALLING = {"Contact/Friction/Law": "falling", "Contact/Friction/Coefficient": 0.
 
 class Explanation(st.TestCase):
     def test_rayleigh_coefficients(self):
+        """Which of d, g, k, n are zero shows what the stage contains."""
         for stage in STAGES:
             for formulation in [st.MORTAR, st.PENALTY]:
                 with self.subTest(stage=stage, **formulation):
-                    directory = self.analyse({**st.SMALL_BRAKE, **formulation, "Stage": stage})
+                    directory = self.analyse({**st.SMALL_BRAKE, **formulation, "Stage": stage,
+                                              "Eigenproblem/Error bars": "false"})
                     modes = st.read_table(directory / "modes.csv")
                     parts = st.read_table(directory / "contributions.csv")
                     self.assertGreater(len(modes), 10)
                     for mode in modes:
-                        size = abs(st.eigenvalue(mode))
+                        l = st.eigenvalue(mode)
+                        size = abs(l)
+                        d, g, k, n = (mode[key] for key in ["d_1_per_s", "g_1_per_s", "k_1_per_s2", "n_1_per_s2"])
+                        self.assertLess(abs(l * l + complex(d, g) * l + complex(k, n)), 1e-8 * size**2)
+                        if stage in ["elastic", "transport", "friction"]:
+                            self.assertLess(abs(d), 1e-8 * size, "nothing is damped")
+                        if stage in ["elastic", "transport"]:
+                            self.assertLess(abs(n), 1e-8 * size**2, "nothing circulates")
+                        if stage == "elastic":
+                            self.assertLess(abs(g), 1e-8 * size, "nothing turns")
+                            self.assertGreater(k, 0)
                         self.assertLess(mode["rayleigh_defect"], 1e-8)
                         self.assertLess(mode["left_backward_error"], 1e-9)
                         self.assertGreater(mode["condition_number"], 0.9)

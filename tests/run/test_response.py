@@ -20,7 +20,8 @@ BAR = {**joints.OnSprings.SETTINGS, "Stage": "full", "Operation/Angular velocity
        "Mesh/Clamped": "rotor.inner, bar.inner", "Mesh/Part 1/Material/Young modulus": YOUNG,
        "Mesh/Part 1/Material/Poisson ratio": 0, "Mesh/Part 1/Material/Density": DENSITY,
        "Mesh/Part 1/Material/Mass proportional damping": ALPHA,
-       "Mesh/Part 1/Material/Stiffness proportional damping": BETA, "Joints/Points": "end : bar.outer", "Eigenproblem/Maximum frequency": 4000}
+       "Mesh/Part 1/Material/Stiffness proportional damping": BETA, "Joints/Points": "end : bar.outer", "Eigenproblem/Maximum frequency": 4000,
+       "Eigenproblem/Error bars": "false"}
 BRAKE = {"Discretization/Rotor cells": "2, 18, 1", "Discretization/Pad cells": "2, 3, 1", "Discretization/Degree": 2,
          "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Error bars": "false", "Output/Fields": "none",
          "Pads/Material/Stiffness proportional damping": 1e-6, "Contact/Friction/Coefficient": 0.4,

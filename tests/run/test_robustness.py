@@ -241,7 +241,7 @@ class Robustness(st.TestCase):
         begins. How much the libraries take by themselves differs between machines."""
         file = self.write("large.prm", {"Output/Fields": "none", "Discretization/Degree": 3})
         messages = ""
-        for limit in [1200, 1500, 1800, 2100]:
+        for limit in [1200, 1500, 1800]:
             size = limit * 2 ** 20
             process = self.start(file, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (size, size)))
             status, out, err = self.finish(process)
