@@ -92,9 +92,14 @@ class ForkServer:
     _running = None
 
     @classmethod
+    def is_built(cls):
+        """Both, and not the library of a version that had no client."""
+        return cls.LIBRARY.exists() and cls.CLIENT.exists()
+
+    @classmethod
     def running(cls):
         """The one of this process; None where the library was not built."""
-        if cls._running is None and cls.LIBRARY.exists():
+        if cls._running is None and cls.is_built():
             cls._running = cls()
         return cls._running
 
@@ -218,7 +223,7 @@ def eigenvalue(row):
     return complex(row["growth_rate_1_per_s"], 2 * math.pi * row["frequency_hz"])
 
 
-needs_fork_server = unittest.skipUnless(ForkServer.LIBRARY.exists(), "needs the library fork_server, built with all tests")
+needs_fork_server = unittest.skipUnless(ForkServer.is_built(), "needs the library fork_server, built with all tests")
 
 
 def run(*arguments, ranks=1, directory=None, timeout=300, executable=SQUEAL, environment=ENVIRONMENT, fork=True, **watched):
