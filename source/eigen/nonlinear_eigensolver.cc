@@ -111,9 +111,10 @@ namespace squeal
       /// Keeps what is known of these modes alone.
       void keep(const std::vector<unsigned int> &numbers);
       /// Corrects the pairs in the enlarged spaces, or follows them where they would move too far;
-      /// the first time follows them. The first rank does it for all: dense results differ by
-      /// rounding from rank to rank, and the way that is taken with them.
-      void update(bool first_time);
+      /// the first time follows them. Begins anew where neither succeeds. The first rank does it
+      /// for all: dense results differ by rounding from rank to rank, and the way that is taken
+      /// with them.
+      void update(bool first_time, bool pairs_are_best = false);
       /// Makes the vectors of the present pairs, and takes one step of inverse iteration of them.
       void iterate();
       /// Pairs that have not settled or whose backward errors are too large.
@@ -121,6 +122,8 @@ namespace squeal
       /// Remembers the present pairs if they are the most accurate ones so far; if not, begins anew
       /// with those that are. Returns whether it has begun anew.
       bool return_to_best();
+      /// Begins anew with the most accurate pairs so far.
+      void begin_anew();
       [[noreturn]] void throw_not_refined() const;
       double bound(const Complex &l) const
       {
@@ -205,15 +208,20 @@ namespace squeal
         best = {right.pairs, left.pairs, worst};
         return false;
       }
+      begin_anew();
+      return true;
+    }
+
+    void Search::begin_anew()
+    {
       davidson.restart({best.right.right.real_span(), best.left.right.real_span()});
       previous = pairs.lambda = best.right.lambda;
       pairs.right             = davidson.coordinates(best.right.right, Side::right);
       pairs.left              = davidson.coordinates(best.left.right, Side::left);
       has_begun_anew          = true;
-      return true;
     }
 
-    void Search::update(const bool first_time)
+    void Search::update(const bool first_time, const bool pairs_are_best)
     {
       const MPI_Comm comm     = right.problem.rows.comm;
       const unsigned int size = davidson.n_columns();
@@ -221,7 +229,7 @@ namespace squeal
       std::iota(kept.begin(), kept.end(), 0u);
       pairs.right.resize_rows(size);
       pairs.left.resize_rows(size);
-      int rank = 0;
+      int rank = 0, is_lost = 0;
       MPI_Comm_rank(comm, &rank);
       work_apart(comm,
                  [&]
@@ -229,10 +237,28 @@ namespace squeal
                    if (rank > 0 || (!first_time && correct_exact(davidson.projected(), pairs)))
                      return;
                    // The quadratic problem's modes are no longer in a space that has begun anew.
-                   if (has_begun_anew)
-                     throw_not_refined();
-                   kept = follow();
+                   is_lost = has_begun_anew;
+                   try
+                   {
+                     if (!is_lost)
+                       kept = follow();
+                   }
+                   catch (const SolverError &)
+                   {
+                     if (first_time)
+                       throw;
+                     is_lost = 1;
+                   }
                  });
+      MPI_Bcast(&is_lost, 1, MPI_INT, 0, comm);
+      if (is_lost)
+      {
+        if (pairs_are_best)
+          throw_not_refined();
+        begin_anew();
+        update(false, true);
+        return;
+      }
       unsigned int n = kept.size();
       MPI_Bcast(&n, 1, MPI_UNSIGNED, 0, comm);
       kept.resize(n);
@@ -320,7 +346,7 @@ namespace squeal
           text_of("The modes of the problem with moduli that depend on the frequency have "
                   "backward errors of ",
                   best.worst, " at best."),
-          {Failure::pairs_not_refined});
+          {Failure::dense_inaccurate}); // dense begins with other vectors, and ends here, too
     }
 
     EigenPairs Search::run(MultiVector of_right, MultiVector of_left,

@@ -557,7 +557,10 @@ namespace squeal
               file.surfaces[name].push_back(shell->second);
             else if (solid == here.elements.end() || is_shell_side)
               lines.fail(text + (is_shell_side ? " is no shell of this file."
-                                               : " is no solid element of this file."));
+                                 : shell == here.faces.end()
+                                     ? " is no solid element of this file."
+                                     : " is a shell, of whose edges there are no surfaces. Name a "
+                                       "face of the solid below it, or its sides SPOS or SNEG."));
             else if (side.empty())
               free_faces_of[name].push_back(solid->second);
             else

@@ -76,7 +76,9 @@ namespace squeal
       if (!material->second.problem.empty())
         fail(material->second.problem);
       if (mesh.volumes.count(of.volume) == 0)
-        fail("the set " + of.volume + " of a *SOLID SECTION has no solid elements.");
+        fail("the set " + of.volume +
+             " of a *SOLID SECTION has no solid elements. Put them into the set, or take the "
+             "section out of the deck.");
       if (material->second.elastic.empty() || !(material->second.density > 0))
         fail("the material " + of.material +
              " needs *ELASTIC and a *DENSITY above zero: without mass there "
@@ -158,7 +160,9 @@ namespace squeal
       return part->second;
     const auto faces = mesh.surfaces.find(surface);
     if (faces == mesh.surfaces.end() || faces->second.empty())
-      fail("there is no surface " + surface + " with faces of solid elements.");
+      fail("there is no surface " + surface +
+           " with faces of solid elements. Write *SURFACE, NAME=" + surface +
+           ", TYPE=ELEMENT with elements and their faces S1 to S6; nodes (TYPE=NODE) have none.");
     return faces->second;
   }
 
@@ -181,7 +185,9 @@ namespace squeal
     for (const ElementFile::Face &face : faces_of(surface))
       result.merge(volumes_at(face));
     if (result.empty())
-      fail("the surface " + surface + " is on no section's elements.");
+      fail("the surface " + surface +
+           " is on no section's elements. Give those below it a *SOLID SECTION; shells have none: "
+           "mesh what they stand for with solids.");
     return result;
   }
 

@@ -33,6 +33,7 @@ class Model:
     def __init__(self, name, files, first, others, compare, of_a_study=False):
         self.name, self.first, self.others, self.compare, self.of_a_study = name, first, others, compare, of_a_study
         self.files = {file: text.encode() for file, text in files.items()}
+        self.ways = []  # as a mutated case's
 
 
 def wild(rng, middle, decades=1.5, wilder=0.1):
@@ -153,7 +154,7 @@ def joints(rng):
         six = [wild(rng, middle) if rng.random() < 0.8 else 0 for _ in range(3)]
         if rng.random() < 0.4:
             six += [wild(rng, middle * 1e-3) for _ in range(3)]
-        axes = f" : {rng.uniform(-1, 1):.3f} {rng.uniform(-1, 1):.3f} 1" if rng.random() < 0.2 else ""
+        axes = f" : {rng.uniform(-1, 1):.3f} {rng.uniform(-1, 1):.3f} 1 0 1 0" if rng.random() < 0.2 else ""
         return " : ".join(pair()) + " : " + " ".join(map(str, six)) + axes
     entries["Springs"] = several(rng.choice([1, 2, 3]), lambda: of(rng.choice([1e-3, 1e3, 1e7, 1e7, 1e10])))
     if rng.random() < 0.6:
@@ -168,7 +169,7 @@ def joints(rng):
                 "Joints/Points": ", ".join(f"{name} : {place}" for name, place in points.items())}
     if rng.random() < 0.3:  # springs alone hold the other one
         settings["Mesh/Guided"] = "lower.low"
-        settings["Joints/Springs"] += f", a : ground : {wild(rng, 1e6)} {wild(rng, 1e6)} 0"
+        settings["Joints/Springs"] += f", a : ground : {wild(rng, 1e6)} {wild(rng, 1e6)} 0 0 0 {wild(rng, 1e4)}"
     return by_lapack("joints", {"mesh.msh": mesh_files.msh2(mesh)}, settings)
 
 

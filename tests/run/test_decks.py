@@ -252,6 +252,21 @@ ALL, 30., 0., 0., 1., 0., 0., 0.
                 lines = self.written(deck, "--partial")
                 self.assertTrue([line for line in lines if line.startswith("# Left out:") and word in line], lines)
 
+    def test_refusals_say_what_to_do(self):
+        """A surface of nodes, one on shells alone, the edge of a shell and an empty section are refused with advice."""
+        shell = "*ELEMENT, TYPE=S4, ELSET=SKIN\n90001, 1, 2, 4, 3\n"
+        for what, before, after, words in [
+                ("nodes", "upper.low, rotor.high", "low, rotor.high", "S1 to S6; nodes (TYPE=NODE) have none"),
+                ("shells", "upper.low, rotor.high", "skin, rotor.high", "mesh what they stand for with solids"),
+                ("edge", "upper.low, rotor.high", "edge, rotor.high", "Name a face of the solid below it"),
+                ("section", "ELSET=LOWER, MAT", "ELSET=NONE_OF_THEM, MAT", "take the section out of the deck")]:
+            with self.subTest(what):
+                surfaces = {"nodes": "*SURFACE, NAME=LOW, TYPE=NODE\n1, 2\n", "edge": "*SURFACE, NAME=EDGE\n90001, S2\n",
+                            "shells": "*SURFACE, NAME=SKIN\n90001, SPOS\n"}.get(what, "")
+                status, said, _ = self.from_deck(self.mesh + shell + surfaces + MODEL.replace(before, after))
+                self.assertEqual(status, 2, said)
+                self.assertIn(words, said)
+
     def test_spellings(self):
         """What the field writes in other ways is the same parameter file."""
         deck = self.mesh + MODEL

@@ -295,7 +295,24 @@ class Brake(BrakeCase):
         lining = {"Pads/Material/Fractional Zener": "1.6 : 5e-05 : 0.6", "Eigenproblem/Error bars": "false"}
         for settings in ({**st.TINY_BRAKE, **lining, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Tolerance": 1e-11},
                          {**st.DENSE_BRAKE, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Solver": "dense",
-                          **LOSSY_PADS}):
+                          **LOSSY_PADS},
+                         # In these, pairs are also lost in a space that has begun anew.
+                         {**st.DENSE_BRAKE, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Solver": "dense",
+                          "Eigenproblem/Mirror symmetry": "false", "Eigenproblem/Tolerance": 1e-10,
+                          "Contact/Friction/Coefficient": 0.2932, "Operation/Angular velocity": 17.9316,
+                          "Pads/Pressure": 1000690, "Pads/Material/Young modulus": 9416070000, "Pads/Material/Density": 1658.21,
+                          "Pads/Material/Poisson ratio": 0.382, "Rotor/Material/Young modulus": 125037000000,
+                          "Pads/Material/Prony series": "0.8405:6.12087e-05, 0.0570:1.03379e-05"},
+                         {**st.DENSE_BRAKE, "Eigenproblem/Maximum frequency": 4000, "Eigenproblem/Tolerance": 1e-10,
+                          "Contact/Friction/Coefficient": 0.5961, "Operation/Angular velocity": 15.0038,
+                          "Pads/Pressure": 418619, "Contact/Steady pressure": "uniform",
+                          "Pads/Material/Young modulus": 11900300000, "Pads/Material/Density": 11404.7,
+                          "Pads/Material/Poisson ratio": 0.099, "Rotor/Material/Young modulus": 35710500000,
+                          "Rotor/Material/Mass proportional damping": 5.16105,
+                          "Rotor/Material/Stiffness proportional damping": 2.90285e-06,
+                          "Rotor/Material/Prony series": "0.6636:0.000170628, 0.1732:7.82378e-05",
+                          "Pads/Material/Mass proportional damping": 9.99708,
+                          "Pads/Material/Stiffness proportional damping": 3.98964e-07}):
             table = st.read_table(self.analyse(settings) / "modes.csv")
             self.assertTrue(table)
             for row in table:
