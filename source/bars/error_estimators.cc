@@ -1,4 +1,5 @@
 #include <squeal/assessment/stability.h>
+#include <squeal/bars/changed_edges.h>
 #include <squeal/bars/element_problems.h>
 #include <squeal/bars/enriched_residuals.h>
 #include <squeal/bars/error_estimators.h>
@@ -66,6 +67,7 @@ namespace squeal
                              std::vector<std::complex<float>> &parts);
       DenseMatrix soften(unsigned int number, unsigned int material, const LocalProblem &problem);
       std::vector<ErrorEffects::Alternatives> other_edges(EigenvalueErrors &errors);
+      std::vector<ErrorEffects::Alternatives> edges_of_joints();
       void add_state_correction(const DenseMatrix &functions, unsigned int number,
                                 const std::vector<int> &unknowns, const double *solution);
       void add_effect_of_pressure(ErrorEffects &effects);
@@ -652,18 +654,24 @@ namespace squeal
       return parts;
     }
 
-    /// First-order changes of the eigenvalues by another edge of the contact zone, like F, level by
-    /// level of the pads' cells, so that what one says of another is little. Their parts go to the
-    /// pads' cells that share the edge's nodes.
+    /// Changes of the eigenvalues by another edge of the contact zone, like F: of pads to first
+    /// order, level by level of their cells, so that what one says of another is little; of joints
+    /// by small problems. Their parts go to the cells that share the edge's nodes.
     template <int dim>
     std::vector<ErrorEffects::Alternatives> Estimator<dim>::other_edges(EigenvalueErrors &errors)
     {
       if (!model.equilibrium())
         return {};
-      EdgeEffects effects = edge_effects(model.equilibrium()->edge, modes.right, modes.left);
+      const ContactEdge &edge                           = model.equilibrium()->edge;
+      std::vector<ErrorEffects::Alternatives> of_joints = edges_of_joints();
+      EdgeEffects effects = of_joints.empty() ? edge_effects(edge, modes.right, modes.left)
+                                              : edge_effects(sliding_edge(edge, *model.contact()),
+                                                             modes.right, modes.left);
       if (effects.rows.empty())
-        return {};
-      edges_by_interface = effects.by_interface;
+        return of_joints;
+      for (const auto &[interface, change] : effects.by_interface)
+        if (of_joints.empty() || model.contact()->slides(interface))
+          edges_by_interface[interface] = change;
       std::vector<ErrorEffects::Alternatives> alternatives;
       for (EdgeEffects::Shifts &shifts : effects.by_level)
       {
@@ -678,6 +686,30 @@ namespace squeal
             products[k] /= -2. * modes.lambda[k % m];
       }
 
+      for (ErrorEffects::Alternatives &group : of_joints)
+        alternatives.push_back(std::move(group));
+
+      // What small problems say of a joint's edge is divided among its rows.
+      const auto divide = [&](const std::vector<unsigned int> &part_of_row, const unsigned int from)
+      {
+        for (unsigned int i = 0; i < part_of_row.size() && !of_joints.empty(); ++i)
+        {
+          const auto in_part = [&](const unsigned int interface)
+          {
+            return std::count_if(part_of_row.begin(), part_of_row.end(),
+                                 [&](const unsigned int p)
+                                 { return edge.parts[p].interface == interface; });
+          };
+          const unsigned int interface = edge.parts[part_of_row[i]].interface;
+          if (!model.contact()->slides(interface))
+            for (unsigned int j = 0; j < m; ++j)
+              effects.parts[from + i][j] =
+                  edges_by_interface[interface][j] / double(in_part(interface));
+        }
+      };
+      divide(edge.releasing_at, 0);
+      divide(edge.closing_at, edge.releasing.size());
+
       // By row: its number in the list plus one
       std::vector<Column> places = space.base_map.zeros(1);
       for (unsigned int i = 0; i < effects.rows.size(); ++i)
@@ -690,6 +722,50 @@ namespace squeal
             for (unsigned int j = 0; j < m; ++j)
               errors.cells[cell][j] += effects.parts[place - 1][j] / (2. * modes.lambda[j]);
       return alternatives;
+    }
+
+    /// Other edges of contacts between bodies that do not slide, by small problems: within half a
+    /// spacing on either side, a group for each. In a brake that is its own mirror image all change
+    /// together. Empty where there are none, and where the position terms have no factors: then
+    /// first order must do.
+    template <int dim>
+    std::vector<ErrorEffects::Alternatives> Estimator<dim>::edges_of_joints()
+    {
+      std::vector<ChangedEdge> edges;
+      try
+      {
+        edges = changed_edges(model.equilibrium()->edge, *model.contact(),
+                              model.equilibrium()->state, model.equations(), modes);
+      }
+      catch (const SolverError &)
+      {
+        return {};
+      }
+      std::vector<ErrorEffects::Alternatives> groups;
+      for (const ChangedEdge &edge : edges)
+      {
+        if (groups.empty() || modes.parity.empty())
+          groups.push_back(
+              {std::vector<std::vector<Complex>>(3, std::vector<Complex>(m * m)), true,
+               modes.parity.empty()
+                   ? "edge of " + model.contact()->paired_interfaces()[edge.interface].name
+                   : "edge of contact joints"});
+        std::vector<std::vector<Complex>> &F = groups.back().effects; // smaller, larger, likeliest
+        std::vector<Complex> &here           = edges_by_interface[edge.interface];
+        here.resize(m);
+        for (std::size_t k = 0; k < std::size_t(m) * m; ++k)
+        {
+          // F(s) = (s^2 - s)/2 F_o + (s^2 + s)/2 F_c at s = -1/2 and 1/2
+          const Complex smaller = 0.375 * edge.opening[k] - 0.125 * edge.closing[k],
+                        larger  = 0.375 * edge.closing[k] - 0.125 * edge.opening[k];
+          F[0][k] += smaller;
+          F[1][k] += larger;
+          if (k % (m + 1) == 0)
+            here[k / (m + 1)] = -2. * modes.lambda[k / (m + 1)] *
+                                (std::abs(smaller) > std::abs(larger) ? smaller : larger);
+        }
+      }
+      return groups;
     }
 
     template <int dim>

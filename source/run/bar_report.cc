@@ -10,7 +10,8 @@ namespace squeal
 {
   namespace
   {
-    const std::string more_degree = "one degree more", edge = "edge of contact";
+    const std::string more_degree = "one degree more", edge = "edge of contact",
+                      edge_of_joint = "edge of ";
 
     bool is_of(const BarPart &part, const std::string &cause)
     {
@@ -23,11 +24,18 @@ namespace squeal
                               const double bar)
     {
       constexpr double small = 0.05; // of the bar
-      const auto listed      = [&](const bool whole, const std::string &cause)
+      // The edge of a joint has a line of its own.
+      const auto has_line = [&](const std::string &at)
+      {
+        return std::any_of(parts.begin(), parts.end(),
+                           [&](const BarPart &part) { return part.cause == edge_of_joint + at; });
+      };
+      const auto listed = [&](const bool whole, const std::string &cause)
       {
         std::vector<const BarPart *> chosen;
         for (const BarPart &part : parts)
-          if (part.at.empty() == whole && is_of(part, cause) && part.growth_rate[j] >= small * bar)
+          if (part.at.empty() == whole && is_of(part, cause) &&
+              part.growth_rate[j] >= small * bar && (whole || !has_line(part.at)))
             chosen.push_back(&part);
         std::stable_sort(chosen.begin(), chosen.end(),
                          [&](const BarPart *a, const BarPart *b)
@@ -61,6 +69,9 @@ namespace squeal
         if (part.at.empty() && part.growth_rate[j] > whole->growth_rate[j])
           whole = &part;
       // Levels of an edge have their places in common; kinds of cells are those of one degree more.
+      for (const BarPart &part : parts)
+        if (whole->cause == edge_of_joint + part.at)
+          return {edge, part.at, 1};
       MainPart result{is_of(*whole, edge)       ? edge
                       : is_of(*whole, "unlike") ? more_degree
                                                 : whole->cause,

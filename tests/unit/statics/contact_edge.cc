@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <squeal/assessment/error_bounds.h>
+#include <squeal/bars/changed_edges.h>
 #include <squeal/contact/contact_matrices.h>
 #include <squeal/eigen/eigensolvers.h>
 #include <squeal/model/brake_model.h>
@@ -49,6 +50,16 @@ namespace squeal::tests::contact_edge_tests
               edge.closing_at,     edge.release_energy,
               edge.closing_energy, edge.slack,
               edge.pressure,       sum_of(model.spaces().rows, {{1., edge.closed}})};
+    }
+
+    /// The eigenvalues of diag(l) + F.
+    std::vector<Complex> changed_by(const std::vector<Complex> &lambda,
+                                    const std::vector<Complex> &effect)
+    {
+      ComplexDenseMatrix matrix(lambda.size(), lambda.size(), effect);
+      for (unsigned int j = 0; j < lambda.size(); ++j)
+        matrix(j, j) += lambda[j];
+      return general_eigen(std::move(matrix)).values;
     }
 
     EigenPairs solve(const QuadraticEigenproblem &problem, const Parameters::All &prm)
@@ -99,11 +110,21 @@ namespace squeal::tests::contact_edge_tests
         f[k] = -(opens ? effects.opening[k] : effects.closing[k]) / (2. * modes.lambda[k % m]);
       const ErrorBounds bounds =
           bound_errors(modes.lambda, {}, {std::vector<Complex>(m * m), {}, 2, {{{f}, false}}});
-      double largest = 0;
+      // The small problem is nearer than first order.
+      const std::vector<unsigned int> &rows = opens ? edge.releasing : edge.closing;
+      const std::vector<Complex> by_small   = changed_by(
+            modes.lambda, effects_of_changes({{opens, rows, DenseMatrix::identity(rows.size())}},
+                                             edge, model.equations(), modes)
+                              .front());
+      const auto of_small = nearest_partners(modes.lambda, by_small);
+      double largest      = 0;
       for (unsigned int j = 0; j < m; ++j)
       {
         const Complex change = changed.lambda[partners[j]] - modes.lambda[j];
         CAPTURE(opens);
+        CAPTURE(std::abs(change));
+        CHECK(std::abs(by_small[of_small[j]] - changed.lambda[partners[j]]) <=
+              0.05 * std::abs(change) + 1e-9 * std::abs(modes.lambda[j]));
         CAPTURE(modes.lambda[j].imag());
         CHECK(std::abs(bounds.growth_rate[j] - std::abs(change.real())) < 0.25 * std::abs(change));
         CHECK(std::abs(bounds.imaginary[j] - std::abs(change.imag())) < 0.25 * std::abs(change));
