@@ -158,7 +158,8 @@ namespace squeal
     SQUEAL_PETSC(MatMatSolve(mat, b, x));
     for (std::size_t i = 0; i < std::size_t(solution.n_local()) * solution.n_columns(); ++i)
       if (!std::isfinite(solution.data()[i]))
-        throw SolverError("A solve with the factors of " + what + " gave a non-finite number.");
+        throw SolverError("A solve with the factors of " + what + " gave a non-finite number.",
+                          {Failure::numbers_too_large});
     return solution;
   }
 

@@ -113,6 +113,33 @@ namespace squeal
                               " Pa/m; 1 MPa/mm is 1e9 Pa/m."));
     }
 
+    /// Adds doubts about stresses by the rate of strain. A stiffness K with the damping beta K
+    /// damps a mode of the frequency w with the ratio beta w / 2; a viscosity over its modulus is a
+    /// beta.
+    void add_doubts_about_viscosity(const Parameters::BodyMaterial &body,
+                                    const double maximum_frequency, std::vector<std::string> &all)
+    {
+      struct Key
+      {
+        const char *name, *unit;
+        double value, modulus;
+      };
+      const Material &material = body.material;
+      const double shear       = material.shear_modulus(),
+                   frequency   = std::min(1000., maximum_frequency); // Hz, squeal's least
+      for (const Key &key :
+           {Key{"Stiffness proportional damping", " s", material.stiffness_damping, 1},
+            Key{"Shear viscosity", " Pa s", material.viscosity.shear, shear},
+            Key{"Bulk viscosity", " Pa s", material.viscosity.bulk,
+                material.longitudinal_modulus() - 4 * shear / 3}})
+        if (const double one = key.modulus / (M_PI * frequency), ratio = key.value / one; ratio > 1)
+          all.push_back(text_of("Warning, damping: ", body.section, "/Material/", key.name, " = ",
+                                number(key.value), key.unit, ": motions of ", frequency,
+                                " Hz have the damping ratio ", number(std::min(ratio, 1e300), 3),
+                                " and do not vibrate; a ratio of 1 % there are ",
+                                number(0.01 * one, 2), key.unit, "."));
+    }
+
     /// Adds doubts about damping that lets nothing vibrate.
     void add_doubts_about_damping(const Parameters::All &prm, std::vector<std::string> &all)
     {
@@ -123,16 +150,8 @@ namespace squeal
       {
         if (!prm.is_used(body))
           continue;
-        // beta K damps a mode of the frequency w with the ratio beta w / 2.
-        const double beta = body.material.stiffness_damping, frequency = 1000, // Hz, squeal's least
-            ratio         = beta * M_PI * std::min(frequency, prm.eigenproblem.maximum_frequency),
-                     loss = body.material.stiffness_factor.loss_factor;
-        if (ratio > 1)
-          all.push_back(text_of("Warning, damping: ", body.section,
-                                "/Material/Stiffness proportional damping = ", number(beta),
-                                " s: motions of ", frequency, " Hz have the damping ratio ",
-                                number(ratio, 3), " and do not vibrate; a ratio of 1 % there are ",
-                                number(0.01 / (M_PI * frequency), 2), " s."));
+        add_doubts_about_viscosity(body, prm.eigenproblem.maximum_frequency, all);
+        const double loss = body.material.stiffness_factor.loss_factor;
         if (loss > largest_loss)
           all.push_back(text_of("Warning, damping: ", body.section, "/Material/Loss factor = ",
                                 number(loss), ". Usual are 0 to 1; 5 % are 0.05."));

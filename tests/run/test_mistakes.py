@@ -96,6 +96,7 @@ ARGUMENTS = {
     "ratio 2 %": (["it.prm", "--check", "--set", "Modal damping/Ratios=500 : 2"], 2, "allowed are ratios of critical damping from 0 to below 1"),
     "ratio 60 %": (["it.prm", "--check", "--set", "Modal damping/Ratios=500 : 0.6"], 0, "Warning, damping: Modal damping/Ratios"),
     "beta": (["it.prm", "--check", "--set", "Pads/Material/Stiffness proportional damping=0.01"], 0, "do not vibrate"),
+    "viscosity": (["it.prm", "--check", "--set", "Pads/Material/Shear viscosity=1e308"], 0, "1e+308 Pa s: motions of 1000 Hz"),
     "penalty": (["it.prm", "--check", "--set", "Contact/Formulation=penalty", "--set", "Contact/Penalty stiffness=1000"], 0,
                 "Warning, penalty: Contact/Penalty stiffness = 1000"),
     "brake in mm": (["it.prm", "--check", "--set", "Scene=brake", "--set", "Rotor/Outer radius=150", "--set",
