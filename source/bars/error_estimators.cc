@@ -8,6 +8,7 @@
 #include <squeal/bars/second_sides.h>
 #include <squeal/bars/static_correction.h>
 #include <squeal/bars/surface_vectors.h>
+#include <squeal/bars/yielding_bodies.h>
 #include <squeal/base/errors.h>
 #include <squeal/base/text.h>
 #include <squeal/contact/contact_matrices.h>
@@ -40,6 +41,15 @@ namespace squeal
              std::inner_product(elastic.begin(), elastic.end(), elastic.begin(), 0.);
     }
 
+    /// A thousandth of the square of the least frequency.
+    double shift_of(const EigenPairs &modes)
+    {
+      double least = std::abs(modes.lambda[0]);
+      for (const Complex l : modes.lambda)
+        least = std::min(least, std::abs(l));
+      return 1e-3 * least * least;
+    }
+
     /// Local problems on the enriched space, and what they make of the residuals.
     template <int dim>
     class Estimator
@@ -63,8 +73,15 @@ namespace squeal
       void eliminate(EigenvalueErrors &errors);
       void eliminate_elements(EigenvalueErrors &errors);
       DenseMatrix add_answer(LocalProblem &problem, const DenseMatrix &r, DenseMatrix softer,
-                             unsigned int material, const Kind &kind,
-                             std::vector<std::complex<float>> &parts);
+                             const ComplexDenseMatrix &of_body, unsigned int material,
+                             const Kind &kind, std::vector<std::complex<float>> &parts);
+      /// Local indices of a cell's or an element's displacements, with what it has of residuals
+      /// there.
+      using Places = std::vector<std::pair<unsigned int, double>>;
+      Places places_of_cell(unsigned int number) const;
+      Places places_of_element(unsigned int e) const;
+      void find_answers_of_bodies();
+      ComplexDenseMatrix answer_of_body(const Places &places) const;
       DenseMatrix soften(unsigned int number, unsigned int material, const LocalProblem &problem);
       std::vector<ErrorEffects::Alternatives> other_edges(EigenvalueErrors &errors);
       std::vector<ErrorEffects::Alternatives> edges_of_joints();
@@ -91,6 +108,8 @@ namespace squeal
       LocalProblems<dim> local;
       std::unique_ptr<ElementProblems> elements; ///< if some keep own polynomials
       std::vector<std::vector<double>> element_shares;
+      YieldingBodies<dim> yielding_bodies;
+      std::vector<Column> answers_of_bodies;        ///< to [Re X, Im X] of the modes
       std::vector<Column> sums;                     ///< of resistances, while these are shared
       std::unique_ptr<YieldingCells<dim>> yielding; ///< if some body may lock
       std::vector<bool> locks;                      ///< by material
@@ -110,18 +129,16 @@ namespace squeal
           space(residuals.space), local(space.fine, space.map, residuals.cells,
                                         residuals.contact.get(), model.parameters().pads.pressure,
                                         model.parameters().terms().friction, model.ties().scale),
-          t(m, m), more_yielding(m, m), state_correction(space.map.zeros(2))
+          yielding_bodies(residuals, shift_of(modes)), t(m, m), more_yielding(m, m),
+          state_correction(space.map.zeros(2))
     {
       if constexpr (dim == 3)
         if (!space.base.geometry.own.empty())
           elements = std::make_unique<ElementProblems>(space, residuals.cells, local);
-      const unsigned int degree  = space.base.fe.degree;
-      const Parameters::All &prm = model.parameters();
-      const bool long_cells      = degree < free_of_locking && prm.scene == Scene::brake &&
-                              too_long_cells(prm.rotor, prm.discretization) > 0;
+      const unsigned int degree = space.base.fe.degree;
       for (const Parameters::BodyMaterial &material : residuals.materials)
       {
-        locks.push_back(may_lock(material.material, degree) || (material.of_rotor && long_cells));
+        locks.push_back(may_lock(material.material, degree));
         proportions.push_back(viscous_proportion<dim>(material.material));
       }
     }
@@ -272,9 +289,13 @@ namespace squeal
           for (unsigned int i = 0; i < n_kept; ++i)
             r(i, j) = tested.values[std::size_t(j) * space.n_fields * n_w + problem.unknowns[i]];
         DenseMatrix softer;
-        if (locks[material] || is_long_at_support<dim>(cell, space.base.geometry.supports))
+        ComplexDenseMatrix of_body;
+        if (yielding_bodies.has(cell))
+          of_body = answer_of_body(places_of_cell(number));
+        else if (locks[material] || yielding_bodies.had(cell) ||
+                 is_long_at_support<dim>(cell, space.base.geometry.supports))
           softer = soften(number, material, problem);
-        const DenseMatrix solution = add_answer(problem, r, std::move(softer), material,
+        const DenseMatrix solution = add_answer(problem, r, std::move(softer), of_body, material,
                                                 kind_of({cell}), errors.cells[number]);
         if (residuals.with_state)
           add_state_correction(local.functions, number, problem.unknowns,
@@ -315,13 +336,17 @@ namespace squeal
           }
           const DenseMatrix r = values.transpose() * there;
           DenseMatrix softer;
+          ComplexDenseMatrix of_body;
           const auto &cells = element.cells.cells;
-          if (locks[material] ||
-              std::any_of(cells.begin(), cells.end(),
-                          [&](const CellIterator &cell)
-                          { return is_long_at_support<3>(cell, space.base.geometry.supports); }))
+          if (yielding_bodies.has(cells[0]))
+            of_body = answer_of_body(places_of_element(e));
+          else if (locks[material] || yielding_bodies.had(cells[0]) ||
+                   std::any_of(cells.begin(), cells.end(),
+                               [&](const CellIterator &cell) {
+                                 return is_long_at_support<3>(cell, space.base.geometry.supports);
+                               }))
             softer = elements->soften(element, problem, residuals.materials[material].material);
-          const DenseMatrix solution = add_answer(problem, r, std::move(softer), material,
+          const DenseMatrix solution = add_answer(problem, r, std::move(softer), of_body, material,
                                                   kind_of(cells), errors.cells[element.number]);
           for (unsigned int i = 0; i < n && residuals.with_state; ++i)
           {
@@ -335,12 +360,12 @@ namespace squeal
     }
 
     /// Adds what the local problem answers to its residuals [right, left] to T and to the parts of
-    /// its kind; with a @p softer matrix what more it gives way. Returns the solution for the right
-    /// ones.
+    /// its kind; with a @p softer matrix what more it gives way. Where the body yields, @p of_body
+    /// is what it answers here, Z^H R^H D. Returns the local solution for the right ones.
     template <int dim>
     DenseMatrix Estimator<dim>::add_answer(LocalProblem &problem, const DenseMatrix &r,
-                                           DenseMatrix softer, const unsigned int material,
-                                           const Kind &kind,
+                                           DenseMatrix softer, const ComplexDenseMatrix &of_body,
+                                           const unsigned int material, const Kind &kind,
                                            std::vector<std::complex<float>> &parts)
     {
       const bool yields             = !softer.values.empty();
@@ -348,7 +373,8 @@ namespace squeal
       const DenseView<double> right = r.columns(0, n_half), left = r.columns(n_half, n_half);
       DenseMatrix solution = problem.symmetric ? solve_positive(std::move(problem.matrix), right)
                                                : solve(std::move(problem.matrix), right);
-      const ComplexDenseMatrix answer = adjoint_product(left.transpose() * solution);
+      const ComplexDenseMatrix answer =
+          of_body.empty() ? adjoint_product(left.transpose() * solution) : of_body;
       ComplexDenseMatrix softer_answer;
       if (yields)
         softer_answer = adjoint_product(
@@ -371,6 +397,86 @@ namespace squeal
             parts.emplace_back(e / (2. * modes.lambda[j]));
         }
       return solution;
+    }
+
+    template <int dim>
+    typename Estimator<dim>::Places Estimator<dim>::places_of_cell(const unsigned int number) const
+    {
+      Places places;
+      for (const auto &entry : space.map.cells[number])
+        if (entry.direct && entry.unknown < dim * space.n)
+          places.emplace_back(entry.index, shares[number][entry.unknown]);
+      return places;
+    }
+
+    template <int dim>
+    typename Estimator<dim>::Places Estimator<dim>::places_of_element(const unsigned int e) const
+    {
+      const auto &unknowns = space.map.elements[e].unknowns;
+      Places places;
+      for (unsigned int i = 0; i < unknowns.size(); ++i)
+        if (unknowns[i].field < dim)
+          places.emplace_back(unknowns[i].index, element_shares[e][i]);
+      return places;
+    }
+
+    /// Solves for what yielding bodies answer to the right vectors' residuals.
+    template <int dim>
+    void Estimator<dim>::find_answers_of_bodies()
+    {
+      if (yielding_bodies.empty())
+        return;
+      std::vector<Places> parts;
+      unsigned int number = 0;
+      for (const auto &cell : space.fine.nodes.active_cell_iterators())
+        if (cell->is_locally_owned())
+        {
+          if (yielding_bodies.has(cell) && !is_part(cell))
+            parts.push_back(places_of_cell(number));
+          ++number;
+        }
+      for (unsigned int e = 0; e < space.map.elements.size(); ++e)
+        if (const auto &element = space.map.elements[e];
+            element.mine && yielding_bodies.has(element.cells.cells[0]))
+          parts.push_back(places_of_element(e));
+      MultiVector block(space.fine.rows, 2 * m);
+      for (unsigned int j = 0; j < 2 * m; ++j)
+      {
+        const Column &residual = residuals.values[j / m * residuals.n_vectors + j % m];
+        Column sum             = space.map.zeros(1)[0];
+        for (const Places &places : parts)
+          for (const auto &[index, share] : places)
+            sum.local_element(index) += share * residual.local_element(index);
+        sum.compress(VectorOperation::add);
+        std::copy_n(sum.begin(), block.n_local(), block.column(j));
+      }
+      try
+      {
+        answers_of_bodies = space.map.import(yielding_bodies.answer(block));
+      }
+      catch (const SolverError &) // most likely no memory: bars by softer local problems are long
+      {
+        yielding_bodies.give_up();
+      }
+    }
+
+    /// Z^H R^H D on some places.
+    template <int dim>
+    ComplexDenseMatrix Estimator<dim>::answer_of_body(const Places &places) const
+    {
+      DenseMatrix left(places.size(), 2 * residuals.n_vectors), answers = left;
+      for (unsigned int j = 0; j < 2 * m; ++j)
+      {
+        const unsigned int column = j / m * residuals.n_vectors + j % m;
+        const Column &residual    = residuals.values[2 * residuals.n_vectors + column];
+        for (unsigned int i = 0; i < places.size(); ++i)
+        {
+          const auto &[index, share] = places[i];
+          left(i, column)            = share * residual.local_element(index);
+          answers(i, column)         = answers_of_bodies[j].local_element(index);
+        }
+      }
+      return adjoint_product(left.transpose() * answers);
     }
 
     /// What a cell's problem adds to the static state. Functions on faces appear in each cell's
@@ -774,6 +880,7 @@ namespace squeal
       EigenvalueErrors errors;
       add_products();
       share_faces();
+      find_answers_of_bodies();
       eliminate(errors);
       find_corrections(errors);
       return errors;

@@ -186,22 +186,21 @@ namespace squeal
     return megabytes * 1e6 / (1024. * 1024.);
   }
 
-  MultiVector solve_beside_held(const Matrix &A, std::vector<char> held, const MultiVector &b,
-                                const std::string &what)
+  PartialFactorization::PartialFactorization(const RowRange &rows, const Matrix &A,
+                                             std::vector<char> held, const Factorization::Kind kind,
+                                             const std::string &what)
   {
-    const RowRange &rows = b.row_range();
-    const auto combine   = [&rows](std::vector<char> &flags)
+    const auto combine = [&rows](std::vector<char> &flags)
     { MPI_Allreduce(MPI_IN_PLACE, flags.data(), flags.size(), MPI_CHAR, MPI_MAX, rows.comm); };
     combine(held);
     std::vector<char> is_free(rows.size);
     for_entries(A, [&](const PetscInt row, const PetscInt column, double)
                 { is_free[row] |= !held[row] && !held[column]; });
     combine(is_free);
-    std::vector<PetscInt> kept;
     for (unsigned int row = rows.begin; row < rows.end; ++row)
       if (is_free[row])
         kept.push_back(row);
-    RowRange part{rows.comm, 0, 0, unsigned(std::count(is_free.begin(), is_free.end(), 1))};
+    part = {rows.comm, 0, 0, unsigned(std::count(is_free.begin(), is_free.end(), 1))};
     for (unsigned int row = 0; row < rows.begin; ++row)
       part.begin += is_free[row];
     part.end = part.begin + kept.size();
@@ -210,13 +209,28 @@ namespace squeal
     Mat submatrix = nullptr;
     SQUEAL_PETSC(MatCreateSubMatrix(A, set, set, MAT_INITIAL_MATRIX, &submatrix));
     SQUEAL_PETSC(ISDestroy(&set));
-    const Matrix of_part(submatrix);
-    MultiVector restricted(part, 1), x(rows, 1);
-    for (unsigned int i = 0; i < kept.size(); ++i)
-      restricted.data()[i] = b.data()[kept[i] - rows.begin];
-    restricted = Factorization(of_part, Factorization::Kind::lu, what).solve(restricted);
-    for (unsigned int i = 0; i < kept.size(); ++i)
-      x.data()[kept[i] - rows.begin] = restricted.data()[i];
+    factors = std::make_unique<Factorization>(Matrix(submatrix), kind, what);
+  }
+
+  MultiVector PartialFactorization::solve(const MultiVector &right_hand_sides) const
+  {
+    const RowRange &rows = right_hand_sides.row_range();
+    MultiVector restricted(part, right_hand_sides.n_columns()),
+        x(rows, right_hand_sides.n_columns());
+    for (unsigned int j = 0; j < x.n_columns(); ++j)
+      for (unsigned int i = 0; i < kept.size(); ++i)
+        restricted.column(j)[i] = right_hand_sides.column(j)[kept[i] - rows.begin];
+    restricted = factors->solve(restricted);
+    for (unsigned int j = 0; j < x.n_columns(); ++j)
+      for (unsigned int i = 0; i < kept.size(); ++i)
+        x.column(j)[kept[i] - rows.begin] = restricted.column(j)[i];
     return x;
+  }
+
+  MultiVector solve_beside_held(const Matrix &A, std::vector<char> held, const MultiVector &b,
+                                const std::string &what)
+  {
+    return PartialFactorization(b.row_range(), A, std::move(held), Factorization::Kind::lu, what)
+        .solve(b);
   }
 } // namespace squeal

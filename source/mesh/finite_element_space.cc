@@ -292,7 +292,8 @@ namespace squeal
   FiniteElementSpace<dim>::FiniteElementSpace(const FiniteElementSpace &other,
                                               const unsigned int degree)
       : geometry(other.geometry), comm(other.comm), mesh(other.mesh), triangulation(*mesh),
-        fe(degree), mapping(degree), nodes(triangulation), with_multipliers(other.with_multipliers),
+        fe(degree), mapping(degree), nodes(triangulation), coarser(&other),
+        with_multipliers(other.with_multipliers),
         multiplier_degree(degree > other.fe.degree ? 2 : 1)
   {
   }
@@ -412,6 +413,40 @@ namespace squeal
   }
 
   template <int dim>
+  void FiniteElementSpace<dim>::shape_elements_as_before()
+  {
+    if constexpr (dim == 3)
+    {
+      const OwnElements &own = geometry.own;
+      if (own.empty())
+        return;
+      ElementInterpolation interpolation              = interpolation_of(*this, 0),
+                           before                     = interpolation_of(*coarser, 0);
+      const std::vector<ElementCells> elements        = group_by_elements(nodes, own),
+                                      elements_before = group_by_elements(coarser->nodes, own);
+      for (unsigned int e = 0; e < elements.size(); ++e)
+      {
+        const ElementShape shape      = own.shapes[elements[e].element];
+        const std::vector<Node> here  = nodes_of_element(elements[e], own, interpolation),
+                                there = nodes_of_element(elements_before[e], own, before);
+        if (std::count(there.begin(), there.end(), numbers::invalid_dof_index) > 0)
+          continue; // of ranks around
+        const DenseMatrix functions =
+            before.nodal_functions(shape, interpolation.own_places(shape));
+        for (unsigned int a = 0; a < here.size(); ++a)
+          if (nodes.locally_owned_dofs().is_element(here[a]))
+          {
+            Point<3> x;
+            for (unsigned int b = 0; b < there.size(); ++b)
+              x += functions(a, b) * coarser->position(there[b]);
+            for (unsigned int c = 0; c < dim; ++c)
+              positions[c](here[a]) = x[c];
+          }
+      }
+    }
+  }
+
+  template <int dim>
   void FiniteElementSpace<dim>::shape_cells(const Constraints &constraints)
   {
     const MappingQ<dim> on_manifold(fe.degree);
@@ -435,6 +470,8 @@ namespace squeal
             for (unsigned int c = 0; c < dim; ++c)
               positions[c](cell_nodes[a]) = points.quadrature_point(a)[c];
       }
+    if (is_enriched())
+      shape_elements_as_before();
     for (NodeVector &position : positions)
     {
       constraints.distribute(position);

@@ -521,9 +521,8 @@ namespace squeal
           ratio > 0 && prm.scene == Scene::brake)
         text << "Warning, thin rotor: its cells are " << number(std::round(ratio))
              << " times as long as thick. "
-             << (prm.discretization.degree < free_of_locking
-                     ? "They may lock: error bars allow for what may be, and are long. "
-                     : "Error bars may be too short. ")
+             << (prm.discretization.degree < free_of_locking ? "They may lock. "
+                                                             : "Error bars may be too short. ")
              << "Take more radial cells.\n";
     }
   } // namespace

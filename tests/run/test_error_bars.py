@@ -73,7 +73,7 @@ class LayeredPads(st.TestCase):
     values worse than computed ones. All brakes of this kind: tests/benchmark/layered_pads.py."""
 
     def test_soft_shim(self):
-        settings = {**lp.files(lp.BRAKES["soft_shim"], self.directory, 1, rotor_cells=(2, 20, 1), pad_cells=(1, 3)),
+        settings = {**lp.files(lp.BRAKES["soft_shim"], self.directory, 1, rotor_cells=(4, 24, 1), pad_cells=(1, 3)),
                     "Eigenproblem/Maximum frequency": 1500}
         coarse, fine = (self.modes({**settings, "Discretization/Degree": degree}) for degree in [2, 4])
         self.assertGreaterEqual(len(coarse), 5)
@@ -127,6 +127,26 @@ class LongCells(st.TestCase):
         covered = es.statistics(modes).covered
         self.assertGreaterEqual(covered["frequency"], 23)
         self.assertEqual(covered["growth"], 25)
+
+
+class FlatCells(st.TestCase):
+    def test_thin_disc(self):
+        """A disc of 4 mm whose cells are eight times as long as thick, against degree 5. Without answers of whole bodies
+        hardly a bar holds."""
+        brake = {**st.REFERENCE_BRAKE, "Stage": "full", "Rotor/Thickness": 0.004, "Discretization/Rotor cells": "3, 18, 1",
+                 "Discretization/Pad cells": "1, 3, 1", "Eigenproblem/Maximum frequency": 1300}
+        values = [st.eigenvalue(row) for row in self.modes({**brake, "Discretization/Degree": 5,
+                                                            "Eigenproblem/Error bars": "false"})]
+        for degree in (2, 3):
+            with self.subTest(degree=degree):
+                rows = self.modes({**brake, "Discretization/Degree": degree})
+                modes = [es.KnownTo("thin", degree, row, values[j], 1e-3 + 1e-3j) for row, j in es.pair(rows, values)]
+                self.assertGreaterEqual(len(modes), 8)
+                s = es.statistics(modes)
+                self.assertEqual((s.covered["frequency"], s.improved), (len(modes), len(modes)))
+                self.assertGreaterEqual(s.covered["growth"], len(modes) - 1)
+                self.assertLess(s.median["frequency"], 3.5)
+                self.assertEqual(s.contradicted, 0)
 
 
 class Sectors(st.TestCase):

@@ -2,7 +2,9 @@
 
 #include <squeal/linalg/multi_vector.h>
 
+#include <memory>
 #include <string>
+#include <vector>
 
 namespace squeal
 {
@@ -65,10 +67,26 @@ namespace squeal
     PetscInt room        = 50; ///< for delayed pivots, percent of the prediction
   };
 
-  /// x of A x = b while some unknowns are held: x_i = 0 in place of their equations. So are those
-  /// that are coupled with held ones alone, as what ties them to each other. @p held has an entry
-  /// for each row of all ranks, set where it is known. One column; by new factors of what is not
-  /// held. Collective; throws SolverError.
+  /// Factors of what is left of a matrix while some unknowns are held, x_i = 0 in place of their
+  /// equations. Unknowns that are coupled with held ones alone are held, too, as what ties them to
+  /// each other.
+  class PartialFactorization
+  {
+  public:
+    /// @p held has an entry for each row of all ranks, set where it is known. Collective; throws
+    /// SolverError.
+    PartialFactorization(const RowRange &rows, const Matrix &A, std::vector<char> held,
+                         Factorization::Kind kind, const std::string &what);
+    /// A^{-1} B on what is not held, zero elsewhere. Collective; throws SolverError.
+    MultiVector solve(const MultiVector &right_hand_sides) const;
+
+  private:
+    RowRange part;
+    std::vector<PetscInt> kept; ///< rows of this rank that are not held
+    std::unique_ptr<Factorization> factors;
+  };
+
+  /// x of A x = b beside held unknowns, one column. Collective; throws SolverError.
   MultiVector solve_beside_held(const Matrix &A, std::vector<char> held, const MultiVector &b,
                                 const std::string &what);
 } // namespace squeal

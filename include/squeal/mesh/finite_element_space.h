@@ -192,7 +192,12 @@ namespace squeal
     /// they hang on, and the coordinates themselves, hence rotations, would not be finite element
     /// functions.
     void shape_cells(const dealii::AffineConstraints<double> &constraints);
+    /// Gives elements with own polynomials the shape that they have in the space that this one was
+    /// made from, so that its functions are functions here, too: with circles followed by one
+    /// degree more, rotations of flat elements would no longer fit their deflections.
+    void shape_elements_as_before();
 
+    const FiniteElementSpace *const coarser = nullptr;  ///< from which it was made
     dealii::AffineConstraints<double> multiplier_lines; ///< with own elements
     const bool with_multipliers;
     const unsigned int multiplier_degree; ///< on elements with own polynomials
