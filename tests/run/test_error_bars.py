@@ -131,22 +131,20 @@ class LongCells(st.TestCase):
 
 class FlatCells(st.TestCase):
     def test_thin_disc(self):
-        """A disc of 4 mm whose cells are eight times as long as thick, against degree 5. Without answers of whole bodies
-        hardly a bar holds."""
+        """A disc of 4 mm whose cells are eight times as long as thick, degree 2 against degree 4, whose errors are a few
+        hundredths of these. Without answers of whole bodies hardly a bar holds."""
         brake = {**st.REFERENCE_BRAKE, "Stage": "full", "Rotor/Thickness": 0.004, "Discretization/Rotor cells": "3, 18, 1",
                  "Discretization/Pad cells": "1, 3, 1", "Eigenproblem/Maximum frequency": 1300}
-        values = [st.eigenvalue(row) for row in self.modes({**brake, "Discretization/Degree": 5,
+        values = [st.eigenvalue(row) for row in self.modes({**brake, "Discretization/Degree": 4,
                                                             "Eigenproblem/Error bars": "false"})]
-        for degree in (2, 3):
-            with self.subTest(degree=degree):
-                rows = self.modes({**brake, "Discretization/Degree": degree})
-                modes = [es.KnownTo("thin", degree, row, values[j], 1e-3 + 1e-3j) for row, j in es.pair(rows, values)]
-                self.assertGreaterEqual(len(modes), 8)
-                s = es.statistics(modes)
-                self.assertEqual((s.covered["frequency"], s.improved), (len(modes), len(modes)))
-                self.assertGreaterEqual(s.covered["growth"], len(modes) - 1)
-                self.assertLess(s.median["frequency"], 3.5)
-                self.assertEqual(s.contradicted, 0)
+        rows = self.modes({**brake, "Discretization/Degree": 2})
+        modes = [es.KnownTo("thin", 2, row, values[j], 1e-3 + 1e-3j) for row, j in es.pair(rows, values)]
+        self.assertGreaterEqual(len(modes), 8)
+        s = es.statistics(modes)
+        self.assertEqual((s.covered["frequency"], s.improved), (len(modes), len(modes)))
+        self.assertGreaterEqual(s.covered["growth"], len(modes) - 1)
+        self.assertLess(s.median["frequency"], 3.5)
+        self.assertEqual(s.contradicted, 0)
 
 
 class Sectors(st.TestCase):
