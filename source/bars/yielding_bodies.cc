@@ -22,24 +22,24 @@ namespace squeal
     /// every mesh of tetrahedra has some.
     constexpr double flat_part = 0.1;
 
-    /// Whether a cell is long beside its shortest side, by the mean of its other sides, and reaches
-    /// a surface across that. A layer of cells at a clamp is no plate.
+    /// Whether a cell is long, by the mean of its other sides, beside its shortest side, across
+    /// which it reaches a surface. Where there are more layers it is the thickness of all that
+    /// counts, three as a guess. A layer of cells at a clamp is no plate.
     template <int dim>
     bool is_flat(const typename Triangulation<dim>::cell_iterator &cell,
                  const std::vector<Support<dim>> &supports)
     {
       unsigned int shortest = 0;
-      double volume         = 1;
+      double area           = 1;
       for (unsigned int d = 0; d < dim; ++d)
       {
         if (cell->extent_in_direction(d) < cell->extent_in_direction(shortest))
           shortest = d;
-        volume *= cell->extent_in_direction(d);
+        area *= cell->extent_in_direction(d);
       }
-      const double height = cell->extent_in_direction(shortest);
-      if (std::pow(volume / height, 1. / (dim - 1)) <= long_cell * height)
-        return false;
-      bool at_surface = false;
+      double height = cell->extent_in_direction(shortest);
+      area /= height;
+      bool at_surface = false, in_layers = false;
       for (const unsigned int f : {2 * shortest, 2 * shortest + 1})
         if (cell->face(f)->at_boundary())
         {
@@ -49,7 +49,11 @@ namespace squeal
               return false;
           at_surface = true;
         }
-      return at_surface;
+        else
+          in_layers = true;
+      if (in_layers)
+        height *= 3;
+      return at_surface && std::pow(area, 1. / (dim - 1)) > long_cell * height;
     }
 
     /// How many times an element is as long as thick: sqrt(V/h^3) with its least height h, so that
@@ -86,8 +90,8 @@ namespace squeal
   } // namespace
 
   template <int dim>
-  YieldingBodies<dim>::YieldingBodies(const EnrichedResiduals<dim> &residuals, const double shift)
-      : residuals(residuals), space(residuals.space), shift(shift)
+  YieldingBodies<dim>::YieldingBodies(const EnrichedResiduals<dim> &residuals)
+      : residuals(residuals), space(residuals.space)
   {
     if (space.base.fe.degree < free_of_locking)
       find_bodies();
@@ -158,32 +162,35 @@ namespace squeal
   template <int dim>
   void YieldingBodies<dim>::factorise()
   {
-    std::vector<Term> terms;
+    std::vector<std::shared_ptr<const Matrix>> stiffnesses;
     for (unsigned int m = 0; m < residuals.materials.size(); ++m)
     {
-      std::vector<Body> own;
-      for (const Body body : space.base.geometry.bodies_of(m))
-        if (bodies.count(body) > 0)
-          own.push_back(body);
-      if (own.empty())
-        continue;
-      BodyMatrices matrices =
-          assemble_body(space.fine, own, residuals.materials[m].material, false);
-      terms.push_back({Origin::elasticity, 0, 1., std::move(matrices.K)});
-      terms.push_back({Origin::elasticity, 0, shift, std::move(matrices.M)});
+      std::vector<Body> own; // by material ids, as the assembly takes them
+      for (const Body id : space.base.geometry.bodies_of(m))
+        if (bodies.count(space.base.geometry.parts[id].body) > 0)
+          own.push_back(id);
+      BodyMatrixChoice choice;
+      choice.M = false;
+      if (!own.empty())
+        stiffnesses.push_back(
+            assemble_body(space.fine, own, residuals.materials[m].material, choice).K);
     }
-    const Matrix sum = sum_of_terms(space.fine.rows, terms);
-    terms.clear();
+    std::vector<Summand> summands;
+    for (const auto &stiffness : stiffnesses)
+      summands.push_back({1., *stiffness});
+    const bool is_one    = stiffnesses.size() == 1;
+    const Matrix sum     = is_one ? Matrix() : sum_of(space.fine.rows, summands);
+    const Matrix &of_all = is_one ? *stiffnesses[0] : sum;
     std::vector<char> held(space.fine.rows.size);
     std::fill(held.begin() + space.fine.rows.begin, held.begin() + space.fine.rows.end, 1);
-    for_entries(sum,
+    for_entries(of_all,
                 [&](const PetscInt row, PetscInt, const double value)
                 {
                   if (value != 0)
                     held[row] = 0;
                 });
     factors = std::make_unique<PartialFactorization>(
-        space.fine.rows, sum, std::move(held), Factorization::Kind::ldlt,
+        space.fine.rows, of_all, std::move(held), Factorization::Kind::ldlt,
         "the stiffness of bodies with flat cells, one degree higher, for their error bars");
   }
 

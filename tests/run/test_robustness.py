@@ -259,7 +259,7 @@ class Robustness(st.TestCase):
             return {**dict(zip(discretisation, (cells, of_pads))), **{key.replace("_", "/"): value
                                                                      for key, value in settings.items()}}
 
-        runs = [run("5, 45, 3", "3, 8, 2", Discretization_Degree=1), run("3, 18, 1", "2, 3, 1"),
+        runs = [run("5, 45, 3", "3, 8, 2", Discretization_Degree=1), run("5, 36, 1", "2, 4, 1", Discretization_Degree=2),
                 {"Eigenproblem/Solver": "none", **run("6, 48, 2", "3, 6, 2")}]
         if EVERY_SIZE:  # none of them is among those of the fit
             runs += [run("3, 18, 1", "2, 3, 1", Discretization_Degree=3), run("4, 40, 1", "3, 5, 1", Rotor_Thickness=0.008),

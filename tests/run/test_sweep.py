@@ -121,14 +121,14 @@ class Sweeps(st.TestCase):
     def test_bars_of_onsets_and_of_rates(self):
         """The bar of an onset ends where the rates' own bars are stable on its one side and flutter on the other."""
         directory = self.analyse({**st.SMALL_BRAKE, "Operation/Angular velocity": 20, "Eigenproblem/Maximum frequency": 1600,
-                                  "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1, 0.4, 0.6", "Sweep/Critical values": "true"})
+                                  "Sweep/Parameter": FRICTION, "Sweep/Values": "0.1, 0.35, 0.6", "Sweep/Critical values": "true"})
         [onset] = [row for row in st.read_table(directory / "critical.csv") if row["kind"] == "onset"]
         rates = {row["parameter"]: row for row in st.read_table(directory / "sweep.csv") if row["branch"] == onset["branch"]}
-        self.assertEqual([rates[value]["verdict"] for value in (0.1, 0.4, 0.6)], ["stable", "stable", "undecided"])
-        self.assertEqual(onset["lowest_value"], 0.4)
+        self.assertEqual([rates[value]["verdict"] for value in (0.1, 0.35, 0.6)], ["stable", "stable", "undecided"])
+        self.assertEqual(onset["lowest_value"], 0.35)
         self.assertGreater(onset["highest_value"], 0.6)
         self.assertLess(abs(onset["value"] + onset["mesh_error"] - onset["highest_value"]), 1e-5)
-        self.assertGreaterEqual(onset["corrected_value"], 0.4)
+        self.assertGreaterEqual(onset["corrected_value"], 0.35)
 
     def test_bars_of_divergences(self):
         """A fast disc between pads at rest: the bar is that of the value, wherever the steps of the sweep are. 2852.08 +- 0.29
@@ -143,7 +143,7 @@ class Sweeps(st.TestCase):
             self.assertLess(abs(row["corrected_value"] - 2852.08), row["mesh_error"] + 0.29)
             self.assertLess(abs(row["corrected_value"] - 2852.08), abs(row["value"] - 2852.08))
             bars.append(row["mesh_error"])
-        self.assertLess(max(bars), 4)
+        self.assertLess(max(bars), 3 * abs(row["value"] - 2852.08))
         self.assertLess(max(bars), 1.2 * min(bars))
 
     def test_without_bars(self):
