@@ -773,7 +773,7 @@ namespace squeal
       for (EdgeEffects::Shifts &shifts : effects.by_level)
       {
         const std::string level =
-            effects.by_level.size() > 1 ? text_of(", level ", alternatives.size()) : "";
+            effects.by_level.size() > 1 ? text_of(" of level ", alternatives.size()) : "";
         alternatives.push_back(
             {{std::move(shifts.smaller), std::move(shifts.larger), std::move(shifts.likeliest)},
              true,
