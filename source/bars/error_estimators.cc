@@ -41,6 +41,15 @@ namespace squeal
              std::inner_product(elastic.begin(), elastic.end(), elastic.begin(), 0.);
     }
 
+    /// A thousandth of the square of the least frequency.
+    double shift_of(const EigenPairs &modes)
+    {
+      double least = std::abs(modes.lambda[0]);
+      for (const Complex l : modes.lambda)
+        least = std::min(least, std::abs(l));
+      return 1e-3 * least * least;
+    }
+
     /// Local problems on the enriched space, and what they make of the residuals.
     template <int dim>
     class Estimator
@@ -120,7 +129,7 @@ namespace squeal
           space(residuals.space), local(space.fine, space.map, residuals.cells,
                                         residuals.contact.get(), model.parameters().pads.pressure,
                                         model.parameters().terms().friction, model.ties().scale),
-          yielding_bodies(residuals), t(m, m), more_yielding(m, m),
+          yielding_bodies(residuals, shift_of(modes)), t(m, m), more_yielding(m, m),
           state_correction(space.map.zeros(2))
     {
       if constexpr (dim == 3)

@@ -90,8 +90,8 @@ namespace squeal
   } // namespace
 
   template <int dim>
-  YieldingBodies<dim>::YieldingBodies(const EnrichedResiduals<dim> &residuals)
-      : residuals(residuals), space(residuals.space)
+  YieldingBodies<dim>::YieldingBodies(const EnrichedResiduals<dim> &residuals, const double shift)
+      : residuals(residuals), space(residuals.space), shift(shift)
   {
     if (space.base.fe.degree < free_of_locking)
       find_bodies();
@@ -162,35 +162,32 @@ namespace squeal
   template <int dim>
   void YieldingBodies<dim>::factorise()
   {
-    std::vector<std::shared_ptr<const Matrix>> stiffnesses;
+    std::vector<Term> terms;
     for (unsigned int m = 0; m < residuals.materials.size(); ++m)
     {
       std::vector<Body> own; // by material ids, as the assembly takes them
       for (const Body id : space.base.geometry.bodies_of(m))
         if (bodies.count(space.base.geometry.parts[id].body) > 0)
           own.push_back(id);
-      BodyMatrixChoice choice;
-      choice.M = false;
-      if (!own.empty())
-        stiffnesses.push_back(
-            assemble_body(space.fine, own, residuals.materials[m].material, choice).K);
+      if (own.empty())
+        continue;
+      BodyMatrices matrices =
+          assemble_body(space.fine, own, residuals.materials[m].material, false);
+      terms.push_back({Origin::elasticity, 0, 1., std::move(matrices.K)});
+      terms.push_back({Origin::elasticity, 0, shift, std::move(matrices.M)});
     }
-    std::vector<Summand> summands;
-    for (const auto &stiffness : stiffnesses)
-      summands.push_back({1., *stiffness});
-    const bool is_one    = stiffnesses.size() == 1;
-    const Matrix sum     = is_one ? Matrix() : sum_of(space.fine.rows, summands);
-    const Matrix &of_all = is_one ? *stiffnesses[0] : sum;
+    const Matrix sum = sum_of_terms(space.fine.rows, terms);
+    terms.clear();
     std::vector<char> held(space.fine.rows.size);
     std::fill(held.begin() + space.fine.rows.begin, held.begin() + space.fine.rows.end, 1);
-    for_entries(of_all,
+    for_entries(sum,
                 [&](const PetscInt row, PetscInt, const double value)
                 {
                   if (value != 0)
                     held[row] = 0;
                 });
     factors = std::make_unique<PartialFactorization>(
-        space.fine.rows, of_all, std::move(held), Factorization::Kind::ldlt,
+        space.fine.rows, sum, std::move(held), Factorization::Kind::ldlt,
         "the stiffness of bodies with flat cells, one degree higher, for their error bars");
   }
 

@@ -23,8 +23,10 @@ namespace squeal
   class YieldingBodies
   {
   public:
-    /// Finds the bodies. @p residuals must outlive it. Collective.
-    explicit YieldingBodies(const EnrichedResiduals<dim> &residuals);
+    /// Finds the bodies. K+ + @p shift M+, in (rad/s)^2, stands for K+: a little holds bodies that
+    /// nothing else holds, on whose rigid motions residuals do no work. @p residuals must outlive
+    /// it. Collective.
+    YieldingBodies(const EnrichedResiduals<dim> &residuals, double shift);
 
     template <typename Cell>
     bool has(const Cell &cell) const
@@ -56,6 +58,7 @@ namespace squeal
 
     const EnrichedResiduals<dim> &residuals;
     const EnrichedSpace<dim> &space; ///< theirs
+    const double shift;
     std::set<Body> bodies, given_up;
     std::unique_ptr<PartialFactorization> factors; ///< of K+
   };
