@@ -162,8 +162,8 @@ namespace squeal
           companion(m + i, m + j) = -p(i, j) / size;
         }
       }
-      // Of the 2 m pairs those above the real axis: the others are near their conjugates, and have
-      // nearly their vectors.
+      // Keep the m pairs above the real axis: the others are near their conjugates, and have nearly
+      // their vectors.
       const DenseEigenpairs all = general_eigen(std::move(companion));
       std::vector<unsigned int> upper(2 * m);
       std::iota(upper.begin(), upper.end(), 0u);

@@ -361,7 +361,8 @@ namespace squeal
 
     /// Adds what the local problem answers to its residuals [right, left] to T and to the parts of
     /// its kind; with a @p softer matrix what more it gives way. Where the body yields, @p of_body
-    /// is what it answers here, Z^H R^H D. Returns the local solution for the right ones.
+    /// is what it answers here, Z^H R^H D, and only the static state needs the local solution.
+    /// Returns that for the right ones.
     template <int dim>
     DenseMatrix Estimator<dim>::add_answer(LocalProblem &problem, const DenseMatrix &r,
                                            DenseMatrix softer, const ComplexDenseMatrix &of_body,
@@ -371,8 +372,10 @@ namespace squeal
       const bool yields             = !softer.values.empty();
       const unsigned int n_half     = 2 * residuals.n_vectors;
       const DenseView<double> right = r.columns(0, n_half), left = r.columns(n_half, n_half);
-      DenseMatrix solution = problem.symmetric ? solve_positive(std::move(problem.matrix), right)
-                                               : solve(std::move(problem.matrix), right);
+      DenseMatrix solution;
+      if (of_body.empty() || residuals.with_state)
+        solution = problem.symmetric ? solve_positive(std::move(problem.matrix), right)
+                                     : solve(std::move(problem.matrix), right);
       const ComplexDenseMatrix answer =
           of_body.empty() ? adjoint_product(left.transpose() * solution) : of_body;
       ComplexDenseMatrix softer_answer;

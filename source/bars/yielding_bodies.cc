@@ -58,11 +58,8 @@ namespace squeal
 
     /// How many times an element is as long as thick: sqrt(V/h^3) with its least height h, so that
     /// a cube, a regular tetrahedron and a wedge with three square faces have 1.
-    double flatness(const ElementShape shape, const ElementQuadrature &element)
+    double flatness(const ElementShape shape, const ElementQuadrature &element, const double volume)
     {
-      double volume = 0;
-      for (const double weight : element.jxw)
-        volume += weight;
       // The gradient of a coordinate that is 0 on a face and 1 opposite to it has length 1/h.
       Tensor<1, 3> gradients[3], others;
       double steepest = 0;
@@ -86,7 +83,6 @@ namespace squeal
       steepest = std::max(steepest, others.norm());
       return std::sqrt(volume * steepest * steepest * steepest) / regular;
     }
-
   } // namespace
 
   template <int dim>
@@ -146,7 +142,7 @@ namespace squeal
             quadrature.reinit(element.shape, element.nodes);
             const double volume = std::accumulate(quadrature.jxw.begin(), quadrature.jxw.end(), 0.);
             shape->second.whole += volume;
-            if (flatness(element.shape, quadrature) > long_cell)
+            if (flatness(element.shape, quadrature, volume) > long_cell)
               shape->second.flat += volume;
           }
       }
